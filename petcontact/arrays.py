@@ -1,4 +1,5 @@
-"""Types of numpy arrays by what they hold, the range of coordinates, and how things are shared out evenly."""
+"""Types of numpy arrays by what they hold, the range of coordinates, and how things are shared out
+evenly."""
 
 from __future__ import annotations
 

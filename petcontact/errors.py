@@ -1,4 +1,5 @@
-"""Every exception a user of petcontact can meet, and the exit status each one has on the command line."""
+"""Every exception a user of petcontact can meet, and the exit status each one has on the command
+line."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ class PetcontactError(Exception):
 
 
 class InputError(PetcontactError, ValueError):
-    """A config, argument or file that cannot be used: one line that names it and says what is allowed."""
+    """A config, argument or file that cannot be used: one line that names it and says what is
+    allowed."""
 
     exit_status = 2
 
@@ -34,7 +36,8 @@ class ResultError(InputError):
 
 
 class OutputError(PetcontactError):
-    """A file that cannot be written: the folder is read-only, the disk is full, another program was first."""
+    """A file that cannot be written: the folder is read-only, the disk is full, another program was
+    first."""
 
 
 class SolverError(PetcontactError, ArithmeticError):
@@ -56,7 +59,8 @@ class SolverError(PetcontactError, ArithmeticError):
 
 
 class NoEquilibrium(SolverError):
-    """Loads that no admissible traction holds, found before a solve: not converged, as one that finds it out."""
+    """Loads that no admissible traction holds, found before a solve: not converged, as one that
+    finds it out."""
 
     exit_status = 3
 

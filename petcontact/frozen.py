@@ -1,4 +1,5 @@
-"""Dataclasses whose fields are set once, made and filled several times as fast as by `dataclass(frozen=True)`."""
+"""Dataclasses whose fields are set once, made and filled several times as fast as by
+`dataclass(frozen=True)`."""
 
 from __future__ import annotations
 
@@ -14,9 +15,9 @@ _PARAMS = "__dataclass_params__"
 def frozen(cls: type[T]) -> type[T]:
     """A dataclass that is compared, hashed and printed by its fields, which cannot be set again.
 
-    `dataclass` writes source for each of these methods and compiles it, for each class, whenever the program starts:
-    nearly all that a class costs. Here classes share them, and `__init__` is compiled when the first record is made; a
-    method that a class or its base has is kept.
+    `dataclass` writes source for each of these methods and compiles it, for each class, whenever
+    the program starts: nearly all that a class costs. Here classes share them, and `__init__` is
+    compiled when the first record is made; a method that a class or its base has is kept.
 
     >>> @frozen
     ... class Load:
@@ -25,7 +26,9 @@ def frozen(cls: type[T]) -> type[T]:
     >>> Load("top") == Load("top", 0.0), Load("top")
     (True, Load(part='top', value=0.0))
     """
-    bases = [params for base in cls.__mro__[1:] if (params := vars(base).get(_PARAMS)) and params.frozen]
+    bases = [
+        params for base in cls.__mro__[1:] if (params := vars(base).get(_PARAMS)) and params.frozen
+    ]
     for params in bases:
         params.frozen = False
     try:
@@ -58,7 +61,8 @@ class _Init:
 
 
 def _init_of(cls: type) -> Callable[..., None]:
-    """As that of `dataclass`, but for `InitVar`; it fills the record's dictionary itself, as nothing in it is to be kept."""
+    """As that of `dataclass`, but for `InitVar`; it fills the record's dictionary itself, as
+    nothing in it is to be kept."""
     known: dict[str, Any] = {"_absent": MISSING}
     order = sorted((item for item in fields(cls) if item.init), key=lambda item: bool(item.kw_only))
     words, lines = ["self"], ["_record = self.__dict__"]
@@ -70,7 +74,9 @@ def _init_of(cls: type) -> Callable[..., None]:
         value = item.name
         if item.default_factory is not MISSING:
             known["_make_" + value] = item.default_factory
-            value = f"_make_{value}()" + (f" if {value} is _absent else {value}" if item.init else "")
+            value = f"_make_{value}()" + (
+                f" if {value} is _absent else {value}" if item.init else ""
+            )
         elif not item.init:
             continue
         lines.append(f"_record[{item.name!r}] = {value}")
@@ -97,7 +103,9 @@ def _compared(record: Any) -> tuple[Any, ...]:
 
 
 def _eq(self: Any, other: Any) -> bool:
-    return _compared(self) == _compared(other) if other.__class__ is self.__class__ else NotImplemented
+    return (
+        _compared(self) == _compared(other) if other.__class__ is self.__class__ else NotImplemented
+    )
 
 
 def _hash(self: Any) -> int:
@@ -105,14 +113,18 @@ def _hash(self: Any) -> int:
 
 
 def _repr(self: Any) -> str:
-    shown = ", ".join(f"{item.name}={getattr(self, item.name)!r}" for item in fields(self) if item.repr)
+    shown = ", ".join(
+        f"{item.name}={getattr(self, item.name)!r}" for item in fields(self) if item.repr
+    )
     return f"{type(self).__qualname__}({shown})"
 
 
 def _set_once(self: Any, name: str, value: Any) -> None:
     declared = name in self.__dataclass_fields__
     # a subclass that is no dataclass may have attributes of its own, as those of `dataclass` may
-    if (declared and name in self.__dict__) or (not declared and "__dataclass_fields__" in type(self).__dict__):
+    if (declared and name in self.__dict__) or (
+        not declared and "__dataclass_fields__" in type(self).__dict__
+    ):
         raise FrozenInstanceError(f"cannot assign to field {name!r}")
     self.__dict__[name] = value
 
@@ -121,4 +133,10 @@ def _keep(self: Any, name: str) -> NoReturn:
     raise FrozenInstanceError(f"cannot delete field {name!r}")
 
 
-_SHARED = {"__eq__": _eq, "__hash__": _hash, "__repr__": _repr, "__setattr__": _set_once, "__delattr__": _keep}
+_SHARED = {
+    "__eq__": _eq,
+    "__hash__": _hash,
+    "__repr__": _repr,
+    "__setattr__": _set_once,
+    "__delattr__": _keep,
+}

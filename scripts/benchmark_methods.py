@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Time petcontact's methods and their peers on one dual problem, to the same true error.
 
-The problem is Example 1's, with S made symmetric so that quadratic-programming solvers can take part:
-minimise ½σᵀWSσ + σᵀWu_0 over |σ| <= g. Times include everything that a solver sets up from S; they are CPU seconds on
-one thread (set OPENBLAS_NUM_THREADS=1), so that other work on the machine disturbs them little.
+The problem is Example 1's, with S made symmetric so that quadratic-programming solvers can take
+part: minimise ½σᵀWSσ + σᵀWu_0 over |σ| <= g. Times include everything that a solver sets up from S;
+they are CPU seconds on one thread (set OPENBLAS_NUM_THREADS=1), so that other work on the machine
+disturbs them little.
 
     python scripts/benchmark_methods.py --sizes 160 640 2560
 """
@@ -34,7 +35,8 @@ Array = np.ndarray
 
 @dataclass
 class Dual:
-    """The dual problem as peers see it: S (m, m), u_0, g and the weights (m,); and what our methods need besides."""
+    """The dual problem as peers see it: S (m, m), u_0, g and the weights (m,); and what our methods
+    need besides."""
 
     posed: ContactSystem
     compliance_matrix: Array
@@ -82,11 +84,13 @@ def example_1(contact_nodes: int) -> Dual:
         geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0)),
         mesh=MeshOptions(element_size=size, element_sizes=others),
         boundary=(
-            Contact(part="bottom", friction_bound=150.0), Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", value=(400.0, 0.0)), Traction(part="right", value=(0.0, 0.0)),
+            Contact(part="bottom", friction_bound=150.0),
+            Displacement(part="top", value=(0.0, 0.0)),
+            Traction(part="left", value=(400.0, 0.0)),
+            Traction(part="right", value=(0.0, 0.0)),
         ),
         bem={"mat_type": "dense"},
-    )  # fmt: skip
+    )
     prepared = prepare(case, petsc().COMM_SELF)
     system, law = first_increment(prepared).system, prepared.discrete.law
     form = system.weight[:, None] * system.compliance()
@@ -110,7 +114,9 @@ def newton_cholesky(dual: Dual) -> Array:
         stick = active == 0
         sigma = np.where(stick, 0.0, active * dual.bound)
         gradient = form @ sigma + base
-        factor = scipy.linalg.cho_factor(form[np.ix_(stick, stick)], check_finite=False, overwrite_a=True)
+        factor = scipy.linalg.cho_factor(
+            form[np.ix_(stick, stick)], check_finite=False, overwrite_a=True
+        )
         sigma[stick] = -scipy.linalg.cho_solve(factor, gradient[stick], check_finite=False)
         trial = sigma - rho * (form @ sigma + base) / dual.weight
         new = np.where(np.abs(trial) > dual.bound, np.sign(trial), 0.0)
@@ -121,14 +127,17 @@ def newton_cholesky(dual: Dual) -> Array:
 
 
 def eigenprojection(dual: Dual) -> Array:
-    """The paper's method with rule (4.3) on one eigendecomposition of S, at a tolerance that leaves a true error of 1e-8."""
+    """The paper's method with rule (4.3) on one eigendecomposition of S, at a tolerance that leaves
+    a true error of 1e-8."""
     from petcontact.contact.friction_law import contact_norm
     from petcontact.contact.law_protocol import law_residual
     from petcontact.contact.laws import Tresca
     from petcontact.contact.rho_rules import Modified, usable_balance
 
     root = np.sqrt(dual.weight)
-    values, vectors = scipy.linalg.eigh(dual.compliance_matrix * root[:, None] / root, check_finite=False)
+    values, vectors = scipy.linalg.eigh(
+        dual.compliance_matrix * root[:, None] / root, check_finite=False
+    )
     rule, rho = Modified(), 1.0
     u, sigma = dual.u_0.copy(), np.zeros_like(dual.u_0)
     for _ in range(20_000):
@@ -138,7 +147,9 @@ def eigenprojection(dual: Dual) -> Array:
         du, dsigma = moved[:, :1], moved[:, 1:]
         u, sigma = u + du, sigma + dsigma
         step = contact_norm(du, dual.weight), contact_norm(dsigma, dual.weight)
-        if step[1] <= 3e-11 * contact_norm(sigma, dual.weight) and step[0] <= 3e-11 * contact_norm(u, dual.weight):
+        if step[1] <= 3e-11 * contact_norm(sigma, dual.weight) and step[0] <= 3e-11 * contact_norm(
+            u, dual.weight
+        ):
             break
         balance = usable_balance(step[1], step[0])
         rho = rule.update(rho, balance) if np.isfinite(balance) else rho
@@ -151,7 +162,13 @@ def tao_solver(kind: str) -> Callable[[Dual], Array]:
 
     def solve(dual: Dual) -> Array:
         tao.DEFAULT_TYPE = kind
-        return tao.minimise(dual.compliance_matrix, dual.u_0[:, 0], dual.bound, dual.weight, np.zeros(len(dual.bound)))[-1]
+        return tao.minimise(
+            dual.compliance_matrix,
+            dual.u_0[:, 0],
+            dual.bound,
+            dual.weight,
+            np.zeros(len(dual.bound)),
+        )[-1]
 
     return solve
 
@@ -161,7 +178,12 @@ def scaled(dual: Dual) -> tuple[Array, Array, Array, Array]:
     form = dual.weight[:, None] * dual.compliance_matrix
     root = np.sqrt(np.diag(form))
     size = float(dual.bound.max() * root.mean())
-    return form / (root[:, None] * root), dual.weight * dual.u_0[:, 0] / (root * size), dual.bound * root / size, size / root
+    return (
+        form / (root[:, None] * root),
+        dual.weight * dual.u_0[:, 0] / (root * size),
+        dual.bound * root / size,
+        size / root,
+    )
 
 
 def osqp(dual: Dual) -> Array:
@@ -171,8 +193,17 @@ def osqp(dual: Dual) -> Array:
 
     p, q, bound, unit = scaled(dual)
     solver = package.OSQP()
-    solver.setup(scipy.sparse.csc_matrix(np.triu(p)), q, scipy.sparse.identity(len(q), format="csc"), -bound, bound,
-                 eps_abs=1e-9, eps_rel=0.0, max_iter=200_000, verbose=False)  # fmt: skip
+    solver.setup(
+        scipy.sparse.csc_matrix(np.triu(p)),
+        q,
+        scipy.sparse.identity(len(q), format="csc"),
+        -bound,
+        bound,
+        eps_abs=1e-9,
+        eps_rel=0.0,
+        max_iter=200_000,
+        verbose=False,
+    )
     return np.asarray(solver.solve().x) * unit
 
 
@@ -186,9 +217,14 @@ def clarabel(dual: Dual) -> Array:
     settings = package.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = 1e-13
-    constraints, limits = scipy.sparse.vstack([identity, -identity], format="csc"), np.concatenate([bound, bound])
+    constraints, limits = (
+        scipy.sparse.vstack([identity, -identity], format="csc"),
+        np.concatenate([bound, bound]),
+    )
     cones = [package.NonnegativeConeT(2 * len(q))]
-    solver = package.DefaultSolver(scipy.sparse.csc_matrix(np.triu(p)), q, constraints, limits, cones, settings)
+    solver = package.DefaultSolver(
+        scipy.sparse.csc_matrix(np.triu(p)), q, constraints, limits, cones, settings
+    )
     return np.asarray(solver.solve().x) * unit
 
 
@@ -234,7 +270,8 @@ SOLVERS: dict[str, Callable[[Dual], Array]] = {
 
 @dataclass(frozen=True)
 class Measured:
-    """Best CPU time [s] of several runs, and the true relative error of σ_t, or why there is none."""
+    """Best CPU time [s] of several runs, and the true relative error of σ_t, or why there is
+    none."""
 
     solver: str
     size: int
@@ -262,21 +299,33 @@ def measure(dual: Dual, name: str, exact: Array, seconds: float = 3.0, runs: int
 
 def main() -> None:
     """Print a Markdown table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sizes", type=int, nargs="+", default=[160, 640, 2560], help="contact nodes")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--sizes", type=int, nargs="+", default=[160, 640, 2560], help="contact nodes"
+    )
     parser.add_argument("--solvers", nargs="+", default=list(SOLVERS), help="names as in the table")
-    parser.add_argument("--quick", action="store_true", help="the smallest size, which measures nothing")
+    parser.add_argument(
+        "--quick", action="store_true", help="the smallest size, which measures nothing"
+    )
     arguments = parser.parse_args()
     if arguments.quick:
         arguments.sizes = [20]
-    print("| solver | n_C | time/ms | times Newton, Cholesky | error of σ_t |\n| --- | ---: | ---: | ---: | ---: |")
+    print(
+        "| solver | n_C | time/ms | times Newton, Cholesky | error of σ_t |\n| --- | ---: | ---: | "
+        "---: | ---: |"
+    )
     for size in arguments.sizes:
         dual = example_1(size)
         exact = ours("semismooth-newton", 1e-8)(dual)
         yardstick = measure(dual, "Newton, Cholesky (few lines)", exact).seconds
         for name in arguments.solvers:
             row = measure(dual, name, exact)
-            cells = row.note or f"{1e3 * row.seconds:.2f} | {row.seconds / yardstick:.2f} | {row.error:.1e}"
+            cells = (
+                row.note
+                or f"{1e3 * row.seconds:.2f} | {row.seconds / yardstick:.2f} | {row.error:.1e}"
+            )
             print(f"| {name} | {size} | {cells} |", flush=True)
 
 

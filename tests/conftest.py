@@ -8,7 +8,16 @@ import signal
 import pytest
 from hypothesis import settings
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, Rectangle, Traction
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Method,
+    Problem,
+    Rectangle,
+    Traction,
+)
 from petcontact.contact.methods.registry import method_of
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import petsc
@@ -30,7 +39,8 @@ def handlers():
 
 @pytest.fixture(autouse=True)
 def told(monkeypatch):
-    """Options of a problem that nothing used are told by the next command in the process: not by that of the next test."""
+    """Options of a problem that nothing used are told by the next command in the process: not by
+    that of the next test."""
     monkeypatch.setattr("petcontact.runtime.petsc._from_tables", {})
 
 
@@ -64,4 +74,6 @@ def run_with(prepared, method: Method, rule=None, **keywords):
     """The solution of a prepared problem by another method."""
     problem = prepared.discrete.problem.model_copy(update={"method": method})
     discrete = dataclasses.replace(prepared.discrete, problem=problem)
-    return run(dataclasses.replace(prepared, discrete=discrete, method=method_of(method, rule)), **keywords)
+    return run(
+        dataclasses.replace(prepared, discrete=discrete, method=method_of(method, rule)), **keywords
+    )

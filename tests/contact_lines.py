@@ -17,6 +17,12 @@ def line_of(solution) -> ContactLine:
     breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]])
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
     return ContactLine(
-        contact.arc_length, contact.weight, element, breaks, contact.u_t[:, 0], contact.sigma_t[:, 0],
-        contact.friction_bound, sign,
-    )  # fmt: skip
+        contact.arc_length,
+        contact.weight,
+        element,
+        breaks,
+        contact.u_t[:, 0],
+        contact.sigma_t[:, 0],
+        contact.friction_bound,
+        sign,
+    )

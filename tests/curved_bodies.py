@@ -17,7 +17,8 @@ TIPS = np.concatenate([np.roll(TIPS, k, axis=1) for k in range(3)])
 
 
 def icosphere(pieces: int) -> np.ndarray:
-    """Six points (20 n², 6, 3) of the triangles of a unit sphere, each edge of an icosahedron cut into n."""
+    """Six points (20 n², 6, 3) of the triangles of a unit sphere, each edge of an icosahedron cut
+    into n."""
     beside = np.linalg.norm(TIPS[:, None] - TIPS, axis=2) < 2.1
     cells = []
     for face in itertools.combinations(range(12), 3):
@@ -35,17 +36,23 @@ def icosphere(pieces: int) -> np.ndarray:
     corners = np.array(cells)
     corners /= np.linalg.norm(corners, axis=2, keepdims=True)
     middles = corners + np.roll(corners, -1, axis=1)
-    return np.concatenate([corners, middles / np.linalg.norm(middles, axis=2, keepdims=True)], axis=1)
+    return np.concatenate(
+        [corners, middles / np.linalg.norm(middles, axis=2, keepdims=True)], axis=1
+    )
 
 
 def as_surface(parts: dict[str, np.ndarray], name: str = "test") -> FacetSurface:
-    """A checked surface of curved triangles (n, 6, 3) or quadrilaterals (n, 9, 3), by the names of parts."""
+    """A checked surface of curved triangles (n, 6, 3) or quadrilaterals (n, 9, 3), by the names of
+    parts."""
     points, cells, part, count = [], [], [], 0
     for number, own in enumerate(parts.values()):
         corners = 3 if own.shape[1] == 6 else 4
         some = np.full((len(own), 9), -1)
         numbers = count + np.arange(own.shape[0] * own.shape[1]).reshape(own.shape[:2])
-        some[:, :corners], some[:, 4 : 4 + own.shape[1] - corners] = numbers[:, :corners], numbers[:, corners:]
+        some[:, :corners], some[:, 4 : 4 + own.shape[1] - corners] = (
+            numbers[:, :corners],
+            numbers[:, corners:],
+        )
         points.append(own.reshape(-1, 3))
         cells.append(some)
         part.append(np.full(len(own), number))
@@ -53,30 +60,51 @@ def as_surface(parts: dict[str, np.ndarray], name: str = "test") -> FacetSurface
     every, cells = np.concatenate(points), np.concatenate(cells)
     _, first, number = np.unique(every.round(9), axis=0, return_index=True, return_inverse=True)
     cells = np.where(cells >= 0, number.ravel()[cells], -1)
-    return checked_surface(FacetSurface(every[first], cells[:, :4], np.concatenate(part), tuple(parts), cells[:, 4:]), name)
+    return checked_surface(
+        FacetSurface(every[first], cells[:, :4], np.concatenate(part), tuple(parts), cells[:, 4:]),
+        name,
+    )
 
 
-def written(file: Path, parts: dict[str, np.ndarray | list[np.ndarray]], kinds: dict[int, str] | None = None) -> str:
-    """The path of a `.msh` file of cells (n, nodes, 3) of each part, or of several kinds of cells, by name."""
+def written(
+    file: Path, parts: dict[str, np.ndarray | list[np.ndarray]], kinds: dict[int, str] | None = None
+) -> str:
+    """The path of a `.msh` file of cells (n, nodes, 3) of each part, or of several kinds of cells,
+    by name."""
     kinds = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9", **(kinds or {})}
-    blocks = [(k, one) for k, own in enumerate(parts.values(), 1) for one in (own if isinstance(own, list) else [own])]
+    blocks = [
+        (k, one)
+        for k, own in enumerate(parts.values(), 1)
+        for one in (own if isinstance(own, list) else [own])
+    ]
     every = np.concatenate([own.reshape(-1, 3) for _, own in blocks])
     _, first, number = np.unique(every.round(9), axis=0, return_index=True, return_inverse=True)
     ends = np.cumsum([own.shape[0] * own.shape[1] for _, own in blocks])
-    cells = [(kinds[own.shape[1]], n.reshape(own.shape[:2]))
-             for (_, own), n in zip(blocks, np.split(number.ravel(), ends[:-1]), strict=True)]  # fmt: skip
+    cells = [
+        (kinds[own.shape[1]], n.reshape(own.shape[:2]))
+        for (_, own), n in zip(blocks, np.split(number.ravel(), ends[:-1]), strict=True)
+    ]
     tags = [np.full(len(own), k) for k, own in blocks]
-    mesh = meshio.Mesh(every[first], cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
-                       field_data={name: np.array([k + 1, 2]) for k, name in enumerate(parts)})  # fmt: skip
+    mesh = meshio.Mesh(
+        every[first],
+        cells,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(parts)},
+    )
     meshio.write(file, mesh, file_format="gmsh22", binary=False)
     return str(file)
 
 
-def a_curved_panel(corners: int, order: int, rng: np.random.Generator, bend: float = 0.15) -> CurvedPanels:
-    """A panel whose middles are moved at random, by up to a share of its size; its area factor varies by 2 at most."""
+def a_curved_panel(
+    corners: int, order: int, rng: np.random.Generator, bend: float = 0.15
+) -> CurvedPanels:
+    """A panel whose middles are moved at random, by up to a share of its size; its area factor
+    varies by 2 at most."""
     while True:
         angle = np.sort(rng.uniform(0.0, 0.5, corners)) + 2.0 * np.pi * np.arange(corners) / corners
-        corner = np.column_stack([np.cos(angle), rng.uniform(0.5, 1.0) * np.sin(angle), np.zeros(corners)])
+        corner = np.column_stack(
+            [np.cos(angle), rng.uniform(0.5, 1.0) * np.sin(angle), np.zeros(corners)]
+        )
         points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0))])
         points = points if corners == 3 else np.concatenate([points, corner.mean(axis=0)[None]])
         points = points + bend * rng.uniform(-1.0, 1.0, points.shape)

@@ -14,6 +14,15 @@ MESH = MeshOptions(element_size=0.2)
 
 def digest(number, formulation, comm):
     solution = solve(example(number, mesh=MESH, formulation=formulation), comm=comm)
-    fields = [solution.u, solution.traction, solution.contact.u_t, solution.contact.sigma_t, np.array(solution.history.rho),
-              np.array(solution.history.change), np.array(solution.history.residual)]  # fmt: skip
-    return hashlib.sha256(b"".join(np.ascontiguousarray(field).tobytes() for field in fields)).hexdigest()
+    fields = [
+        solution.u,
+        solution.traction,
+        solution.contact.u_t,
+        solution.contact.sigma_t,
+        np.array(solution.history.rho),
+        np.array(solution.history.change),
+        np.array(solution.history.residual),
+    ]
+    return hashlib.sha256(
+        b"".join(np.ascontiguousarray(field).tobytes() for field in fields)
+    ).hexdigest()

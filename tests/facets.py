@@ -11,7 +11,8 @@ from petcontact.refinement.panels.quartering import cut
 
 
 def written(file: Path, parts, *, triangles=False):
-    """The path of a `.msh` file of the quadrilaterals (n, 4, 3) of each part, by name; cut in two if wanted."""
+    """The path of a `.msh` file of the quadrilaterals (n, 4, 3) of each part, by name; cut in two
+    if wanted."""
     names, corners = list(parts), np.concatenate(list(parts.values())).reshape(-1, 3)
     tag = np.repeat(np.arange(len(names)), [len(some) for some in parts.values()])
     # corners that several facets share are one point
@@ -19,9 +20,12 @@ def written(file: Path, parts, *, triangles=False):
     cells = number.reshape(-1, 4)
     if triangles:
         cells, tag = cells[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3), np.repeat(tag, 2)
-    mesh = meshio.Mesh(corners[first], [("triangle" if triangles else "quad", cells)],
-                       cell_data={"gmsh:physical": [tag + 1], "gmsh:geometrical": [tag + 1]},
-                       field_data={name: np.array([k + 1, 2]) for k, name in enumerate(names)})  # fmt: skip
+    mesh = meshio.Mesh(
+        corners[first],
+        [("triangle" if triangles else "quad", cells)],
+        cell_data={"gmsh:physical": [tag + 1], "gmsh:geometrical": [tag + 1]},
+        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(names)},
+    )
     meshio.write(file, mesh, file_format="gmsh22", binary=False)
     return str(file)
 
@@ -34,9 +38,12 @@ def grid(u, v, place):
 
 
 def box(file, lower, upper, counts, *, triangles=True, power=1.0):
-    """A box whose sides are cut into `counts` pieces, graded towards the lower ends, or along lines that are given."""
-    x, y, z = (a + (b - a) * np.linspace(0.0, 1.0, n + 1) ** power if isinstance(n, int) else n
-               for a, b, n in zip(lower, upper, counts, strict=True))  # fmt: skip
+    """A box whose sides are cut into `counts` pieces, graded towards the lower ends, or along lines
+    that are given."""
+    x, y, z = (
+        a + (b - a) * np.linspace(0.0, 1.0, n + 1) ** power if isinstance(n, int) else n
+        for a, b, n in zip(lower, upper, counts, strict=True)
+    )
     parts = {}
     for side, k in (("left", 0), ("right", -1)):
         parts[side] = grid(y, z, lambda a, b, k=k: (np.full_like(a, x[k]), a, b))
@@ -48,17 +55,21 @@ def box(file, lower, upper, counts, *, triangles=True, power=1.0):
 
 
 def ring(file, radii, height, counts, *, turn=0.0, triangles=False):
-    """A ring about the z axis: radii (inner, outer), z from 0, pieces (around, along z, along the radius).
+    """A ring about the z axis: radii (inner, outer), z from 0, pieces (around, along z, along the
+    radius).
 
-    Parts inner, outer, bottom, top; without an inner radius it is a pin, whose ends are triangles but for their rim.
+    Parts inner, outer, bottom, top; without an inner radius it is a pin, whose ends are triangles
+    but for their rim.
     """
     around, up, out = counts
     angle = turn + 2.0 * np.pi * np.arange(around + 1) / around
     z, r = np.linspace(0.0, height, up + 1), np.linspace(*radii, out + 1)
-    parts = {"outer": grid(angle, z, lambda a, b: (radii[1] * np.cos(a), radii[1] * np.sin(a), b)),
-             "inner": grid(angle, z, lambda a, b: (radii[0] * np.cos(a), radii[0] * np.sin(a), b)),
-             "bottom": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a)),
-             "top": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a + height))}  # fmt: skip
+    parts = {
+        "outer": grid(angle, z, lambda a, b: (radii[1] * np.cos(a), radii[1] * np.sin(a), b)),
+        "inner": grid(angle, z, lambda a, b: (radii[0] * np.cos(a), radii[0] * np.sin(a), b)),
+        "bottom": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a)),
+        "top": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a + height)),
+    }
     return written(file, parts, triangles=triangles)
 
 

@@ -1,18 +1,30 @@
-"""`petcontact` as a program of tests whose processes are forked from one that has imported it: .02 s of start-up, not .6 s.
+"""`petcontact` as a program of tests whose processes are forked from one that has imported it: .02
+s of start-up, not .6 s.
 
-`program()` is the path of an executable that takes words, folder, environment, streams and signals as `petcontact` does, and
-ends with its status; after `-c` it takes a program, as `python` does. It is a client: behind it stands a server that has
-imported petcontact, but has started neither PETSc nor MPI, which do not survive a fork. Whatever an interpreter reads when
-it starts (encodings, threads of BLAS, ranks of a launcher, streams that are closed) makes the client start `python -m
-petcontact` instead. Limits of resources are the server's: tests of those start the real one, as do some others.
+`program()` is the path of an executable that takes words, folder, environment, streams and signals
+as `petcontact` does, and ends with its status; after `-c` it takes a program, as `python` does. It
+is a client: behind it stands a server that has imported petcontact, but has started neither PETSc
+nor MPI, which do not survive a fork. Whatever an interpreter reads when it starts (encodings,
+threads of BLAS, ranks of a launcher, streams that are closed) makes the client start `python -m
+petcontact` instead. Limits of resources are the server's: tests of those start the real one, as do
+some others.
 """
 
 import os
 import sys
 
 AT_THE_START = (
-    "LANG", "LC_", "LD_", "OMPI_COMM_WORLD", "OMP_", "OPENBLAS_", "PETCONTACT_NATIVE", "PMI", "PYTHON", "SLURM_",
-)  # fmt: skip
+    "LANG",
+    "LC_",
+    "LD_",
+    "OMPI_COMM_WORLD",
+    "OMP_",
+    "OPENBLAS_",
+    "PETCONTACT_NATIVE",
+    "PMI",
+    "PYTHON",
+    "SLURM_",
+)
 """Beginnings of variables that are read once, or by a launcher's ranks."""
 DEFAULTS = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 """Of the server; threads do not survive a fork either."""
@@ -21,7 +33,11 @@ SIGNALS = (1, 2, 15, 24)  # SIGHUP, SIGINT, SIGTERM, SIGXCPU: what is passed on
 
 def starting(environment):
     """The part of an environment that a process cannot change once it runs."""
-    return {key: value for key, value in environment.items() if key.startswith(AT_THE_START) and key != "PYTHONPATH"}
+    return {
+        key: value
+        for key, value in environment.items()
+        if key.startswith(AT_THE_START) and key != "PYTHONPATH"
+    }
 
 
 # --- the client: modules of Python that are loaded anyway, and sockets
@@ -63,7 +79,8 @@ ELSEWHERE = 1000
 
 
 def warm_up() -> None:
-    """Import what commands use, but for PETSc and MPI; the libraries of those are mapped, not started."""
+    """Import what commands use, but for PETSc and MPI; the libraries of those are mapped, not
+    started."""
     import ctypes
     import gc
     import importlib.util
@@ -79,12 +96,16 @@ def warm_up() -> None:
         if not module.name.endswith(("__main__", "_kernels")):
             importlib.import_module(module.name)
     importlib.import_module("matplotlib.backends.backend_agg")
-    load(Path(petcontact.__file__).parents[1] / "configs" / "example1.toml")  # the first use builds validators
+    load(
+        Path(petcontact.__file__).parents[1] / "configs" / "example1.toml"
+    )  # the first use builds validators
     for place in (importlib.util.find_spec("petsc4py") or ()).submodule_search_locations or ():
         for library in Path(place).glob("lib/**/PETSc.*.so"):
             ctypes.CDLL(str(library))
     started = {name for name in ("petsc4py.PETSc", "mpi4py.MPI") if name in sys.modules}
-    assert not started and threading.active_count() == 1 == len(os.listdir("/proc/self/task")), started
+    assert not started and threading.active_count() == 1 == len(os.listdir("/proc/self/task")), (
+        started
+    )
     gc.collect()
     gc.freeze()
 
@@ -108,11 +129,14 @@ def serve(address: str) -> None:
                     listener.close()
                     keep(client)
                 client.close()
-                os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG)  # one each time: zombies do not become many
+                os.waitid(
+                    os.P_ALL, 0, os.WEXITED | os.WNOHANG
+                )  # one each time: zombies do not become many
 
 
 def keep(client) -> None:
-    """Fork the command and wait for it: signals in, the status out. A client that is killed takes it along."""
+    """Fork the command and wait for it: signals in, the status out. A client that is killed takes
+    it along."""
     import marshal
     import select
     import signal
@@ -210,10 +234,14 @@ def program() -> str:
         folder = tempfile.TemporaryDirectory(prefix="petcontact-")
         address, here = f"{folder.name}/socket", Path(__file__).resolve()
         environment = DEFAULTS | os.environ
-        environment["PYTHONPATH"] = os.pathsep.join([str(here.parents[1]), environment.get("PYTHONPATH", "")])
+        environment["PYTHONPATH"] = os.pathsep.join(
+            [str(here.parents[1]), environment.get("PYTHONPATH", "")]
+        )
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         words = [sys.executable, str(here), "serve", address]
-        server = subprocess.Popen(words, env=environment, start_new_session=True, cwd=folder.name, **pipes)
+        server = subprocess.Popen(
+            words, env=environment, start_new_session=True, cwd=folder.name, **pipes
+        )
         assert server.stdout is not None and server.stdout.readline() == b"ready\n"
         client = Path(folder.name, "petcontact")
         words = " ".join(map(shlex.quote, [sys.executable, "-IS", str(here), "call", address]))

@@ -1,4 +1,5 @@
-"""Surfaces that Gmsh meshes with curved triangles of the second order; its Python package is an extra (`[cad]`)."""
+"""Surfaces that Gmsh meshes with curved triangles of the second order; its Python package is an
+extra (`[cad]`)."""
 
 from __future__ import annotations
 
@@ -18,8 +19,8 @@ def has_gmsh():
 def meshed(file: Path, build, name, size):
     """The path of a `.msh` file of one solid.
 
-    `build` makes it with `gmsh.model.occ`; `name` is the part of a face by its lowest and highest z; `size` of
-    triangles is a number or an expression in x, y and z.
+    `build` makes it with `gmsh.model.occ`; `name` is the part of a face by its lowest and highest
+    z; `size` of triangles is a number or an expression in x, y and z.
     """
     import gmsh
 
@@ -42,7 +43,9 @@ def meshed(file: Path, build, name, size):
     else:
         for bound in ("Min", "Max"):
             gmsh.option.setNumber(f"Mesh.MeshSize{bound}", size)
-    gmsh.option.setNumber("Mesh.Algorithm", 6)  # of the same points the same triangles, whatever the number of threads
+    gmsh.option.setNumber(
+        "Mesh.Algorithm", 6
+    )  # of the same points the same triangles, whatever the number of threads
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(2)
     gmsh.write(str(file))
@@ -51,24 +54,34 @@ def meshed(file: Path, build, name, size):
 
 
 def graded(size, within, most):
-    """`size` as far as `within` from the origin, then larger in proportion to the distance, up to `most`."""
+    """`size` as far as `within` from the origin, then larger in proportion to the distance, up to
+    `most`."""
     return f"min({most}, {size} + 0.8*max(0, sqrt(x*x + y*y + z*z) - {within}))"
 
 
 def half_ball(file: Path, radius, sign, size):
-    """On the plane z = 0 at the origin (sign 1), or below it (-1): parts contact (round) and held (flat)."""
+    """On the plane z = 0 at the origin (sign 1), or below it (-1): parts contact (round) and held
+    (flat)."""
     turn = (-0.5, 0.0) if sign > 0 else (0.0, 0.5)
 
     def build(occ):
         occ.addSphere(
-            0.0, 0.0, sign * radius, radius, angle1=turn[0] * 3.141592653589793, angle2=turn[1] * 3.141592653589793
+            0.0,
+            0.0,
+            sign * radius,
+            radius,
+            angle1=turn[0] * 3.141592653589793,
+            angle2=turn[1] * 3.141592653589793,
         )
 
-    return meshed(file, build, lambda low, high: "held" if high - low < 1e-3 * radius else "contact", size)
+    return meshed(
+        file, build, lambda low, high: "held" if high - low < 1e-3 * radius else "contact", size
+    )
 
 
 def block_below(file: Path, half, size):
-    """Of twice `half`, and half as high, under z = 0: parts contact (its top), held (its bottom) and side."""
+    """Of twice `half`, and half as high, under z = 0: parts contact (its top), held (its bottom)
+    and side."""
 
     def build(occ):
         occ.addBox(-half, -half, -half, 2.0 * half, 2.0 * half, half)
@@ -80,7 +93,8 @@ def block_below(file: Path, half, size):
 
 
 def in_four(file):
-    """The path of the same surfaces with each curved triangle cut into four flat ones between its points."""
+    """The path of the same surfaces with each curved triangle cut into four flat ones between its
+    points."""
     with contextlib.redirect_stdout(None):
         mesh = meshio.read(file)
     cells, tags = [], []
@@ -90,8 +104,12 @@ def in_four(file):
             tags.append(np.repeat(tag, 4))
     used, corners = np.unique(np.concatenate(cells), return_inverse=True)
     tags = [np.concatenate(tags)]
-    flat = meshio.Mesh(mesh.points[used], [("triangle", corners.reshape(-1, 3))], field_data=mesh.field_data,
-                       cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags})  # fmt: skip
+    flat = meshio.Mesh(
+        mesh.points[used],
+        [("triangle", corners.reshape(-1, 3))],
+        field_data=mesh.field_data,
+        cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
+    )
     name = str(Path(file).with_suffix("")) + "_flat.msh"
     meshio.write(name, flat, file_format="gmsh22", binary=False)
     return name

@@ -1,4 +1,5 @@
-"""Outlines and kernels for the tests of the compression: of the kind of elasticity's, written down in a few lines."""
+"""Outlines and kernels for the tests of the compression: of the kind of elasticity's, written down
+in a few lines."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ class Nodes:
 
 
 def polygon(corners, per_side, grading=1.0):
-    """Elements on a closed polygon; with grading > 1 the longest and the smallest of a side differ by this factor."""
+    """Elements on a closed polygon; with grading > 1 the longest and the smallest of a side differ
+    by this factor."""
     pieces, starts, count = [], [], 0
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         x = np.linspace(-1, 1, per_side)
@@ -40,7 +42,9 @@ def star(rng, n_corners, per_side, grading=1.0):
     """A random star-shaped polygon."""
     angle = 2 * np.pi * (np.arange(n_corners) + 0.3 * rng.random(n_corners)) / n_corners
     radius = rng.uniform(0.6, 1.6, n_corners)
-    return polygon(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), per_side, grading)
+    return polygon(
+        np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1), per_side, grading
+    )
 
 
 def circle(n, radius=1.0, centre=(0.0, 0.0), clockwise=False):
@@ -48,21 +52,32 @@ def circle(n, radius=1.0, centre=(0.0, 0.0), clockwise=False):
     angle = 2 * np.pi * (np.arange(n) + 0.5) / n * (-1 if clockwise else 1)
     outward = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     normals = -outward if clockwise else outward
-    return Nodes(np.array(centre) + radius * outward, normals, np.full(n, 2 * np.pi * radius / n), np.array([0]))
+    return Nodes(
+        np.array(centre) + radius * outward,
+        normals,
+        np.full(n, 2 * np.pi * radius / n),
+        np.array([0]),
+    )
 
 
 def together(*parts):
     """Several outlines, one after another."""
     shifts = np.cumsum([0, *(len(part) for part in parts[:-1])])
-    arrays = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "normals", "lengths"))
-    return Nodes(*arrays, np.concatenate([p.breaks + s for p, s in zip(parts, shifts, strict=True)]))
+    arrays = (
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("points", "normals", "lengths")
+    )
+    return Nodes(
+        *arrays, np.concatenate([p.breaks + s for p, s in zip(parts, shifts, strict=True)])
+    )
 
 
 class Mixed:
-    """Two equations a node; columns of a single layer on every second side, of a double layer on the others.
+    """Two equations a node; columns of a single layer on every second side, of a double layer on
+    the others.
 
-    The single layer is that of elasticity with its logarithm; the double layer has its 1/r kernels, of which one part
-    vanishes on a straight side and the other does not.
+    The single layer is that of elasticity with its logarithm; the double layer has its 1/r kernels,
+    of which one part vanishes on a straight side and the other does not.
     """
 
     def __init__(self, nodes, single=None):
@@ -87,13 +102,17 @@ class Mixed:
                 rr = r[:, :, a] * r[:, :, b] / square
                 delta = float(a == b)
                 layer = w * (1.8 * delta * log - rr) / -np.pi
-                double = w * (flux * (0.4 * delta + 2 * rr) + 0.4 * (a - b) * swirl) / (2.8 * np.pi) + 0.5 * delta * same
+                double = (
+                    w * (flux * (0.4 * delta + 2 * rr) + 0.4 * (a - b) * swirl) / (2.8 * np.pi)
+                    + 0.5 * delta * same
+                )
                 block[:, a, :, b] = np.where(self.single[columns], layer, double)
         return block.reshape(2 * len(rows), 2 * len(columns))
 
 
 class Partial(Mixed):
-    """Of the single-layer columns of some nodes only the one along the normal: one column a node, none elsewhere."""
+    """Of the single-layer columns of some nodes only the one along the normal: one column a node,
+    none elsewhere."""
 
     def __init__(self, nodes, chosen):
         super().__init__(nodes, np.ones(len(nodes), dtype=bool))
@@ -121,14 +140,22 @@ def case(name, rng):
     if name == "abrupt":
         fine, coarse = polygon(square, 100, grading=1e5), polygon(square, 100)
         pick = np.arange(400) // 100 % 2 == 0
-        arrays = (np.where(pick.reshape(-1, *[1] * (a.ndim - 1)), a, b) for a, b in
-                  ((getattr(fine, k), getattr(coarse, k)) for k in ("points", "normals", "lengths")))  # fmt: skip
+        arrays = (
+            np.where(pick.reshape(-1, *[1] * (a.ndim - 1)), a, b)
+            for a, b in (
+                (getattr(fine, k), getattr(coarse, k)) for k in ("points", "normals", "lengths")
+            )
+        )
         return Nodes(*arrays, fine.breaks)
     if name == "holes":
-        holes = [circle(60, 0.4, (x, y), clockwise=True) for x in (1.0, 3.0, 5.0) for y in (1.0, 3.0)]
+        holes = [
+            circle(60, 0.4, (x, y), clockwise=True) for x in (1.0, 3.0, 5.0) for y in (1.0, 3.0)
+        ]
         return together(polygon(square, 60), *holes)
     if name == "slit":
-        return polygon(np.array([[0, 0], [4, 0], [4, 2], [2.02, 2], [2, 0.5], [1.98, 2], [0, 2]]), 60)
+        return polygon(
+            np.array([[0, 0], [4, 0], [4, 2], [2.02, 2], [2, 0.5], [1.98, 2], [0, 2]]), 60
+        )
     return circle(450)
 
 

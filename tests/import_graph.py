@@ -1,7 +1,9 @@
-"""Which files of a package import which: relative, absolute, through the front door, inside functions, by importlib.
+"""Which files of a package import which: relative, absolute, through the front door, inside
+functions, by importlib.
 
-An import inside a function, or one for types only, counts as any other: it says what a file knows of. Names are those
-of modules without the package's own ("bem.kernel"; "" is the front door, whose names are resolved by its stub).
+An import inside a function, or one for types only, counts as any other: it says what a file knows
+of. Names are those of modules without the package's own ("bem.kernel"; "" is the front door, whose
+names are resolved by its stub).
 """
 
 from __future__ import annotations
@@ -31,17 +33,24 @@ class ImportGraph:
         self.unresolved: list[str] = []
         for name, path in self.files.items():
             found = set(self._imported(name, path))
-            self.unresolved += [f"{name} imports {word}" for word in sorted(found) if word not in self.files]
+            self.unresolved += [
+                f"{name} imports {word}" for word in sorted(found) if word not in self.files
+            ]
             self.imports[name] = {word for word in found if word in self.files} - {name, ""}
 
     def circles(self) -> list[tuple[str, ...]]:
-        """Files that import each other, directly or through others: the graph's strongly connected components."""
+        """Files that import each other, directly or through others: the graph's strongly connected
+        components."""
         reached = {name: self._reached(name) for name in self.files}
-        parts = {tuple(sorted(other for other in reached[name] if name in reached[other])) for name in self.files}
+        parts = {
+            tuple(sorted(other for other in reached[name] if name in reached[other]))
+            for name in self.files
+        }
         return sorted(part for part in parts if part)
 
     def _reached(self, name: str) -> set[str]:
-        """All that a file imports, and what that imports; the file itself only where it comes back to it."""
+        """All that a file imports, and what that imports; the file itself only where it comes back
+        to it."""
         seen: set[str] = set()
         ahead = [*self.imports[name]]
         while ahead:
@@ -52,7 +61,8 @@ class ImportGraph:
         return seen
 
     def _names_of_the_stub(self, stub: Path) -> dict[str, str]:
-        """Where each name of the front door comes from; the version is its own, and says nothing of other files."""
+        """Where each name of the front door comes from; the version is its own, and says nothing of
+        other files."""
         found = {"__version__": ""}
         for node in ast.walk(ast.parse(stub.read_text())):
             if isinstance(node, ast.ImportFrom):
@@ -74,11 +84,15 @@ class ImportGraph:
                     base = f"{base}.{node.module}".lstrip(".")
                 for alias in node.names:
                     yield self._resolved(base, alias.name)
-            elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in ("import_module", "__import__"):
+            elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in (
+                "import_module",
+                "__import__",
+            ):
                 yield from self._by_call(node, own)
 
     def _inside(self, module: str) -> str | None:
-        """The name of an absolute module without the package's, None if it is of another package."""
+        """The name of an absolute module without the package's, None if it is of another
+        package."""
         first, _, rest = module.partition(".")
         return rest if first == self.package else None
 
@@ -89,14 +103,16 @@ class ImportGraph:
             yield inside or UNKNOWN
 
     def _resolved(self, base: str, word: str) -> str:
-        """`from base import word`: a module of that name, what the front door leads to, or the base itself."""
+        """`from base import word`: a module of that name, what the front door leads to, or the base
+        itself."""
         inner = f"{base}.{word}".lstrip(".")
         if inner in self.files:
             return inner
         return base if base else self._front.get(word, word)
 
     def _by_call(self, node: ast.Call, own: str) -> Iterator[str]:
-        """importlib.import_module: a constant name, or all modules below the constant beginning of one."""
+        """importlib.import_module: a constant name, or all modules below the constant beginning of
+        one."""
         first = node.args[0] if node.args else None
         if isinstance(first, ast.Constant):
             start, whole = str(first.value), True
@@ -113,7 +129,9 @@ class ImportGraph:
             if inside is None:
                 return
             start = inside.strip(".") or UNKNOWN
-        yield from [start] if whole else [name for name in self.files if name.rpartition(".")[0] == start]
+        yield from (
+            [start] if whole else [name for name in self.files if name.rpartition(".")[0] == start]
+        )
 
 
 def _name(path: Path) -> str:

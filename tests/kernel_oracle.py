@@ -1,6 +1,8 @@
-"""Slow and obviously right: Kelvin's kernels as printed, composite Gauss quadrature graded towards the target and the ends.
+"""Slow and obviously right: Kelvin's kernels as printed, composite Gauss quadrature graded towards
+the target and the ends.
 
-Everything in extended precision (80 bit where the platform has it), with distances taken from the nearer end.
+Everything in extended precision (80 bit where the platform has it), with distances taken from the
+nearer end.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ def gauss(points):
 def basis(order, s):
     """Lagrange polynomials through the Gauss points as products, (p+1, k)."""
     x, _ = gauss(order + 1)
-    factors = [[(s - x[j]) / (x[b] - x[j]) for j in range(order + 1) if j != b] for b in range(order + 1)]
+    factors = [
+        [(s - x[j]) / (x[b] - x[j]) for j in range(order + 1) if j != b] for b in range(order + 1)
+    ]
     return np.array([functools.reduce(np.multiply, f, np.ones_like(s)) for f in factors])
 
 
@@ -53,13 +57,22 @@ class Element:
         self.angle = np.arcsin(self.kappa * np.abs(chord) / 2)
         self.half = self.angle / self.kappa if self.curvature else np.abs(chord) / 2
         turn = np.exp(1j * self.angle)
-        self.tangent_first, self.tangent_last = chord / np.abs(chord) / turn, chord / np.abs(chord) * turn
+        self.tangent_first, self.tangent_last = (
+            chord / np.abs(chord) / turn,
+            chord / np.abs(chord) * turn,
+        )
 
     def _along(self, tangent, offset):
         """Vector from a point with this tangent to the point `offset` further in s."""
         if not self.curvature:
             return tangent * self.half * offset
-        return tangent * np.exp(0.5j * self.angle * offset) * np.sin(self.angle * offset / 2) * 2 / self.kappa
+        return (
+            tangent
+            * np.exp(0.5j * self.angle * offset)
+            * np.sin(self.angle * offset / 2)
+            * 2
+            / self.kappa
+        )
 
     def vector(self, point, from_first, from_last):
         """x - y and the unit tangent at x, from the distances s+1 and s-1 in the parameter."""
@@ -84,9 +97,13 @@ class Element:
     def elements(self, line=-1):
         """As the kernels want it."""
         return Elements(
-            np.array([self.start]), np.array([self.end]), np.array([self.curvature]), self.order,
-            np.array([line]), np.array([0]),
-        )  # fmt: skip
+            np.array([self.start]),
+            np.array([self.end]),
+            np.array([self.curvature]),
+            self.order,
+            np.array([line]),
+            np.array([0]),
+        )
 
 
 def free(points):
@@ -102,14 +119,17 @@ def kelvin(r, tangent, poisson_ratio, length):
     square, normal = (r * r).sum(axis=0), (r * n).sum(axis=0)
     unit = np.eye(2)[:, :, None]
     rr, outer = r[:, None] * r[None, :], n[:, None] * r[None, :]
-    u = (-(3 - 4 * nu) * np.log(square / Real(length) ** 2) / 2 * unit + rr / square) / (4 * PI * (1 - nu))
+    u = (-(3 - 4 * nu) * np.log(square / Real(length) ** 2) / 2 * unit + rr / square) / (
+        4 * PI * (1 - nu)
+    )
     bracket = normal / square * ((1 - 2 * nu) * unit + 2 * rr / square)
     bracket = bracket + (1 - 2 * nu) / square * (outer - outer.transpose(1, 0, 2))
     return u, -bracket / (4 * PI * (1 - nu))
 
 
 def stress_of_kelvin(r, tangent, poisson_ratio):
-    """Textbook kernels of the stress at y, D (2, 2, 2, k) and S/2µ: stress components ij first, then k of t or u.
+    """Textbook kernels of the stress at y, D (2, 2, 2, k) and S/2µ: stress components ij first,
+    then k of t or u.
 
     Brebbia, Telles and Wrobel (1984), equations for plane strain; r points from y to x.
     """
@@ -122,14 +142,23 @@ def stress_of_kelvin(r, tangent, poisson_ratio):
     for i in range(2):
         for j in range(2):
             for k in range(2):
-                d[i, j, k] = (1 - 2 * nu) * (delta[k, i] * e[j] + delta[k, j] * e[i] - delta[i, j] * e[k])
+                d[i, j, k] = (1 - 2 * nu) * (
+                    delta[k, i] * e[j] + delta[k, j] * e[i] - delta[i, j] * e[k]
+                )
                 d[i, j, k] += 2 * e[i] * e[j] * e[k]
-                s[i, j, k] = 2 * slope * (
-                    (1 - 2 * nu) * delta[i, j] * e[k] + nu * (delta[i, k] * e[j] + delta[j, k] * e[i])
-                    - 4 * e[i] * e[j] * e[k]
-                )  # fmt: skip
+                s[i, j, k] = (
+                    2
+                    * slope
+                    * (
+                        (1 - 2 * nu) * delta[i, j] * e[k]
+                        + nu * (delta[i, k] * e[j] + delta[j, k] * e[i])
+                        - 4 * e[i] * e[j] * e[k]
+                    )
+                )
                 s[i, j, k] += 2 * nu * (n[i] * e[j] * e[k] + n[j] * e[i] * e[k])
-                s[i, j, k] += (1 - 2 * nu) * (2 * n[k] * e[i] * e[j] + n[j] * delta[i, k] + n[i] * delta[j, k])
+                s[i, j, k] += (1 - 2 * nu) * (
+                    2 * n[k] * e[i] * e[j] + n[j] * delta[i, k] + n[i] * delta[j, k]
+                )
                 s[i, j, k] -= (1 - 4 * nu) * n[k] * delta[i, j]
     return d / (4 * PI * (1 - nu) * distance), -s / (4 * PI * (1 - nu) * distance**2)
 
@@ -160,7 +189,8 @@ def _nearest(element, point):
 
 
 def _panels(element, point):
-    """s+1, s-1 and weights of a rule on panels that halve towards the nearest point, down to its distance."""
+    """s+1, s-1 and weights of a rule on panels that halve towards the nearest point, down to its
+    distance."""
     centre, distance = nearest(element, point)
     levels = 2 + max(0, int(np.ceil(np.log2(float(element.half) / distance))))
     steps = Real(2) ** (1 - np.arange(levels + 1))
@@ -178,7 +208,11 @@ def reference(element, point, poisson_ratio, length):
     y = Complex(point[0]) + 1j * Real(point[1])
     from_first, from_last, weight = _panels(element, point)
     u, t = kelvin(*element.vector(y, from_first, from_last), poisson_ratio, length)
-    against = basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1)) * weight * element.half
+    against = (
+        basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1))
+        * weight
+        * element.half
+    )
     return u @ against.T, t @ against.T
 
 
@@ -187,23 +221,36 @@ def reference_stress(element, point, poisson_ratio):
     y = Complex(point[0]) + 1j * Real(point[1])
     from_first, from_last, weight = _panels(element, point)
     d, s = stress_of_kelvin(*element.vector(y, from_first, from_last), poisson_ratio)
-    against = basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1)) * weight * element.half
+    against = (
+        basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1))
+        * weight
+        * element.half
+    )
     pick = [(0, 0), (1, 1), (0, 1)]
-    return np.array([d[ij] @ against.T for ij in pick]), np.array([s[ij] @ against.T for ij in pick])
+    return np.array([d[ij] @ against.T for ij in pick]), np.array(
+        [s[ij] @ against.T for ij in pick]
+    )
 
 
 def reference_self(element, xi, poisson_ratio, length):
-    """G and the principal value of H at a node: both sides of it taken together, where the singular parts cancel."""
+    """G and the principal value of H at a node: both sides of it taken together, where the singular
+    parts cancel."""
     xi = Real(xi)
     near, far = 1 - abs(xi), 1 + abs(xi)
     x, weight = gauss(20)
-    pieces = [(Real(0.0) if k == 60 else near * Real(2) ** -(k + 1), near * Real(2) ** -k) for k in range(61)]
+    pieces = [
+        (Real(0.0) if k == 60 else near * Real(2) ** -(k + 1), near * Real(2) ** -k)
+        for k in range(61)
+    ]
     g, h = np.zeros((2, 2, element.order + 1), Real), np.zeros((2, 2, element.order + 1), Real)
 
     def add(offset, weights, traction):
         # The node itself is the origin: the tangent there, and x - y along the element from it.
         tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
-        r, direction = element._along(tangent, offset), tangent * np.exp(1j * element.angle * offset)
+        r, direction = (
+            element._along(tangent, offset),
+            tangent * np.exp(1j * element.angle * offset),
+        )
         u, t = kelvin(r, direction, poisson_ratio, length)
         against = basis(element.order, xi + offset) * weights * element.half
         return u @ against.T, t @ against.T if traction else 0
@@ -212,7 +259,8 @@ def reference_self(element, xi, poisson_ratio, length):
         offset, w = (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
         for sign in (-1, 1):
             g += add(sign * offset, w, False)[0]
-    # One panel is enough where the sum of both sides is smooth; away from the node each side is smooth by itself.
+    # One panel is enough where the sum of both sides is smooth; away from the node each side is
+    # smooth by itself.
     offset, w = near / 2 * (1 + x), near / 2 * weight
     h += add(offset, w, True)[1] + add(-offset, w, True)[1]
     if far > near:

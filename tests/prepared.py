@@ -30,10 +30,15 @@ def operators(problem: Problem, number: int = 0) -> BoundaryOperators:
 
 
 def filled(ops: BoundaryOperators) -> tuple[Array, Array, Array]:
-    """A_0 (d n, d n), G_Ct times the traction scale (d n, m k) and the loads (d n, K), by `fill_dense`."""
+    """A_0 (d n, d n), G_Ct times the traction scale (d n, m k) and the loads (d n, K), by
+    `fill_dense`."""
     n, d = ops.mesh.x.shape
     m, k = ops.data.contact_shape
-    system, contact, loads = np.empty((n, d, n, d)), np.zeros((m * k, n, d)), np.zeros((ops.data.states, n, d))
+    system, contact, loads = (
+        np.empty((n, d, n, d)),
+        np.zeros((m * k, n, d)),
+        np.zeros((ops.data.states, n, d)),
+    )
     fill_dense(ops, np.arange(n), system, contact, loads)
     return system.reshape(d * n, -1).T, contact.reshape(m * k, -1).T, loads.reshape(-1, d * n).T
 
@@ -88,7 +93,9 @@ class Posed:
     def residual(self, sigma: Array) -> float:
         """Defect of the boundary integral equations there."""
         tractions = self.bodies.tractions(0, sigma)
-        return self.body.residual(self.increment.shares, *self.boundary(sigma), tractions, np.zeros(0))
+        return self.body.residual(
+            self.increment.shares, *self.boundary(sigma), tractions, np.zeros(0)
+        )
 
     def close(self) -> None:
         self.prepared.close()

@@ -11,9 +11,20 @@ from petcontact.model.base import parse
 Vector = list[float | str]
 
 
-def block(name: str, low: Vector, high: Vector, modulus: float = 1.0, ratio: float = 0.3, mesh: str = "", **parts) -> str:
-    """A rectangle, or a box in space; of its parts the displacement, or a condition and its value."""
-    shape, first, last = ("rectangle", "lower_left", "upper_right") if len(low) == 2 else ("box", "lower", "upper")
+def block(
+    name: str,
+    low: Vector,
+    high: Vector,
+    modulus: float = 1.0,
+    ratio: float = 0.3,
+    mesh: str = "",
+    **parts,
+) -> str:
+    """A rectangle, or a box in space; of its parts the displacement, or a condition and its
+    value."""
+    shape, first, last = (
+        ("rectangle", "lower_left", "upper_right") if len(low) == 2 else ("box", "lower", "upper")
+    )
     text = f"""
 [[body]]
 name = "{name}"
@@ -23,7 +34,10 @@ geometry = {{ shape = "{shape}", {first} = {low}, {last} = {high} }}
     text += f"mesh = {{ {mesh} }}\n" if mesh else ""
     for part, given in parts.items():
         condition, value = given if isinstance(given, tuple) else ("displacement", given)
-        text += f'[[body.boundary]]\npart = "{part}"\ncondition = "{condition}"\nvalue = {json.dumps(value)}\n'
+        text += (
+            f'[[body.boundary]]\npart = "{part}"\ncondition = "{condition}"\nvalue = '
+            f"{json.dumps(value)}\n"
+        )
     return text
 
 
@@ -40,13 +54,20 @@ def contact_pair(name: str, secondary: str, primary: str, friction: float, gap: 
 
 def load_step(name: str = "", increments: int = 0, **bodies: dict[str, Vector]) -> str:
     """A load step: new values of parts by body, or under `displacement` what an obstacle does."""
-    text = "[[step]]\n" + (f'name = "{name}"\n' if name else "") + (f"increments = {increments}\n" if increments else "")
+    text = (
+        "[[step]]\n"
+        + (f'name = "{name}"\n' if name else "")
+        + (f"increments = {increments}\n" if increments else "")
+    )
     for body, changes in bodies.items():
         for part, value in changes.items():
             if part == "displacement":
                 text += f'[[step.obstacle]]\nname = "{body}"\ndisplacement = {json.dumps(value)}\n'
             else:
-                text += f'[[step.boundary]]\nbody = "{body}"\npart = "{part}"\nvalue = {json.dumps(value)}\n'
+                text += (
+                    f'[[step.boundary]]\nbody = "{body}"\npart = "{part}"\nvalue = '
+                    f"{json.dumps(value)}\n"
+                )
     return text
 
 

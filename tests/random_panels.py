@@ -16,4 +16,6 @@ def placed(outline: np.ndarray, order: int, rng: np.random.Generator) -> Panels:
 def a_panel(corners: int, order: int, rng: np.random.Generator) -> Panels:
     """Corners on an ellipse: no quadrilateral of these is a parallelogram."""
     angle = np.sort(rng.uniform(0.0, 0.5, corners)) + 2.0 * np.pi * np.arange(corners) / corners
-    return placed(np.column_stack([np.cos(angle), rng.uniform(0.3, 1.0) * np.sin(angle)]), order, rng)
+    return placed(
+        np.column_stack([np.cos(angle), rng.uniform(0.3, 1.0) * np.sin(angle)]), order, rng
+    )

@@ -1,4 +1,5 @@
-"""A body with an arc, a hole and corners, and a smooth elastic field in it, by Kolosov's formulas."""
+"""A body with an arc, a hole and corners, and a smooth elastic field in it, by Kolosov's
+formulas."""
 
 from __future__ import annotations
 
@@ -19,20 +20,27 @@ BODY = SideBySide(loops=(TOE, Circle(part="hole", center=(2, 1), radius=0.4)))
 
 
 def exact(x, material=STEEL):
-    """A field from Kolosov's formulas with φ = z³ + (1+2i)z², ψ = 2z²: displacement and σ_xx, σ_yy, σ_xy."""
+    """A field from Kolosov's formulas with φ = z³ + (1+2i)z², ψ = 2z²: displacement and σ_xx, σ_yy,
+    σ_xy."""
     nu, mu = material.plane_strain_ratio, material.shear_modulus
     z = x[:, 0] + 1j * x[:, 1]
     phi, slope, bend = z**3 + (1 + 2j) * z**2, 3 * z**2 + 2 * (1 + 2j) * z, 6 * z + 2 * (1 + 2j)
     u = ((3 - 4 * nu) * phi - z * slope.conj() - 2 * z.conj() ** 2) / (2 * mu)
     total, difference = 4 * slope.real, 2 * (z.conj() * bend + 4 * z)
-    stress = [0.5 * (total - difference.real), 0.5 * (total + difference.real), 0.5 * difference.imag]
+    stress = [
+        0.5 * (total - difference.real),
+        0.5 * (total + difference.real),
+        0.5 * difference.imag,
+    ]
     return np.column_stack([u.real, u.imag]), np.column_stack(stress)
 
 
 def boundary_data(mesh, material=STEEL):
     u, s = exact(mesh.x, material)
     n = mesh.normal
-    return u, np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
+    return u, np.column_stack(
+        [s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]]
+    )
 
 
 def meshed(body=BODY, **options):

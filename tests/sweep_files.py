@@ -22,7 +22,9 @@ element_size = [0.8, 0.4]
 """
 
 
-def sweep_file(folder: Path, text: str = "", name: str = "small.toml", *, limit: int = 1000, keep: str = "all") -> Path:
+def sweep_file(
+    folder: Path, text: str = "", name: str = "small.toml", *, limit: int = 1000, keep: str = "all"
+) -> Path:
     """A sweep file beside the paper's examples; the small sweep of eight cases by default."""
     for example in ("example1.toml", "example2.toml"):
         (folder / example).write_text((CONFIGS / example).read_text())
@@ -33,4 +35,6 @@ def sweep_file(folder: Path, text: str = "", name: str = "small.toml", *, limit:
 
 def quietly(sweep, folder, **options):
     """Run a sweep on one rank."""
-    return run_sweep(sweep, folder, MPI.COMM_SELF, say=options.pop("say", lambda line: None), **options)
+    return run_sweep(
+        sweep, folder, MPI.COMM_SELF, say=options.pop("say", lambda line: None), **options
+    )

@@ -1,4 +1,5 @@
-"""What is known at the nodes of a mesh, in which directions and load states; the rigid motions that leave it alone."""
+"""What is known at the nodes of a mesh, in which directions and load states; the rigid motions that
+leave it alone."""
 
 from __future__ import annotations
 
@@ -14,13 +15,16 @@ from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
 TINY = 1e-4
-"""Size of the smallest element over that of the body, above which a motion smaller than the body costs no digits."""
+"""Size of the smallest element over that of the body, above which a motion smaller than the body
+costs no digits."""
 LEFT = 0.1
-"""Of known displacements, beyond their common rigid motion and over their size, from which on no large one is taken out."""
+"""Of known displacements, beyond their common rigid motion and over their size, from which on no
+large one is taken out."""
 ROUND_OFF = 1e-14
 """Of the same, below which nothing is left."""
 RIGID = 1e-12
-"""Of the same, below which they are a rigid motion; and of displacements by a rotation, over their size, if there is one."""
+"""Of the same, below which they are a rigid motion; and of displacements by a rotation, over their
+size, if there is one."""
 
 
 @frozen
@@ -30,26 +34,30 @@ class BoundaryData:
     Attributes
     ----------
     frame : (n, d, d) array
-        `frame[i, c]` is direction c of node i: the axes, or tangents and normal where the normal displacement of a contact
-        is known, in the order in which they are nearest to the axes, so that the diagonal of the system is not small.
+        `frame[i, c]` is direction c of node i: the axes, or tangents and normal where the normal
+        displacement of a contact is known, in the order in which they are nearest to the axes, so
+        that the diagonal of the system is not small.
     traction_known : (n, d) bool array
-        True where the traction component is known (the displacement is the unknown), also in the contact directions,
-        whose traction is what a method looks for.
+        True where the traction component is known (the displacement is the unknown), also in the
+        contact directions, whose traction is what a method looks for.
     value : (K, n, d) array
-        The known displacement [length] or traction [stress] in each state; 0 in the contact directions.
+        The known displacement [length] or traction [stress] in each state; 0 in the contact
+        directions.
     contact_nodes : (m,) array
         Numbers of the nodes that may carry contact tractions, increasing.
     contact_directions : (m, k) array
-        The directions c of each contact node whose traction a method looks for: all, or its d-1 tangents.
+        The directions c of each contact node whose traction a method looks for: all, or its d-1
+        tangents.
     point : (f, d) array
         Points at which forces act [length].
     force : (K, f, d) array
         [force/length, in space force]
     volume : (3, K, n, d) array, optional
-        Of a particular solution for the volume loads of each state, displacement [length] and traction [stress]; and of one
-        for the forces alone the traction, whose resultant is theirs.
+        Of a particular solution for the volume loads of each state, displacement [length] and
+        traction [stress]; and of one for the forces alone the traction, whose resultant is theirs.
     rigid : (K, n, d) array, optional
-        Rigid motions that were taken out of the known displacements, to be added to whatever follows from them [length].
+        Rigid motions that were taken out of the known displacements, to be added to whatever
+        follows from them [length].
     """
 
     frame: Array
@@ -80,7 +88,8 @@ class BoundaryData:
 
     @property
     def contact_unknowns(self) -> Index:
-        """Numbers of the displacements in the contact directions among the unknowns d·node + c, (m k,)."""
+        """Numbers of the displacements in the contact directions among the unknowns d·node + c, (m
+        k,)."""
         return (self.frame.shape[1] * self.contact_nodes[:, None] + self.contact_directions).ravel()
 
     @property
@@ -88,7 +97,9 @@ class BoundaryData:
         """The rigid motions along the contact directions, (K, m, k)."""
         if self.rigid is None:
             return np.zeros((self.states, *self.contact_directions.shape))
-        return np.asarray(np.einsum("mcj,kmj->kmc", self.contact_frame, self.rigid[:, self.contact_nodes]))
+        return np.asarray(
+            np.einsum("mcj,kmj->kmc", self.contact_frame, self.rigid[:, self.contact_nodes])
+        )
 
     @property
     def known_traction(self) -> Array:
@@ -103,13 +114,21 @@ class BoundaryData:
     @property
     def loaded(self) -> Mask:
         """Whether anything acts or is displaced in each state, (K,)."""
-        acting = [self.value, self.force, *([] if self.volume is None else self.volume),
-                  *([] if self.rigid is None else [self.rigid])]  # fmt: skip
+        acting = [
+            self.value,
+            self.force,
+            *([] if self.volume is None else self.volume),
+            *([] if self.rigid is None else [self.rigid]),
+        ]
         return np.asarray(np.any([values.any(axis=(1, 2)) for values in acting], axis=0))
 
     def vectors(self, components: Array) -> Array:
         """Vectors (..., n, d) from components along the frames (..., n, d)."""
-        return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame)) if self._turned else components
+        return (
+            np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
+            if self._turned
+            else components
+        )
 
     @cached_property
     def _turned(self) -> bool:
@@ -117,19 +136,27 @@ class BoundaryData:
         return bool((self.frame != np.eye(self.frame.shape[1])).any())
 
     def components(self, vectors: Array) -> Array:
-        """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""
+        """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d,
+        r)."""
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
     def has_matrix_of(self, other: BoundaryData) -> bool:
-        """Whether the same is known in the same directions, so that data of the same mesh differ in their values only."""
+        """Whether the same is known in the same directions, so that data of the same mesh differ in
+        their values only."""
         names = ("frame", "traction_known", "contact_nodes", "contact_directions")
-        return self.states == other.states and all(np.array_equal(getattr(self, n), getattr(other, n)) for n in names)
+        return self.states == other.states and all(
+            np.array_equal(getattr(self, n), getattr(other, n)) for n in names
+        )
 
     def equals(self, other: BoundaryData) -> bool:
         """Whether the values are the same, too."""
-        pairs = [(getattr(self, name), getattr(other, name)) for name in ("value", "point", "force", "volume", "rigid")]
+        pairs = [
+            (getattr(self, name), getattr(other, name))
+            for name in ("value", "point", "force", "volume", "rigid")
+        ]
         return self.has_matrix_of(other) and all(
-            one is two or (one is not None and two is not None and np.array_equal(one, two)) for one, two in pairs
+            one is two or (one is not None and two is not None and np.array_equal(one, two))
+            for one, two in pairs
         )
 
     def reordered(self, nodes: Index) -> BoundaryData:
@@ -137,15 +164,20 @@ class BoundaryData:
         place = np.argsort(nodes)[self.contact_nodes]
         order = np.argsort(place)
         return replace(
-            self, frame=self.frame[nodes], traction_known=self.traction_known[nodes], value=self.value[:, nodes],
-            contact_nodes=place[order], contact_directions=self.contact_directions[order],
+            self,
+            frame=self.frame[nodes],
+            traction_known=self.traction_known[nodes],
+            value=self.value[:, nodes],
+            contact_nodes=place[order],
+            contact_directions=self.contact_directions[order],
             volume=None if self.volume is None else self.volume[:, :, nodes],
             rigid=None if self.rigid is None else self.rigid[:, nodes],
-        )  # fmt: skip
+        )
 
 
 def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
-    """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal went, (m, d)."""
+    """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal
+    went, (m, d)."""
     normal = mesh.smooth_normal[nodes]
     vectors = np.concatenate([mesh.tangents_to(normal), normal[:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
@@ -156,15 +188,21 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that costs digits.
+    """Known displacements without the rigid motion that they have in common, where that costs
+    digits.
 
-    Large motions swallow what strains the body: of tractions on elements of size h all those below their round-off over h.
-    Curved elements do not hold a rotation, and are strained by what they miss of it: displacements that are nothing else
-    are taken out, on elements of order 1 or more, whose nodes tell a rotation from data that are constant on each of them.
-    Motions that leave known normals of contact at rest are taken out only; none is of an infinite plate, at rest far away.
+    Large motions swallow what strains the body: of tractions on elements of size h all those below
+    their round-off over h. Curved elements do not hold a rotation, and are strained by what they
+    miss of it: displacements that are nothing else are taken out, on elements of order 1 or more,
+    whose nodes tell a rotation from data that are constant on each of them. Motions that leave
+    known normals of contact at rest are taken out only; none is of an infinite plate, at rest far
+    away.
     """
     given = ~data.traction_known
-    extent, largest = float(np.ptp(mesh.x, axis=0).max()), np.abs(data.value[:, given]).max(initial=0.0)
+    extent, largest = (
+        float(np.ptp(mesh.x, axis=0).max()),
+        np.abs(data.value[:, given]).max(initial=0.0),
+    )
     if largest == 0.0 or mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1) < 0.0:
         return data
     tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
@@ -173,24 +211,39 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     contact = np.zeros(mesh.n_nodes, dtype=bool)
     contact[data.contact_nodes] = True
     _, strengths, ways = np.linalg.svd(along[given & contact[:, None]], full_matrices=True)
-    free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
+    free = ways[
+        np.append(strengths, np.zeros(len(ways) - len(strengths)))
+        <= 1e-12 * max(1.0, strengths.max(initial=0.0))
+    ].T
     elsewhere = given & ~contact[:, None]
-    amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
+    amplitudes = (
+        free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
+    )
     value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
     if not ((largest > extent or tiny) and np.abs(left).max(initial=0.0) <= LEFT * there):
-        size, rest = (np.abs(values).max(axis=1, initial=0.0) for values in (data.value[:, elsewhere], left))
+        size, rest = (
+            np.abs(values).max(axis=1, initial=0.0) for values in (data.value[:, elsewhere], left)
+        )
         held = np.repeat((mesh.order > 0)[mesh.element][:, None], mesh.dim, axis=1)[elsewhere].all()
-        turned = held & (rest <= RIGID * size) & (np.abs(amplitudes[mesh.dim :]).max(axis=0) > RIGID * size)
+        turned = (
+            held
+            & (rest <= RIGID * size)
+            & (np.abs(amplitudes[mesh.dim :]).max(axis=0) > RIGID * size)
+        )
         if not turned.any():
             return data
-        amplitudes, left = amplitudes * turned, np.where(turned[:, None], 0.0, data.value[:, elsewhere])
+        amplitudes, left = (
+            amplitudes * turned,
+            np.where(turned[:, None], 0.0, data.value[:, elsewhere]),
+        )
     value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 
 def unit_motions(mesh: BoundaryMesh) -> Array:
-    """Translations along the axes, then rotations about the body's middle, of about unit size, (n, d, d(d+1)/2) [-]."""
+    """Translations along the axes, then rotations about the body's middle, of about unit size, (n,
+    d, d(d+1)/2) [-]."""
     away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
     return rigid_motions(away / np.abs(away).max())
 

@@ -1,4 +1,5 @@
-"""What fills columns of the boundary operators: a compiled function and what it knows of a mesh, or a kernel's integrals."""
+"""What fills columns of the boundary operators: a compiled function and what it knows of a mesh, or
+a kernel's integrals."""
 
 from __future__ import annotations
 
@@ -26,7 +27,9 @@ class PlainFiller:
     data: ColumnData
     compiled: ClassVar[None] = None
 
-    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+    def fill(
+        self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
+    ) -> None:
         """As in `ColumnFiller`."""
         mesh, data, element = self.mesh, self.data, self.mesh.element[columns]
         count = np.diff(data.rhs_first)[columns]
@@ -37,15 +40,20 @@ class PlainFiller:
             elements, own = np.unique(element[places], return_inverse=True)
             per_element = mesh.first_node[elements[0] + 1] - mesh.first_node[elements[0]]
             column = own * per_element + nodes - mesh.first_node[element[places]]
-            # right-hand sides: the node of each, its number among all and its place among those of the columns
+            # right-hand sides: the node of each, its number among all and its place among those of
+            # the columns
             owner = np.repeat(np.arange(len(nodes)), count[places])
             within = np.arange(len(owner)) - np.searchsorted(owner, owner)
             mine, beside = data.rhs_first[nodes][owner] + within, start[places][owner] + within
             for first in range(0, len(rows), ROWS):
                 here = slice(first, first + ROWS)
-                kernel_g, kernel_h = self.kernel.integrals(mesh.targets(rows[here]), mesh.elements(elements))
+                kernel_g, kernel_h = self.kernel.integrals(
+                    mesh.targets(rows[here]), mesh.elements(elements)
+                )
                 g, h = kernel_g[:, :, column], kernel_h[:, :, column]
-                _, at, same = np.intersect1d(rows[here], nodes, assume_unique=True, return_indices=True)
+                _, at, same = np.intersect1d(
+                    rows[here], nodes, assume_unique=True, return_indices=True
+                )
                 for a in range(self.kernel.dim):
                     h[a, a, same, at] += 0.5  # the free term
                 if system is not None:
@@ -63,7 +71,10 @@ class PlainFiller:
 
 def _times(kernel: Array, vectors: Array) -> Array:
     """A kernel (d, d, k, m) times some vectors (k, c, d) a column: (k, c, m, d)."""
-    found = [sum(part[j] * vectors[:, :, j, None] for j in range(len(part))) for part in kernel[:, :, :, None]]
+    found = [
+        sum(part[j] * vectors[:, :, j, None] for j in range(len(part)))
+        for part in kernel[:, :, :, None]
+    ]
     return np.stack(found, axis=-1)
 
 
@@ -87,20 +98,30 @@ class CompiledFiller:
         assert function is not None and address is not None
         self._name, self._function, self._members, self._kept = name, function, mesh, kept
         self._record = native.Record(
-            *mesh, native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),
-            native.contiguous(data.rhs_first, np.int64), native.contiguous(data.rhs_traction),
+            *mesh,
+            native.contiguous(data.traction_known, np.int64),
+            native.contiguous(data.frame),
+            native.contiguous(data.rhs_first, np.int64),
+            native.contiguous(data.rhs_traction),
             native.contiguous(data.rhs_displacement),
-        )  # fmt: skip
+        )
         self.compiled: tuple[int, int] | None = address, self._record.address
 
     def of(self, data: ColumnData) -> CompiledFiller:
         """As in `ColumnFiller`."""
         return CompiledFiller(self._name, self._members, data, self._kept)
 
-    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+    def fill(
+        self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
+    ) -> None:
         """As in `ColumnFiller`."""
         rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
         self._function(
-            self._record.address, len(rows), native.pointer(rows), len(columns), native.pointer(columns),
-            native.pointer(system), native.pointer(right_hand_sides),
-        )  # fmt: skip
+            self._record.address,
+            len(rows),
+            native.pointer(rows),
+            len(columns),
+            native.pointer(columns),
+            native.pointer(system),
+            native.pointer(right_hand_sides),
+        )

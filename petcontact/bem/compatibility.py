@@ -16,14 +16,17 @@ TOLERANCE = 1e-6
 
 
 def check_compatible(problem: Problem, outline: Outline) -> None:
-    """Refuse a displacement that moves the end of a contact part along its normal, where bilateral contact has u_n = 0.
+    """Refuse a displacement that moves the end of a contact part along its normal, where bilateral
+    contact has u_n = 0.
 
     Raises
     ------
     InputError
         One line that names both parts and the place.
     """
-    conditions = {condition.part: (number, condition) for number, condition in enumerate(problem.boundary)}
+    conditions = {
+        condition.part: (number, condition) for number, condition in enumerate(problem.boundary)
+    }
     along = outline.offsets
     _, after = outline.neighbours
     for k, next_ in enumerate(after.tolist()):
@@ -34,9 +37,13 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
             if isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain:
                 normal = _at(other, place)[1]
                 u = _displacement(moved, side, start, xi, normal)
-                if u is not None and abs(u @ normal) > TOLERANCE * np.hypot(*u) + 1e-12 * outline.diameter:
+                if (
+                    u is not None
+                    and abs(u @ normal) > TOLERANCE * np.hypot(*u) + 1e-12 * outline.diameter
+                ):
                     raise InputError(
-                        f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at {shown(_at(side, xi)[0])}, "
+                        f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
+                        f"{shown(_at(side, xi)[0])}, "
                         f"where it meets the contact part {other.part!r}, whose u_n is 0"
                     )
 
@@ -47,18 +54,24 @@ def _at(side: Side, xi: float) -> tuple[Array, Array]:
     return point[0], normal[0]
 
 
-def _displacement(condition: Displacement, side: Side, start: float, xi: float, normal: Array) -> Array | None:
+def _displacement(
+    condition: Displacement, side: Side, start: float, xi: float, normal: Array
+) -> Array | None:
     """u at an end of a side, None where it does not say what u·n is or cannot be evaluated."""
     (x, y), (nx, ny) = _at(side, xi)
     s = start + 0.5 * (1.0 + xi) * side.length
-    variables = {name: np.array([value]) for name, value in zip(("x", "y", "nx", "ny", "s"), (x, y, nx, ny, s), strict=True)}
+    variables = {
+        name: np.array([value])
+        for name, value in zip(("x", "y", "nx", "ny", "s"), (x, y, nx, ny, s), strict=True)
+    }
     u = np.zeros(len(condition.value))
     for c, component in enumerate(condition.value):
         if component != "free":
             try:
                 u[c] = evaluate(component, variables, 1, f"{condition.part}.value[{c}]")[0]
             except InputError:
-                return None  # nodes lie inside elements: an expression need not be finite at their ends
+                # nodes lie inside elements: an expression need not be finite at their ends
+                return None
         elif abs(normal[c]) > TOLERANCE:
             return None
     return u

@@ -11,8 +11,15 @@ COLUMNS = 256
 """Nodes whose columns are filled at a time."""
 
 
-def fill_dense(operators: BoundaryOperators, rows: Index, system: Array | None, contact: Array | None, loads: Array) -> None:
-    """Equations of some nodes, a whole range of them in increasing order; without system and contact columns their loads.
+def fill_dense(
+    operators: BoundaryOperators,
+    rows: Index,
+    system: Array | None,
+    contact: Array | None,
+    loads: Array,
+) -> None:
+    """Equations of some nodes, a whole range of them in increasing order; without system and
+    contact columns their loads.
 
     Parameters
     ----------
@@ -45,7 +52,10 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array | None, 
             operators.fill_columns(rows, columns, block, beside)
             if block is not target:
                 target[:] = block
-            place, taken = int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0, np.flatnonzero(chosen)
+            place, taken = (
+                int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0,
+                np.flatnonzero(chosen),
+            )
             # "clip": what may raise is written to a buffer first
             np.take(beside, taken, axis=0, out=contact[place : place + len(taken)], mode="clip")
         if not chosen.all():

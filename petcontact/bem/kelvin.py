@@ -1,4 +1,5 @@
-"""Kelvin's solution of a point force, in the plane and in space: what both kernels have in common."""
+"""Kelvin's solution of a point force, in the plane and in space: what both kernels have in
+common."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ class KelvinSolution(abc.ABC):
     unit_length : float
         ℓ, which the argument of the plane's logarithm is measured in [length].
     tolerance : float, optional
-        Relative error of quadrature, by default `kelvin3d.rules.TOLERANCE`; the plane's integrals are closed forms [-].
+        Relative error of quadrature, by default `kelvin3d.rules.TOLERANCE`; the plane's integrals
+        are closed forms [-].
     """
 
     material: Material
@@ -47,23 +49,29 @@ class KelvinSolution(abc.ABC):
 
     @property
     def half_space_compliance(self) -> float:
-        """(1-ν)/(πµ), that is 2(1-ν²)/(πE) in space and in plane strain, and 2/(πE) in plane stress [1/stress]."""
+        """(1-ν)/(πµ), that is 2(1-ν²)/(πE) in space and in plane strain, and 2/(πE) in plane stress
+        [1/stress]."""
         return (1.0 - self.poisson_ratio) / (math.pi * self.material.shear_modulus)
 
     @abc.abstractmethod
     def potential(self, distance: Array) -> Array:
         """φ of a distance: -ln(r/ℓ), in space 1/r."""
 
-    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+    def corner_columns(
+        self, mesh: Any, rows: Index, nodes: Index
+    ) -> Iterable[tuple[int, Array, Array]]:
         """As in `Kernel`: there are none."""
         return ()
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
-        """As in `Kernel`, in the plane by forces per length: ((3-4ν) φ F + r (r·F)/r^d)/(8π(d-1)µ(1-ν))."""
+        """As in `Kernel`, in the plane by forces per length: ((3-4ν) φ F + r
+        (r·F)/r^d)/(8π(d-1)µ(1-ν))."""
         result, nu, d = np.zeros((len(x), self.dim)), self.poisson_ratio, self.dim
         for place, load in zip(at, force, strict=True):
             r, distance = _from(x, place)
-            result += (3.0 - 4.0 * nu) * self.potential(distance)[:, None] * load + (r @ load / distance**d)[:, None] * r
+            result += (3.0 - 4.0 * nu) * self.potential(distance)[:, None] * load + (
+                r @ load / distance**d
+            )[:, None] * r
         return result / (8.0 * np.pi * (d - 1) * self.material.shear_modulus * (1.0 - nu))
 
     def point_stress(self, x: Array, at: Array, force: Array) -> Array:
@@ -73,13 +81,18 @@ class KelvinSolution(abc.ABC):
             r, distance = _from(x, place)
             along = r @ load
             for c, (i, j) in enumerate(COMPONENTS[d]):
-                result[:, c] -= (1.0 - 2.0 * nu) * (r[:, j] * load[i] + r[:, i] * load[j] - (i == j) * along) / distance**d
+                result[:, c] -= (
+                    (1.0 - 2.0 * nu)
+                    * (r[:, j] * load[i] + r[:, i] * load[j] - (i == j) * along)
+                    / distance**d
+                )
                 result[:, c] -= d * r[:, i] * r[:, j] * along / distance ** (d + 2)
         return result / (4.0 * np.pi * (d - 1) * (1.0 - nu))
 
 
 def _from(x: Array, place: Array) -> tuple[Array, Array]:
-    """r and |r|, which is kept from zero: at the force itself, where all is infinite, r = 0 leaves nothing."""
+    """r and |r|, which is kept from zero: at the force itself, where all is infinite, r = 0 leaves
+    nothing."""
     r = x - place
     distance = np.linalg.norm(r, axis=1)
     return r, np.maximum(distance, 1e-12 * distance.max(initial=1e-150))

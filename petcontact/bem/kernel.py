@@ -1,4 +1,5 @@
-"""What the operators and the fields ask of a fundamental solution: integrals over elements, in any dimension."""
+"""What the operators and the fields ask of a fundamental solution: integrals over elements, in any
+dimension."""
 
 from __future__ import annotations
 
@@ -36,7 +37,9 @@ class ColumnData:
 class ColumnFiller(Protocol):
     """Blocks of columns of the boundary operators in one call."""
 
-    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+    def fill(
+        self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
+    ) -> None:
         """Fill what is given.
 
         Parameters
@@ -61,10 +64,12 @@ class ColumnFiller(Protocol):
 
 
 class Kernel(Protocol):
-    """The fundamental solution of a material in d dimensions, integrated over the elements of a mesh.
+    """The fundamental solution of a material in d dimensions, integrated over the elements of a
+    mesh.
 
-    The constants of the material and the unit of length ℓ of the kernels' arguments are its own: tractions come in
-    units of `traction_scale`, so that every integral of the boundary operators is a pure number.
+    The constants of the material and the unit of length ℓ of the kernels' arguments are its own:
+    tractions come in units of `traction_scale`, so that every integral of the boundary operators is
+    a pure number.
 
     Attributes
     ----------
@@ -74,8 +79,9 @@ class Kernel(Protocol):
     traction_scale : float
         2µ/ℓ: tractions are unknowns times it [stress/length].
     half_space_compliance : float
-        (1-ν)/(πµ) = 2(1-ν²)/(πE) of plane strain or space: what a load on the surface of a half space moves that by;
-        its displacement is this times -ln r in the plane, over 2r in space [1/stress].
+        (1-ν)/(πµ) = 2(1-ν²)/(πE) of plane strain or space: what a load on the surface of a half
+        space moves that by; its displacement is this times -ln r in the plane, over 2r in space
+        [1/stress].
     """
 
     @property
@@ -98,16 +104,19 @@ class Kernel(Protocol):
         Returns
         -------
         G : (d, d, k, m) array
-            2µ/ℓ ∫ U_ij L_b ds [-], i the component at the target, j the component at the element; element after element
-            on the third axis.
+            2µ/ℓ ∫ U_ij L_b ds [-], i the component at the target, j the component at the element;
+            element after element on the third axis.
         H : (d, d, k, m) array
-            ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
+            ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element
+            itself.
         """
         ...
 
-    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
-        """Some nodes of elements at corners whose unknowns are powers, and what G and H at the nodes `rows` gain from the
-        powers over constants, (d, d, m) each."""
+    def corner_columns(
+        self, mesh: Any, rows: Index, nodes: Index
+    ) -> Iterable[tuple[int, Array, Array]]:
+        """Some nodes of elements at corners whose unknowns are powers, and what G and H at the
+        nodes `rows` gain from the powers over constants, (d, d, m) each."""
         ...
 
     def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
@@ -116,12 +125,14 @@ class Kernel(Protocol):
         Returns
         -------
         D, S : (d(d+1)/2, d, k, m) arrays
-            [-]; the stress component comes first (xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz in space).
+            [-]; the stress component comes first (xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz
+            in space).
         """
         ...
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
-        """u (n, d) [length] at points x (n, d) for forces (f, d) at points (f, d) of infinite space."""
+        """u (n, d) [length] at points x (n, d) for forces (f, d) at points (f, d) of infinite
+        space."""
         ...
 
     def point_stress(self, x: Array, at: Array, force: Array) -> Array:

@@ -19,16 +19,19 @@ from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
 
 KERNELS: dict[int, Callable[..., Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
-"""By dimension, from a material and the unit of length of a mesh, and a `tolerance` of quadrature where one is wanted."""
+"""By dimension, from a material and the unit of length of a mesh, and a `tolerance` of quadrature
+where one is wanted."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
-    Kelvin2D: plane.compiled_columns, Kelvin3D: space.compiled_columns
-}  # fmt: skip
+    Kelvin2D: plane.compiled_columns,
+    Kelvin3D: space.compiled_columns,
+}
 """By the very class of a kernel: one that inherits may have other integrals."""
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
 """What elements add to a field far from them, likewise by the very class of a kernel."""
 
 FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {Kelvin3D: Kelvin3D.field}
-"""What elements add to a field near them by compiled code, where it does better than integrals; by the very class."""
+"""What elements add to a field near them by compiled code, where it does better than integrals; by
+the very class."""
 
 
 def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None = None) -> Kernel:
@@ -38,13 +41,16 @@ def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None =
 
 
 def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
-    """What fills blocks of columns on a mesh: compiled code, or the kernel's integrals where there is none."""
+    """What fills blocks of columns on a mesh: compiled code, or the kernel's integrals where there
+    is none."""
     maker = COLUMN_FILLERS.get(type(kernel))
     compiled = None if maker is None else maker(kernel, mesh, data)
     return PlainFiller(kernel, mesh, data) if compiled is None else compiled
 
 
-def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Array) -> tuple[Array, Array, Array]:
+def field_of(
+    kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Array
+) -> tuple[Array, Array, Array]:
     """What some elements add to the field inside a body.
 
     Parameters
@@ -53,7 +59,8 @@ def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Ar
     targets, elements
         m points off the boundary and elements with k nodes, as the mesh gives them.
     u, traction : (k, d, s) arrays
-        Displacement [length] at the nodes, and traction over the kernel's `traction_scale` [length], in s states.
+        Displacement [length] at the nodes, and traction over the kernel's `traction_scale`
+        [length], in s states.
 
     Returns
     -------
@@ -62,12 +69,15 @@ def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Ar
     stress : (m, d(d+1)/2, s) array
         Over `traction_scale`.
     wound : (m,) array
-        The part of the full angle, in space of the full solid angle, under which the elements are seen: a rigid
-        translation, whose sum over a closed boundary is 1 inside and 0 outside.
+        The part of the full angle, in space of the full solid angle, under which the elements are
+        seen: a rigid translation, whose sum over a closed boundary is 1 inside and 0 outside.
     """
     compiled = FIELDS.get(type(kernel))
     if compiled is not None:
-        each = [compiled(kernel, targets, elements, u[..., s], traction[..., s]) for s in range(u.shape[2])]
+        each = [
+            compiled(kernel, targets, elements, u[..., s], traction[..., s])
+            for s in range(u.shape[2])
+        ]
         found = [one for one in each if one is not None]
         if found:
             moved, stressed, (wound, *_) = zip(*found, strict=True)
@@ -77,7 +87,10 @@ def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Ar
     axes = range(kernel.dim)
     displacement, stress = (
         np.stack(
-            [sum(traction[:, j].T @ a[j] + sign * (u[:, j].T @ b[j]) for j in axes) for a, b in zip(*pair, strict=True)]
+            [
+                sum(traction[:, j].T @ a[j] + sign * (u[:, j].T @ b[j]) for j in axes)
+                for a, b in zip(*pair, strict=True)
+            ]
         ).transpose(2, 0, 1)
         for sign, pair in ((-1.0, (kernel_g, kernel_h)), (1.0, (kernel_d, kernel_s)))
     )

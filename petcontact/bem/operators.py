@@ -1,8 +1,9 @@
 """The boundary integral equations (4.10) as columns of G and H, reached by blocks of exact entries.
 
-Unknown d·i + c belongs to node i and direction c: a displacement [length] where the traction is known, else a traction
-over the kernel's `traction_scale` [length]. Equation d·i + a is component a of (4.10) at node i. With that scaling every
-entry is a pure number, and none depends on the units of length and stress.
+Unknown d·i + c belongs to node i and direction c: a displacement [length] where the traction is
+known, else a traction over the kernel's `traction_scale` [length]. Equation d·i + a is component a
+of (4.10) at node i. With that scaling every entry is a pure number, and none depends on the units
+of length and stress.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ RESIDUAL_NODES = 4096
 
 @frozen
 class BoundaryOperators:
-    """The mixed operator A_0, the contact columns G_Ct and the load, reached by blocks of exact entries.
+    """The mixed operator A_0, the contact columns G_Ct and the load, reached by blocks of exact
+    entries.
 
     Attributes
     ----------
@@ -56,7 +58,8 @@ class BoundaryOperators:
         return self.kernel.dim * self.mesh.n_nodes
 
     def system_entries(self, rows: Index, columns: Index) -> Array:
-        """Entries of A_0, (d len(rows), d len(columns)), between collocation nodes in increasing order."""
+        """Entries of A_0, (d len(rows), d len(columns)), between collocation nodes in increasing
+        order."""
         return self._blocks(rows, columns, outer=False)[0]
 
     def outer_entries(self, rows: Index, columns: Index) -> Array:
@@ -67,14 +70,20 @@ class BoundaryOperators:
         """`system_entries` and `outer_entries` at the price of one."""
         return self._blocks(rows, columns)
 
-    def _blocks(self, rows: Index, columns: Index, *, system: bool = True, outer: bool = True) -> list[Array]:
+    def _blocks(
+        self, rows: Index, columns: Index, *, system: bool = True, outer: bool = True
+    ) -> list[Array]:
         d, rhs = self.kernel.dim, self.right_hand_sides
         a_0 = np.empty((len(columns), d, len(rows), d)) if system else None
         beside = np.empty((rhs.count[columns].sum(), len(rows), d)) if outer else None
         self.fill_columns(rows, columns, a_0, beside)
-        return [entries.reshape(-1, d * len(rows)).T for entries in (a_0, beside) if entries is not None]
+        return [
+            entries.reshape(-1, d * len(rows)).T for entries in (a_0, beside) if entries is not None
+        ]
 
-    def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+    def fill_columns(
+        self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
+    ) -> None:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         self._filler.fill(rows, columns, system, right_hand_sides)
         if system is None or not len(self.mesh.corner_nodes):
@@ -82,12 +91,15 @@ class BoundaryOperators:
         corners = np.intersect1d(self.mesh.corner_nodes, columns)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
             place = np.flatnonzero(columns == node)
-            for c, (known, frame) in enumerate(zip(self.data.traction_known[node], self.data.frame[node], strict=True)):
+            for c, (known, frame) in enumerate(
+                zip(self.data.traction_known[node], self.data.frame[node], strict=True)
+            ):
                 system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T
 
     @property
     def compiled(self) -> tuple[int, int] | None:
-        """Addresses of a C function that does what `fill_columns` does, and of its context (see native/hmatrix.c)."""
+        """Addresses of a C function that does what `fill_columns` does, and of its context (see
+        native/hmatrix.c)."""
         return None if len(self.mesh.corner_nodes) else self._filler.compiled
 
     @functools.cached_property
@@ -99,7 +111,9 @@ class BoundaryOperators:
     def _column_data(self) -> ColumnData:
         rhs = self.right_hand_sides
         first = np.append(rhs.first, len(rhs.node))
-        return ColumnData(self.data.traction_known, self.data.frame, first, rhs.traction, rhs.displacement)
+        return ColumnData(
+            self.data.traction_known, self.data.frame, first, rhs.traction, rhs.displacement
+        )
 
     @functools.cached_property
     def _columns(self) -> tuple[RightHandSides, Array]:
@@ -107,8 +121,8 @@ class BoundaryOperators:
 
     @property
     def right_hand_sides(self) -> RightHandSides:
-        """Columns beside A_0: one for each contact node and direction, and what known data and volume loads add to the
-        load."""
+        """Columns beside A_0: one for each contact node and direction, and what known data and
+        volume loads add to the load."""
         return self._columns[0]
 
     @property
@@ -135,29 +149,40 @@ class BoundaryOperators:
         return loads
 
     def point_displacement(self, nodes: Index, force: Array) -> Array:
-        """Displacement (len(nodes), d) of the infinite plane or space at some nodes by forces (f, d) at the points."""
+        """Displacement (len(nodes), d) of the infinite plane or space at some nodes by forces (f,
+        d) at the points."""
         return self.kernel.point_displacement(self.mesh.x[nodes], self.data.point, force)
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
-        """½u + Hu - Gt at some nodes in increasing order, (len(rows), d) [length], from exact entries: zero for the discrete
-        solution."""
+        """½u + Hu - Gt at some nodes in increasing order, (len(rows), d) [length], from exact
+        entries: zero for the discrete solution."""
         d, scaled, every = self.kernel.dim, traction / self.traction_scale, np.arange(len(u) + 1)
-        filler = self._filler.of(replace(self._column_data, rhs_first=every, rhs_traction=scaled, rhs_displacement=u))
+        filler = self._filler.of(
+            replace(self._column_data, rhs_first=every, rhs_traction=scaled, rhs_displacement=u)
+        )
         result = np.zeros((len(rows), d))
         for first in range(0, len(u), RESIDUAL_NODES):
             columns = every[first : min(first + RESIDUAL_NODES, len(u))]
             each = np.empty((len(columns), len(rows), d))
             filler.fill(rows, columns, None, each)
             result -= each.sum(axis=0)
-        for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):
+        for node, gain_g, gain_h in self.kernel.corner_columns(
+            self.mesh, rows, self.mesh.corner_nodes
+        ):
             known, frame = self.data.traction_known[node], self.data.frame[node]
-            for vectors, gain, chosen in ((u[node], gain_h, known), (-scaled[node], gain_g, ~known)):
-                result += np.tensordot(gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)).T
+            for vectors, gain, chosen in (
+                (u[node], gain_h, known),
+                (-scaled[node], gain_g, ~known),
+            ):
+                result += np.tensordot(
+                    gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)
+                ).T
         return result
 
     def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d) on the whole boundary from the unknowns (d n,), for load states weighted by
-        `shares` (K,) and the tractions in the contact directions (m, k); of several, along a first axis of all."""
+        """Displacement and traction (n, d) on the whole boundary from the unknowns (d n,), for load
+        states weighted by `shares` (K,) and the tractions in the contact directions (m, k); of
+        several, along a first axis of all."""
         data = self.data
         value = np.tensordot(shares, data.value, 1)
         coefficients = unknowns.reshape(value.shape)
@@ -165,4 +190,6 @@ class BoundaryOperators:
         traction = np.where(data.traction_known, value, coefficients * self.traction_scale)
         traction[..., data.contact_nodes[:, None], data.contact_directions] = sigma
         u = data.vectors(u)
-        return u if data.rigid is None else u + np.tensordot(shares, data.rigid, 1), data.vectors(traction)
+        return u if data.rigid is None else u + np.tensordot(shares, data.rigid, 1), data.vectors(
+            traction
+        )

@@ -1,8 +1,9 @@
-"""Columns beside A_0: contact directions, and what known data and volume loads add to the load of each state.
+"""Columns beside A_0: contact directions, and what known data and volume loads add to the load of
+each state.
 
-With a particular solution u_p, t_p for the volume loads (½ + H) u - G t is (½ + H) u_p - G t_p instead of 0, so that what is
-known acts together with -t_p and -u_p (C. A. Brebbia, J. C. F. Telles, L. C. Wrobel, Boundary Element Techniques, Springer
-1984, section 6.3).
+With a particular solution u_p, t_p for the volume loads (½ + H) u - G t is (½ + H) u_p - G t_p
+instead of 0, so that what is known acts together with -t_p and -u_p (C. A. Brebbia, J. C. F.
+Telles, L. C. Wrobel, Boundary Element Techniques, Springer 1984, section 6.3).
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ Columns = tuple[Index, Array, Array, Array]
 
 @frozen
 class RightHandSides:
-    """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a displacement.
+    """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a
+    displacement.
 
     Attributes
     ----------
@@ -54,29 +56,42 @@ class RightHandSides:
         """Whether the columns are the same but for round-off."""
         pairs = ((self.traction, other.traction), (self.displacement, other.displacement))
         return np.array_equal(self.node, other.node) and all(
-            bool(np.all(np.abs(one - two) <= ROUND_OFF * np.abs(two).max(initial=0.0))) for one, two in pairs
+            bool(np.all(np.abs(one - two) <= ROUND_OFF * np.abs(two).max(initial=0.0)))
+            for one, two in pairs
         )
 
     def of(self, nodes: Index) -> tuple[Index, Index]:
         """The columns of some nodes, and which of the nodes each belongs to."""
         count = self.count[nodes]
         owner = np.repeat(np.arange(len(nodes)), count)
-        return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner], owner
+        return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[
+            owner
+        ], owner
 
 
 def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHandSides, Array]:
-    """Right-hand sides, of a node those of contact first, and their amplitudes in each state, (q, K).
+    """Right-hand sides, of a node those of contact first, and their amplitudes in each state, (q,
+    K).
 
-    Of data that are there in one state only a loaded node has one column, over the largest of them; else one for each
-    component that is known and not 0 in any state, and as many for volume loads as they are linearly independent.
+    Of data that are there in one state only a loaded node has one column, over the largest of them;
+    else one for each component that is known and not 0 in any state, and as many for volume loads
+    as they are linearly independent.
     """
     (m, k), d = data.contact_shape, data.frame.shape[1]
     contact = np.repeat(data.contact_nodes, k), data.contact_frame.reshape(m * k, d)
     groups = [(*contact, np.zeros((m * k, d)), np.zeros((m * k, data.states)))]
-    groups += _of_components(data, traction_scale) if data.loaded[:-1].any() else [_of_last_state(data, traction_scale)]
-    node, traction, displacement, amplitudes = (np.concatenate(columns) for columns in zip(*groups, strict=True))
+    groups += (
+        _of_components(data, traction_scale)
+        if data.loaded[:-1].any()
+        else [_of_last_state(data, traction_scale)]
+    )
+    node, traction, displacement, amplitudes = (
+        np.concatenate(columns) for columns in zip(*groups, strict=True)
+    )
     order = np.argsort(node, kind="stable")
-    return RightHandSides(node[order], traction[order], displacement[order], len(data.frame)), amplitudes[order]
+    return RightHandSides(
+        node[order], traction[order], displacement[order], len(data.frame)
+    ), amplitudes[order]
 
 
 def _of_last_state(data: BoundaryData, traction_scale: float) -> Columns:
@@ -93,16 +108,30 @@ def _of_last_state(data: BoundaryData, traction_scale: float) -> Columns:
 
 
 def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
-    """One column a known component of a node, and one a node for each independent load of the volume."""
+    """One column a known component of a node, and one a node for each independent load of the
+    volume."""
     loaded, component = np.nonzero(np.any(data.value != 0.0, axis=0))
     unit, known = data.frame[loaded, component], data.traction_known[loaded, component, None]
-    values = np.where(data.traction_known, data.value / traction_scale, data.value)[:, loaded, component]
+    values = np.where(data.traction_known, data.value / traction_scale, data.value)[
+        :, loaded, component
+    ]
     found = [(loaded, np.where(known, unit, 0.0), np.where(known, 0.0, unit), values.T)]
     if data.volume is not None:
         u, traction = data.volume[0], data.volume[1] / traction_scale
-        ways, sizes, shapes = np.linalg.svd(np.concatenate([u, traction], axis=2).reshape(len(u), -1), full_matrices=False)
-        for way, size, shape in zip(ways.T, sizes, -shapes.reshape(len(shapes), len(data.frame), -1), strict=True):
+        ways, sizes, shapes = np.linalg.svd(
+            np.concatenate([u, traction], axis=2).reshape(len(u), -1), full_matrices=False
+        )
+        for way, size, shape in zip(
+            ways.T, sizes, -shapes.reshape(len(shapes), len(data.frame), -1), strict=True
+        ):
             if size > ROUND_OFF * sizes[0]:
                 d = data.frame.shape[1]
-                found.append((np.arange(len(shape)), shape[:, d:], shape[:, :d], np.tile(size * way, (len(shape), 1))))
+                found.append(
+                    (
+                        np.arange(len(shape)),
+                        shape[:, d:],
+                        shape[:, :d],
+                        np.tile(size * way, (len(shape), 1)),
+                    )
+                )
     return found

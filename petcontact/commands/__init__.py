@@ -1,1 +1,2 @@
-"""The commands of `petcontact`: one module each, with `add_arguments(parser)` and `run(arguments, petsc_words)`."""
+"""The commands of `petcontact`: one module each, with `add_arguments(parser)` and `run(arguments,
+petsc_words)`."""

@@ -1,7 +1,8 @@
-"""Methods and rules side by side on one or more problems: petcontact compare configs/example1.toml -o out
+"""Methods and rules side by side on one or more problems: petcontact compare configs/example1.toml
+-o out
 
-Writes compare.md, compare.csv and two figures, and prints the tables. ω, τ, c_max, the tolerance and the limit of
-iterations are those of each config.
+Writes compare.md, compare.csv and two figures, and prints the tables. ω, τ, c_max, the tolerance
+and the limit of iterations are those of each config.
 """
 
 from __future__ import annotations
@@ -17,11 +18,25 @@ from ..errors import InputError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact compare`."""
     parser.add_argument("config", metavar="CONFIG.toml", nargs="+", help="the problems")
-    parser.add_argument("-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures")
-    parser.add_argument("--methods", metavar="NAMES", help="names separated by commas (default: all that take the problem)")
-    parser.add_argument("--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)")
-    parser.add_argument("--element-size", metavar="VALUES", help="values of h separated by commas (default: the config's)")
-    parser.add_argument("--reference", metavar="RESULT.h5", help="measure errors against this result")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures"
+    )
+    parser.add_argument(
+        "--methods",
+        metavar="NAMES",
+        help="names separated by commas (default: all that take the problem)",
+    )
+    parser.add_argument(
+        "--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)"
+    )
+    parser.add_argument(
+        "--element-size",
+        metavar="VALUES",
+        help="values of h separated by commas (default: the config's)",
+    )
+    parser.add_argument(
+        "--reference", metavar="RESULT.h5", help="measure errors against this result"
+    )
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
 
 
@@ -38,7 +53,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     names = arguments.methods.split(",") if arguments.methods else None
     for name in names or ():
         if name not in CONTENDERS:
-            raise InputError(f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}")
+            raise InputError(
+                f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}"
+            )
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
     comm = world(petsc_words)
     cases = []
@@ -57,7 +74,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"
         status.show(f"{row.problem}: {row.contender}{rho}: {row.iterations} iterations")
 
-    rows = compare(cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say)
+    rows = compare(
+        cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say
+    )
     if first:
         status.clear()
         text = markdown(rows)

@@ -1,4 +1,5 @@
-"""Check this installation: versions, PETSc, MPI and its launcher, BLAS threads, HDF5, fonts, the current folder."""
+"""Check this installation: versions, PETSc, MPI and its launcher, BLAS threads, HDF5, fonts, the
+current folder."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     if petsc_words:
         raise InputError(f"{petsc_words[0]}: doctor takes no PETSc options")
-    if os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) != "0":  # one report of a job is enough
+    if (
+        os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) != "0"
+    ):  # one report of a job is enough
         return 0
     findings = examine()
     for finding in findings:

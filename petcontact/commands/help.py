@@ -15,9 +15,15 @@ SHOWN = 6
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact help`."""
-    parser.add_argument("topic", nargs="*", help="a chapter; other words are searched for in all chapters. Without one the "
-                                                 "chapters are listed")  # fmt: skip
-    parser.add_argument("--search", action="store_true", help="search for the words even if a chapter is called so")
+    parser.add_argument(
+        "topic",
+        nargs="*",
+        help="a chapter; other words are searched for in all chapters. Without one the "
+        "chapters are listed",
+    )
+    parser.add_argument(
+        "--search", action="store_true", help="search for the words even if a chapter is called so"
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -26,7 +32,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     words = " ".join(arguments.topic)
     if not words:
-        print("Chapters of the manual, each shown by `petcontact help CHAPTER`; `petcontact help WORD` searches them:\n")
+        print(
+            "Chapters of the manual, each shown by `petcontact help CHAPTER`; `petcontact help "
+            "WORD` searches them:\n"
+        )
         for name, title in topics().items():
             print(f"  {name:<14}{title}")
         return 0
@@ -62,7 +71,9 @@ def _found(words: str) -> str:
     lines = []
     for name, each in found.items():
         lines.append(f"{name} ({len(each)} line{'s' if len(each) > 1 else ''})")
-        lines += [f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in each[:SHOWN]]
+        lines += [
+            f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in each[:SHOWN]
+        ]
         lines += [f"        and {len(each) - SHOWN} more"] if len(each) > SHOWN else []
     return "\n".join([*lines, "", "A chapter is shown by `petcontact help CHAPTER`."])
 
@@ -73,4 +84,6 @@ def _around(text: str, words: str, width: int) -> str:
         return text
     start = max(0, min(text.lower().find(words.lower()) - width // 3, len(text) - width))
     piece = text[start : start + width]
-    return ("..." + piece[3:] if start else piece)[: width - 3] + ("..." if start + width < len(text) else piece[-3:])
+    return ("..." + piece[3:] if start else piece)[: width - 3] + (
+        "..." if start + width < len(text) else piece[-3:]
+    )

@@ -1,7 +1,8 @@
 """Write a commented starter config, with the schema that editors complete and check it by.
 
---from part.inp writes the problem of a flat input file of Abaqus or CalculiX: bodies with their surfaces as .msh files,
-contact pairs with friction, supports and pressures. What of it is not taken is named, and stands in the config, too.
+--from part.inp writes the problem of a flat input file of Abaqus or CalculiX: bodies with their
+surfaces as .msh files, contact pairs with friction, supports and pressures. What of it is not taken
+is named, and stands in the config, too.
 """
 
 from __future__ import annotations
@@ -26,7 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="NAME.toml is written, and what goes with it")
     kinds = "; ".join(f"{kind}: {text}" for kind, text in KINDS.items())
     parser.add_argument("--kind", choices=KINDS, metavar="KIND", help=f"{kinds} (default: block)")
-    parser.add_argument("--from", metavar="FILE.inp", dest="source", help="the problem of a file of Abaqus or CalculiX")
+    parser.add_argument(
+        "--from",
+        metavar="FILE.inp",
+        dest="source",
+        help="the problem of a file of Abaqus or CalculiX",
+    )
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
@@ -35,10 +41,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.atomic_write import check_target, write_text
 
     if arguments.source and arguments.kind:
-        raise InputError("init: --kind is a starter's, --from takes the problem from a file; give one of them")
+        raise InputError(
+            "init: --kind is a starter's, --from takes the problem from a file; give one of them"
+        )
     target = Path(arguments.name.removesuffix(".toml"))
     contents = (
-        starter(arguments.kind or "block", target.name) if arguments.source is None else _converted(arguments.source, target)
+        starter(arguments.kind or "block", target.name)
+        if arguments.source is None
+        else _converted(arguments.source, target)
     )
     paths = [target.parent / name for name in contents]
     for path in paths:
@@ -52,7 +62,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 
 def _converted(source: str, target: Path) -> dict[str, str]:
-    """File names and contents of the problem of an input file, which is checked as far as no mesh is needed."""
+    """File names and contents of the problem of an input file, which is checked as far as no mesh
+    is needed."""
     import sys
 
     from ..convert.inp_problem import convert_inp
@@ -60,14 +71,20 @@ def _converted(source: str, target: Path) -> dict[str, str]:
     from .schema import schema_text
 
     if not target.name:
-        raise InputError("init: a name is needed, for example petcontact init block --from part.inp")
+        raise InputError(
+            "init: a name is needed, for example petcontact init block --from part.inp"
+        )
     if Path(source).suffix.lower() != ".inp":
         raise InputError(f"--from {source}: a file of Abaqus or CalculiX ends in .inp")
     found = convert_inp(source, target.name)
     parse_problem(parse_toml(found.toml, source), source, {}, target.parent)
     for note in found.notes:
         print(f"petcontact: {source}: {note}", file=sys.stderr)
-    return {f"{target.name}.toml": found.toml, **found.meshes, "petcontact.schema.json": schema_text("problem")}
+    return {
+        f"{target.name}.toml": found.toml,
+        **found.meshes,
+        "petcontact.schema.json": schema_text("problem"),
+    }
 
 
 def starter(kind: str, name: str) -> dict[str, str]:
@@ -82,7 +99,10 @@ def starter(kind: str, name: str) -> dict[str, str]:
 
     if not name:
         raise InputError("init: a name is needed, for example petcontact init block")
-    result = {f"{name}.toml": _read(f"{kind}.toml", name), "petcontact.schema.json": schema_text("problem")}
+    result = {
+        f"{name}.toml": _read(f"{kind}.toml", name),
+        "petcontact.schema.json": schema_text("problem"),
+    }
     if kind == "gmsh":
         result[f"{name}.msh"] = _read("gmsh.msh", name)
     if kind == "sweep":

@@ -25,9 +25,10 @@ COMMANDS = {
     "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",
     "compare": "methods and rules side by side: tables and figures over a list of rho_0 and h",
     "plot": "draw the figures of a result file",
-    "export": "tables of a result as CSV, or all of its increments as one .vtkhdf file for ParaView",
+    "export": "tables of a result as CSV, or all increments as one .vtkhdf file for ParaView",
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
-    "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table and figure",
+    "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table and "
+    "figure",
     "schema": "JSON Schema of config files, for editors",
     "help": "chapters of the manual",
     "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
@@ -41,13 +42,18 @@ class Paragraphs(argparse.HelpFormatter):
     """Paragraphs of prose as wide as the terminal; lines that are indented stay as they are."""
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:
-        blocks = [block if re.search("^ ", block, re.MULTILINE) else super(Paragraphs, self)._fill_text(block, width, indent)
-                  for block in text.strip().split("\n\n")]  # fmt: skip
+        blocks = [
+            block
+            if re.search("^ ", block, re.MULTILINE)
+            else super(Paragraphs, self)._fill_text(block, width, indent)
+            for block in text.strip().split("\n\n")
+        ]
         return "\n\n".join(blocks)
 
 
 class Parser(argparse.ArgumentParser):
-    """One-line errors, and the nearest valid option for an unknown one; no abbreviations, which change as options do."""
+    """One-line errors, and the nearest valid option for an unknown one; no abbreviations, which
+    change as options do."""
 
     def __init__(self, **keywords: Any) -> None:
         super().__init__(**keywords, allow_abbrev=False)
@@ -61,16 +67,19 @@ class Parser(argparse.ArgumentParser):
         if unknown:
             name = unknown[0].split("=")[0]
             near = difflib.get_close_matches(name, self._option_string_actions, n=1)
-            self.error(f"unknown {'option' if name.startswith('-') else 'argument'} {name}"
-                       + (f", did you mean {near[0]}?" if near else ""))  # fmt: skip
+            self.error(
+                f"unknown {'option' if name.startswith('-') else 'argument'} {name}"
+                + (f", did you mean {near[0]}?" if near else "")
+            )
         return parsed
 
 
 def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """Our arguments, and PETSc's: `-longer_words` with the value that follows, if one does.
 
-    As in PETSc a word after an option is its value unless it begins with a dash (negative numbers are values). A file
-    name is never taken for a value of a flag such as -ksp_monitor: names that end in .toml or .h5 are ours.
+    As in PETSc a word after an option is its value unless it begins with a dash (negative numbers
+    are values). A file name is never taken for a value of a flag such as -ksp_monitor: names that
+    end in .toml or .h5 are ours.
     """
     ours: list[str] = []
     theirs: list[str] = []
@@ -80,9 +89,12 @@ def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
         if word == "--":
             ours += words
             break
-        if not (word.startswith("-") and not word.startswith("--") and len(word) > 2 and word[1].isalpha()) or (
-            word[:2] in SHORT and word[2:3] == "="
-        ):
+        if not (
+            word.startswith("-")
+            and not word.startswith("--")
+            and len(word) > 2
+            and word[1].isalpha()
+        ) or (word[:2] in SHORT and word[2:3] == "="):
             ours.append(word)
             continue
         theirs.append(word)
@@ -106,8 +118,10 @@ def build_parser() -> Parser:
     parser = Parser(
         prog="petcontact",
         description="Boundary elements for frictional contact of elastic bodies, on PETSc.",
-        epilog="Options with one dash and a longer name are PETSc's (-ksp_type gmres, -ksp_monitor, -log_view); -help "
-        "lists those of the objects that a command builds. Exit status: 0 converged, 2 bad input, 3 not converged, "
+        epilog="Options with one dash and a longer name are PETSc's (-ksp_type gmres, "
+        "-ksp_monitor, -log_view); -help "
+        "lists those of the objects that a command builds. Exit status: 0 converged, 2 bad input, "
+        "3 not converged, "
         "1 anything else, 128 + its number for a signal.",
     )
     parser.add_argument("--version", action="version", version=f"petcontact {__version__}")
@@ -137,21 +151,25 @@ def _command(arguments: Sequence[str]) -> int:
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
     folder = "reading." if name in READING else ""
     module = importlib.import_module(f".{folder}{name}", __package__)
-    command = Parser(prog=f"petcontact {name}", description=module.__doc__,
-                     formatter_class=Paragraphs)  # fmt: skip
+    command = Parser(
+        prog=f"petcontact {name}", description=module.__doc__, formatter_class=Paragraphs
+    )
     module.add_arguments(command)
     return int(module.run(command.parse_all(ours[1:]), theirs))
 
 
 def entry() -> NoReturn:
     """The console script."""
-    # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them costs more than
-    # all the rubbish weighs, and at the end most
+    # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them
+    # costs more than all the rubbish weighs, and at the end most
     gc.set_threshold(200_000, 20, 20)
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of every installed package
+    os.environ.setdefault(
+        "PYDANTIC_DISABLE_PLUGINS", "__all__"
+    )  # it would read the metadata of every installed package
     status = main()
     if not status and sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI")):
-        # all is written: to take the objects of all modules apart takes longer than to give their memory back
+        # all is written: to take the objects of all modules apart takes longer than to give their
+        # memory back
         atexit._run_exitfuncs()
         os._exit(0)
     gc.freeze()

@@ -1,8 +1,10 @@
-"""Surfaces of a CAD file, to be named in a config, and its mesh: petcontact mesh part.step --size 2 -o part.msh
+"""Surfaces of a CAD file, to be named in a config, and its mesh: petcontact mesh part.step --size 2
+-o part.msh
 
-STEP, IGES and BREP files are read by Gmsh's Python package: pip install 'petcontact[cad]'. Without -o the surfaces are
-listed: number, part (the name in the STEP file, else the number), kind, area and centre. `--part foot=3,4` names some, as
-`parts = { foot = [3, 4] }` does in [geometry]. A config may name the CAD file itself: shape = "gmsh", file = "part.step".
+STEP, IGES and BREP files are read by Gmsh's Python package: pip install 'petcontact[cad]'. Without
+-o the surfaces are listed: number, part (the name in the STEP file, else the number), kind, area
+and centre. `--part foot=3,4` names some, as `parts = { foot = [3, 4] }` does in [geometry]. A
+config may name the CAD file itself: shape = "gmsh", file = "part.step".
 """
 
 from __future__ import annotations
@@ -15,12 +17,31 @@ from ..errors import InputError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact mesh`."""
-    parser.add_argument("file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep")
-    parser.add_argument("--size", metavar="S", help="of the cells [length] (default: a twelfth of the body's diagonal)")
-    parser.add_argument("--order", type=int, choices=(1, 2), default=2, help="of the cells: flat (1) or curved (2, default)")
-    parser.add_argument("--part", metavar="NAME=N,N", action="append", default=[],
-                        help="name surfaces by their numbers; may be repeated")  # fmt: skip
-    parser.add_argument("--solid", metavar="NAME", help="name or number of the solid, where there are several")
+    parser.add_argument(
+        "file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep"
+    )
+    parser.add_argument(
+        "--size",
+        metavar="S",
+        help="of the cells [length] (default: a twelfth of the body's diagonal)",
+    )
+    parser.add_argument(
+        "--order",
+        type=int,
+        choices=(1, 2),
+        default=2,
+        help="of the cells: flat (1) or curved (2, default)",
+    )
+    parser.add_argument(
+        "--part",
+        metavar="NAME=N,N",
+        action="append",
+        default=[],
+        help="name surfaces by their numbers; may be repeated",
+    )
+    parser.add_argument(
+        "--solid", metavar="NAME", help="name or number of the solid, where there are several"
+    )
     parser.add_argument("-o", "--output", metavar="PART.msh", help="write the mesh there")
 
 
@@ -38,7 +59,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         raise InputError(f"{target}: a mesh is written as .msh")
     if target:
         check_target(target, replace=True, inputs=[arguments.file])
-    solid = int(arguments.solid) if arguments.solid and arguments.solid.isdecimal() else arguments.solid
+    solid = (
+        int(arguments.solid) if arguments.solid and arguments.solid.isdecimal() else arguments.solid
+    )
     surface = Gmsh(arguments.file, parts=_parts(arguments.part) or None, solid=solid).outline()
     assert isinstance(surface, CadSurface)
     print("\n".join(aligned(surface.table())))

@@ -1,6 +1,8 @@
-"""Tables of a sweep as Markdown on standard output, beside the published counts where the cases are the paper's; plots.
+"""Tables of a sweep as Markdown on standard output, beside the published counts where the cases are
+the paper's; plots.
 
-petcontact report out/ --cells max_u_t --rows friction_bound --columns rule --plot slip_share:friction_bound:rule
+petcontact report out/ --cells max_u_t --rows friction_bound --columns rule --plot
+slip_share:friction_bound:rule
 """
 
 from __future__ import annotations
@@ -13,22 +15,47 @@ from ..errors import InputError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact report`."""
-    parser.add_argument("sweep", metavar="DIR", help="folder of a sweep, finished or not, or its results.h5")
+    parser.add_argument(
+        "sweep", metavar="DIR", help="folder of a sweep, finished or not, or its results.h5"
+    )
     parser.add_argument("--csv", metavar="FILE", help="write one line a case")
-    parser.add_argument("--html", metavar="FILE", help="write one page with tables and figures that needs no other file")
-    parser.add_argument("--parquet", metavar="FILE", help="write the same with types, for pandas and polars")
-    parser.add_argument("--cells", metavar="QUANTITY", default="iterations",
-                        help="what the cells hold, for example max_u_t (default: iterations)")  # fmt: skip
+    parser.add_argument(
+        "--html",
+        metavar="FILE",
+        help="write one page with tables and figures that needs no other file",
+    )
+    parser.add_argument(
+        "--parquet", metavar="FILE", help="write the same with types, for pandas and polars"
+    )
+    parser.add_argument(
+        "--cells",
+        metavar="QUANTITY",
+        default="iterations",
+        help="what the cells hold, for example max_u_t (default: iterations)",
+    )
     parser.add_argument(
         "--rows",
         metavar="NAME,...",
-        help="coordinates or quantities down (cells are means over what is left), for example variant",
+        help="coordinates or quantities down (cells are means over what is left), for example "
+        "variant",
     )
-    parser.add_argument("--columns", metavar="NAME,...",
-                        help="coordinates or quantities across (default: rule,element_size)")  # fmt: skip
-    parser.add_argument("--plot", metavar="QUANTITY:COORDINATE[:LINES]", action="append", default=[],
-                        help="plot one over the other, a line for each value of a third; may be repeated")  # fmt: skip
-    parser.add_argument("--figures", metavar="DIR", help="folder of the plots (default: the sweep's, without a page)")
+    parser.add_argument(
+        "--columns",
+        metavar="NAME,...",
+        help="coordinates or quantities across (default: rule,element_size)",
+    )
+    parser.add_argument(
+        "--plot",
+        metavar="QUANTITY:COORDINATE[:LINES]",
+        action="append",
+        default=[],
+        help="plot one over the other, a line for each value of a third; may be repeated",
+    )
+    parser.add_argument(
+        "--figures",
+        metavar="DIR",
+        help="folder of the plots (default: the sweep's, without a page)",
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -46,7 +73,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)
     plots = [parse_plot(word) for word in arguments.plot]
-    tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), arguments.cells)
+    tables = make_tables(
+        table, names_in(arguments.rows), names_in(arguments.columns), arguments.cells
+    )
     print(markdown(table, tables, arguments.cells), end="")
     if arguments.csv:
         write_text(arguments.csv, csv_text(table))

@@ -14,10 +14,21 @@ from typing import Any
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact schema`."""
-    parser.add_argument("kind", nargs="?", default="problem", choices=["problem", "sweep"],
-                        help="of problem files (default) or of sweep files")  # fmt: skip
-    parser.add_argument("-o", "--output", metavar="FILE", help="write it there instead of to standard output")
-    parser.add_argument("--markdown", action="store_true", help="the same as tables in Markdown: `petcontact help config`")
+    parser.add_argument(
+        "kind",
+        nargs="?",
+        default="problem",
+        choices=["problem", "sweep"],
+        help="of problem files (default) or of sweep files",
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE", help="write it there instead of to standard output"
+    )
+    parser.add_argument(
+        "--markdown",
+        action="store_true",
+        help="the same as tables in Markdown: `petcontact help config`",
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -41,4 +52,8 @@ def schema_text(kind: str, as_markdown: bool = False) -> str:
     from ..sweep.design.sweep_file import SweepFile
 
     models: Any = {"body": Problem, "": OneBody} if kind == "problem" else {"": SweepFile}
-    return markdown(models) if as_markdown else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"
+    return (
+        markdown(models)
+        if as_markdown
+        else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"
+    )

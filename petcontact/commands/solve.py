@@ -22,18 +22,40 @@ STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact solve`."""
-    parser.add_argument("config", metavar="CONFIG.toml", help="the problem (see configs/ for examples)")
-    parser.add_argument("-o", "--output", metavar="FILE.h5", help="result file (default: the config's stem + .h5)")
-    parser.add_argument("--figures", metavar="DIR", help="folder of the figures (default: the result's)")
+    parser.add_argument(
+        "config", metavar="CONFIG.toml", help="the problem (see configs/ for examples)"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="FILE.h5", help="result file (default: the config's stem + .h5)"
+    )
+    parser.add_argument(
+        "--figures", metavar="DIR", help="folder of the figures (default: the result's)"
+    )
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
     parser.add_argument("--force", action="store_true", help="replace a result file that exists")
-    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[],
-                        help="override a key of the config, for example --set method.rho=100")  # fmt: skip
-    parser.add_argument("--monitor", action="store_true", help="print a line an iteration: change, residual, states, KSP")
-    parser.add_argument("--adapt", action="store_true",
-                        help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
-    parser.add_argument("--accuracy", metavar="ERROR", type=float,
-                        help="with --adapt, or without [mesh]: of u_t (1e-4), p and q (1e-2; in space 2e-2)")  # fmt: skip
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="override a key of the config, for example --set method.rho=100",
+    )
+    parser.add_argument(
+        "--monitor",
+        action="store_true",
+        help="print a line an iteration: change, residual, states, KSP",
+    )
+    parser.add_argument(
+        "--adapt",
+        action="store_true",
+        help="refine the mesh until the estimated error of u_t (p, q) is as wanted",
+    )
+    parser.add_argument(
+        "--accuracy",
+        metavar="ERROR",
+        type=float,
+        help="with --adapt, or without [mesh]: of u_t (1e-4), p and q (1e-2; in space 2e-2)",
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -51,7 +73,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
-    check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
+    check_target(
+        output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest
+    )
     pictures = Path(arguments.figures) if arguments.figures else output.parent
     if pictures.exists() and not pictures.is_dir():
         raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
@@ -71,7 +95,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         try:
             with in_file(arguments.config):
                 many = adaptive or adapts_itself(case)
-                shown = {"announce": announcer(status, many), "reached": mesh_line(status)} if first else {}
+                shown = (
+                    {"announce": announcer(status, many), "reached": mesh_line(status)}
+                    if first
+                    else {}
+                )
                 solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
@@ -103,7 +131,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
     """Whether the command line asks for an adaptive solve; the config may, too."""
     accuracy = arguments.accuracy
-    if accuracy is not None and not (arguments.adapt or all(body.mesh.automatic for body in problem.body)):
+    if accuracy is not None and not (
+        arguments.adapt or all(body.mesh.automatic for body in problem.body)
+    ):
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
@@ -111,9 +141,15 @@ def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
 
 
 def solved(
-    problem: Any, adaptive: bool, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], **shown: Any
+    problem: Any,
+    adaptive: bool,
+    accuracy: float | None,
+    comm: Any,
+    monitor: Callable[[Any], str | None],
+    **shown: Any,
 ) -> Any:
-    """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh is left open."""
+    """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh
+    is left open."""
     if adaptive:
         from ..pipeline.adaptive.climb import adapt
 
@@ -123,15 +159,20 @@ def solved(
     return solve(problem, comm=comm, monitor=monitor, **shown)
 
 
-def announcer(status: Any, adaptive: bool) -> Callable[[int, int, float, float], Callable[[float], None]]:
-    """Announces what will take a while, the whole solve or one of its meshes, and shows on the status line how far it is."""
+def announcer(
+    status: Any, adaptive: bool
+) -> Callable[[int, int, float, float], Callable[[float], None]]:
+    """Announces what will take a while, the whole solve or one of its meshes, and shows on the
+    status line how far it is."""
     began = time.perf_counter()
 
     def progress(share: float) -> None:
         left = (time.perf_counter() - began) * (1.0 - share) / max(share, 1e-3)
         status.show(f"matrix: {share:.0%}, about {left:.0f} s left")
 
-    def announced(nodes: int, unknowns: int, seconds: float, memory: float) -> Callable[[float], None]:
+    def announced(
+        nodes: int, unknowns: int, seconds: float, memory: float
+    ) -> Callable[[float], None]:
         nonlocal began
         began = time.perf_counter()
         if seconds > SOON:
@@ -144,10 +185,15 @@ def announcer(status: Any, adaptive: bool) -> Callable[[int, int, float, float],
 
 
 def mesh_line(status: Any) -> Callable[[Any], None]:
-    """Shows each mesh of an adaptive solve, in lines of their own on a terminal and where it takes long."""
+    """Shows each mesh of an adaptive solve, in lines of their own on a terminal and where it takes
+    long."""
 
     def reached(mesh: Any) -> None:
-        error = f"error {mesh.estimate:.1e} estimated" if math.isfinite(mesh.estimate) else "error not known yet"
+        error = (
+            f"error {mesh.estimate:.1e} estimated"
+            if math.isfinite(mesh.estimate)
+            else "error not known yet"
+        )
         text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
         if status.enabled or mesh.seconds > SOON:
             status.clear()
@@ -163,7 +209,9 @@ def overrides(words: list[str]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for word in words:
         try:
-            word = os.fsencode(word).decode("utf-8")  # Python takes the words in the encoding of the locale
+            word = os.fsencode(word).decode(
+                "utf-8"
+            )  # Python takes the words in the encoding of the locale
         except UnicodeDecodeError:
             raise InputError(f"--set {word!a}: not text in UTF-8") from None
         key, equals, value = word.partition("=")
@@ -177,7 +225,8 @@ def overrides(words: list[str]) -> dict[str, Any]:
 
 
 def read_files(config: str, case: Any) -> list[str]:
-    """The files that a case is read from, but for the result that it starts from: going on may replace that."""
+    """The files that a case is read from, but for the result that it starts from: going on may
+    replace that."""
     shapes = [body.geometry for body in case.body]
     return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
 
@@ -209,11 +258,17 @@ def monitor_line(state: Any) -> str:
     counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
     ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
     where = f"; {state.where}" if state.where else ""
-    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}{where}"
+    return (
+        f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, "
+        f"{counts}{ksp}{where}"
+    )
 
 
 def iteration_line(state: Any, tolerance: float) -> str:
     """The iteration that has just ended, and of which increment it is."""
     h = state.history
     where = f"{state.where}, " if state.where else ""
-    return f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"
+    return (
+        f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho "
+        f"{h.rho[-1]:.3g}"
+    )

@@ -1,8 +1,9 @@
-"""Compute independent cases over MPI ranks: mpiexec -n 2 petcontact sweep configs/tables.toml -o out/
+"""Compute independent cases over MPI ranks: mpiexec -n 2 petcontact sweep configs/tables.toml -o
+out/
 
-A case is on the disk within a second after it is finished; the same command started again goes on from there. In the end
-results.h5 is a table, a column a quantity and a row a case. Exit status: 0 all converged, 3 some not converged, 1 some
-failed, 2 bad input.
+A case is on the disk within a second after it is finished; the same command started again goes on
+from there. In the end results.h5 is a table, a column a quantity and a row a case. Exit status: 0
+all converged, 3 some not converged, 1 some failed, 2 bad input.
 """
 
 from __future__ import annotations
@@ -17,15 +18,34 @@ from ..runtime.signals import Interrupted
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact sweep`."""
-    parser.add_argument("config", metavar="SWEEP.toml", help="problem files, and lists of values to cross")
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder of the sweep (default: the sweep file's stem)")
-    parser.add_argument("--list", action="store_true", help="show the ids of the cases and compute nothing")
-    parser.add_argument("--only", metavar="PATTERN", action="append", default=[],
-                        help="compute the cases whose id matches, for example '*-h0.4'; may be repeated")  # fmt: skip
-    parser.add_argument("--ranks-per-case", metavar="K", type=int, default=1,
-                        help="ranks that solve one case together, for cases too large for one")  # fmt: skip
-    parser.add_argument("--part", metavar="K/N",
-                        help="compute the K-th of N parts, for jobs of an array that share the folder")  # fmt: skip
+    parser.add_argument(
+        "config", metavar="SWEEP.toml", help="problem files, and lists of values to cross"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", help="folder of the sweep (default: the sweep file's stem)"
+    )
+    parser.add_argument(
+        "--list", action="store_true", help="show the ids of the cases and compute nothing"
+    )
+    parser.add_argument(
+        "--only",
+        metavar="PATTERN",
+        action="append",
+        default=[],
+        help="compute the cases whose id matches, for example '*-h0.4'; may be repeated",
+    )
+    parser.add_argument(
+        "--ranks-per-case",
+        metavar="K",
+        type=int,
+        default=1,
+        help="ranks that solve one case together, for cases too large for one",
+    )
+    parser.add_argument(
+        "--part",
+        metavar="K/N",
+        help="compute the K-th of N parts, for jobs of an array that share the folder",
+    )
     parser.add_argument("--force", action="store_true", help="compute finished cases again")
 
 
@@ -54,12 +74,19 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     folder = arguments.output or Path(arguments.config).stem
     try:
         summary = run_sweep(
-            sweep, folder, world,
-            only=arguments.only, part=_part(arguments.part), ranks_per_case=arguments.ranks_per_case,
-            force=arguments.force, say=say,
-        )  # fmt: skip
+            sweep,
+            folder,
+            world,
+            only=arguments.only,
+            part=_part(arguments.part),
+            ranks_per_case=arguments.ranks_per_case,
+            force=arguments.force,
+            say=say,
+        )
     except Interrupted as error:
-        raise Interrupted(error.number, f"finished cases are saved in {folder}, the same command goes on") from None
+        raise Interrupted(
+            error.number, f"finished cases are saved in {folder}, the same command goes on"
+        ) from None
     if world.Get_rank() == 0:
         for line in summary.lines():
             say(line)

@@ -12,8 +12,19 @@ from ..runtime.figure_style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
 from .run import Trial
 
-COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
-           "residual", "error_u", "error_sigma")  # fmt: skip
+COLUMNS = (
+    "problem",
+    "contender",
+    "rho",
+    "converged",
+    "iterations",
+    "elastic_solves",
+    "applications",
+    "seconds",
+    "residual",
+    "error_u",
+    "error_sigma",
+)
 
 
 def markdown(rows: Sequence[Trial]) -> str:
@@ -23,11 +34,19 @@ def markdown(rows: Sequence[Trial]) -> str:
         chosen = [row for row in rows if row.problem == problem]
         parts += [f"## {problem}", "\n".join(aligned(_costs(chosen)))]
         if len({row.rho for row in chosen} - {None}) > 1:
-            parts += ["Iterations by ρ_0 (> where the limit was reached):", "\n".join(aligned(_by_rho(chosen)))]
-    parts.append("Times are those of a method on a prepared system that all share, where a Robin solve takes a few\n"
-                 "products with the Hessenberg form of S unless options of the KSP ask for another solver.")  # fmt: skip
+            parts += [
+                "Iterations by ρ_0 (> where the limit was reached):",
+                "\n".join(aligned(_by_rho(chosen))),
+            ]
+    parts.append(
+        "Times are those of a method on a prepared system that all share, where a Robin solve "
+        "takes a few\n"
+        "products with the Hessenberg form of S unless options of the KSP ask for another solver."
+    )
     if any(row.contender == "tao" for row in rows):
-        parts.append("TAO's products with its own symmetrised matrix are not among the applications.")
+        parts.append(
+            "TAO's products with its own symmetrised matrix are not among the applications."
+        )
     return "\n\n".join(parts) + "\n"
 
 
@@ -37,16 +56,32 @@ def _groups(rows: Sequence[Trial]) -> Iterable[tuple[str, list[Trial]]]:
 
 
 def _costs(rows: Sequence[Trial]) -> list[list[str]]:
-    head = ["method", "iterations", "elastic solves", "applications", "time/ms", "‖R‖/‖σ_t‖", "error u_t", "error σ_t"]
+    head = [
+        "method",
+        "iterations",
+        "elastic solves",
+        "applications",
+        "time/ms",
+        "‖R‖/‖σ_t‖",
+        "error u_t",
+        "error σ_t",
+    ]
     body = []
     for name, group in _groups(rows):
         bad = sum(not row.converged for row in group)
-        body.append([
-            name + (f" ({bad} of {len(group)} not converged)" if bad else ""),
-            _span([row.iterations for row in group]), _span([row.elastic_solves for row in group]),
-            _span([row.applications for row in group]), _span([round(1e3 * row.seconds, 1) for row in group]),
-            *(f"{max(getattr(row, key) for row in group):.1e}" for key in ("residual", "error_u", "error_sigma")),
-        ])  # fmt: skip
+        body.append(
+            [
+                name + (f" ({bad} of {len(group)} not converged)" if bad else ""),
+                _span([row.iterations for row in group]),
+                _span([row.elastic_solves for row in group]),
+                _span([row.applications for row in group]),
+                _span([round(1e3 * row.seconds, 1) for row in group]),
+                *(
+                    f"{max(getattr(row, key) for row in group):.1e}"
+                    for key in ("residual", "error_u", "error_sigma")
+                ),
+            ]
+        )
     return [head, *body]
 
 
@@ -70,7 +105,8 @@ def csv_text(rows: Sequence[Trial]) -> str:
 
 
 def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
-    """Draw compare-residual.png (over applications of S) and compare-iterations.png (over ρ_0); returns their paths."""
+    """Draw compare-residual.png (over applications of S) and compare-iterations.png (over ρ_0);
+    returns their paths."""
     drawings = {"residual": draw_residuals}
     if len({row.rho for row in rows} - {None}) > 1:
         drawings["iterations"] = draw_iterations
@@ -83,7 +119,9 @@ def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Tria
     lines = -(-len(problems) // columns)
     figure.set_size_inches(4.4 * columns + 2.4, 3.4 * lines)
     # a column of its own for the legend: matplotlib 3.6 has no legends outside of constrained axes
-    grid = figure.subplots(lines, columns + 1, squeeze=False, gridspec_kw={"width_ratios": [4.4] * columns + [1.8]})
+    grid = figure.subplots(
+        lines, columns + 1, squeeze=False, gridspec_kw={"width_ratios": [4.4] * columns + [1.8]}
+    )
     panels = grid[:, :-1].ravel()
     for axes in [*grid[:, -1], *panels[len(problems) :]]:
         axes.set_axis_off()
@@ -100,7 +138,14 @@ def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
         for row in (row for row in group if row.path):
             applications, residuals = np.array(row.path).T
             label = row.contender + (f", ρ_0 = {row.rho:g}" if row.rho is not None else "")
-            axes.loglog(applications, np.maximum(residuals, 1e-17), marker=".", markersize=4, linewidth=1.0, label=label)
+            axes.loglog(
+                applications,
+                np.maximum(residuals, 1e-17),
+                marker=".",
+                markersize=4,
+                linewidth=1.0,
+                label=label,
+            )
         axes.set_xlabel("applications of S")
         axes.set_ylabel("‖R‖ / ‖σ_t‖")
         axes.grid(alpha=0.3)
@@ -115,9 +160,15 @@ def draw_iterations(figure: Any, rows: Sequence[Trial]) -> None:
             chosen = [line.get(rho, line.get(None)) for rho in rhos]
             counts = [row.iterations if row else np.nan for row in chosen]
             (drawn,) = axes.loglog(rhos, counts, marker=".", linewidth=1.0, label=name)
-            failed = [(rho, row.iterations) for rho, row in zip(rhos, chosen, strict=True) if row and not row.converged]
+            failed = [
+                (rho, row.iterations)
+                for rho, row in zip(rhos, chosen, strict=True)
+                if row and not row.converged
+            ]
             if failed:
-                axes.plot(*np.array(failed).T, "o", mfc="white", color=drawn.get_color(), markersize=6)
+                axes.plot(
+                    *np.array(failed).T, "o", mfc="white", color=drawn.get_color(), markersize=6
+                )
         axes.set_xlabel("ρ_0")
         axes.set_ylabel("iterations")
         axes.grid(alpha=0.3)

@@ -1,8 +1,10 @@
-"""Methods and rules side by side on the same discrete problems, over a list of ρ_0: what each one costs, what it leaves.
+"""Methods and rules side by side on the same discrete problems, over a list of ρ_0: what each one
+costs, what it leaves.
 
-Counts are those of the contact system: an elastic solve is a solve with S (with I + ρS, T + S or a stick block), an
-application a product with S. Errors are relative, in L2(Γ_C) with the node weights, against a given solution or against
-the system's own one by semismooth Newton, which is exact up to round-off.
+Counts are those of the contact system: an elastic solve is a solve with S (with I + ρS, T + S or a
+stick block), an application a product with S. Errors are relative, in L2(Γ_C) with the node
+weights, against a given solution or against the system's own one by semismooth Newton, which is
+exact up to round-off.
 """
 
 from __future__ import annotations
@@ -64,7 +66,8 @@ class Trial:
     error_u, error_sigma : float
         Against the reference [-]; NaN where the reference has no σ_t.
     path : list of (applications, residual)
-        After each iteration, where it was asked for; none for TAO, whose own products nobody counts.
+        After each iteration, where it was asked for; none for TAO, whose own products nobody
+        counts.
     """
 
     problem: str
@@ -95,11 +98,13 @@ def compare(
     Parameters
     ----------
     cases : sequence of (label, Problem)
-        Each is eliminated once, and its first increment solved; ω, τ, c_max, tolerance and limit are of its `[method]`.
+        Each is eliminated once, and its first increment solved; ω, τ, c_max, tolerance and limit
+        are of its `[method]`.
     contenders : sequence of str, optional
         Keys of CONTENDERS; by default those that take the problem at hand.
     rhos : sequence of float
-        ρ_0 for the projection method [stress/length]; runs of the middle one are followed iteration by iteration.
+        ρ_0 for the projection method [stress/length]; runs of the middle one are followed iteration
+        by iteration.
     reference : str, optional
         Result file to measure errors against; by default each system's own solution.
     comm : PETSc.Comm, optional
@@ -121,8 +126,12 @@ def compare(
                 for name in contenders or CONTENDERS:
                     for rho in rhos if "rule" in CONTENDERS[name] else (None,):
                         try:
-                            row = trials.run(case.method, label, name, rho, follow=rho in (None, followed))
-                        except InputError:  # a method for other problems; where nobody asked for it, it is left out
+                            row = trials.run(
+                                case.method, label, name, rho, follow=rho in (None, followed)
+                            )
+                        except (
+                            InputError
+                        ):  # a method for other problems; where nobody asked for it, it is left out
                             if contenders is not None:
                                 raise
                             break
@@ -152,29 +161,51 @@ class _Trials:
 
     def iterate(self, method: Method, monitor: Monitor | None = None) -> ContactState:
         """The outcome of a method, started from zero."""
-        iteration = Iteration(Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor)
+        iteration = Iteration(
+            Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor
+        )
         return method_of(method)(self.system, self.law, iteration)
 
-    def run(self, method: Method, label: str, name: str, rho: float | None, *, follow: bool) -> Trial:
+    def run(
+        self, method: Method, label: str, name: str, rho: float | None, *, follow: bool
+    ) -> Trial:
         """One trial of a contender."""
         changes, system = {**CONTENDERS[name], **({} if rho is None else {"rho": rho})}, self.system
         method = method.model_copy(update=changes)
         path: list[tuple[int, float]] = []
         if follow and name != "tao":
             first = system.applications
-            self.iterate(method, lambda state: path.append((system.applications - first, self._residual(state))))
-        solves, applications, began = system.elastic_solves, system.applications, time.perf_counter()
+            self.iterate(
+                method,
+                lambda state: path.append((system.applications - first, self._residual(state))),
+            )
+        solves, applications, began = (
+            system.elastic_solves,
+            system.applications,
+            time.perf_counter(),
+        )
         state = self.iterate(method)
         seconds = time.perf_counter() - began
         return Trial(
-            label, name, rho, state.converged, len(state.history), system.elastic_solves - solves,
-            system.applications - applications, seconds, self._residual(state), *self._errors(state), path,
-        )  # fmt: skip
+            label,
+            name,
+            rho,
+            state.converged,
+            len(state.history),
+            system.elastic_solves - solves,
+            system.applications - applications,
+            seconds,
+            self._residual(state),
+            *self._errors(state),
+            path,
+        )
 
     def _residual(self, state: ContactState) -> float:
         return relative_residual(self.law, self.system, state.v, state.sigma)
 
     def _errors(self, state: ContactState) -> tuple[float, float]:
         weight, pairs = self.system.weight, zip((state.v, state.sigma), self.exact, strict=True)
-        found = [contact_norm(a - b, weight) / (contact_norm(b, weight) or np.nan) for a, b in pairs]
+        found = [
+            contact_norm(a - b, weight) / (contact_norm(b, weight) or np.nan) for a, b in pairs
+        ]
         return found[0], found[1]

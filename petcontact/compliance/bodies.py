@@ -1,8 +1,10 @@
-"""Bodies and rigid obstacles composed on the nodes of all contact interfaces: v = v_0 + S σ + M α, E σ + f = 0.
+"""Bodies and rigid obstacles composed on the nodes of all contact interfaces: v = v_0 + S σ + M α,
+E σ + f = 0.
 
-σ at the secondary's nodes is the traction on the secondary along k directions: d-1 tangents τ and, unless all interfaces
-hold their normals, n. The primary carries -J times it. v is the relative displacement of the secondary along the same
-directions, v_n less the initial gap. Of a rigid obstacle S = 0; its displacement opposite a node is taken at the node.
+σ at the secondary's nodes is the traction on the secondary along k directions: d-1 tangents τ and,
+unless all interfaces hold their normals, n. The primary carries -J times it. v is the relative
+displacement of the secondary along the same directions, v_n less the initial gap. Of a rigid
+obstacle S = 0; its displacement opposite a node is taken at the node.
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ class BodiesSystem:
     cases : int
         How many Robin problems will be solved: several may share more than one would.
     join : callable, optional
-        Makes of bodies, interfaces, maps and communicator what solves all equations together, where a storage needs that.
+        Makes of bodies, interfaces, maps and communicator what solves all equations together, where
+        a storage needs that.
 
     Attributes
     ----------
@@ -69,30 +72,47 @@ class BodiesSystem:
     resultant : (K, r) array
         f of the bodies in each load state.
     obstacle_modes : list of (k M, d(d+1)/2) arrays
-        v for unit displacements along the axes and unit rotations of each obstacle; E is their transpose, weighted.
+        v for unit displacements along the axes and unit rotations of each obstacle; E is their
+        transpose, weighted.
     """
 
     def __init__(
-        self, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface], x: Sequence[Array], centres: Sequence[Array],
-        comm: Any, cases: int = 1,
-        join: Callable[[Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        bodies: Sequence[ElasticBody],
+        interfaces: Sequence[Interface],
+        x: Sequence[Array],
+        centres: Sequence[Array],
+        comm: Any,
+        cases: int = 1,
+        join: Callable[
+            [Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint
+        ]
+        | None = None,
+    ) -> None:
         self.bodies, self.interfaces = list(bodies), list(interfaces)
         self.dim = bodies[0].mesh.dim
         self.k, none = directions_looked_for(self.dim, interfaces), np.zeros(0)
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
         self.size = int(ends[-1])
-        self.weight = np.concatenate([none, *(bodies[i.body].mesh.weight[i.nodes] for i in interfaces)])
-        self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
+        self.weight = np.concatenate(
+            [none, *(bodies[i.body].mesh.weight[i.nodes] for i in interfaces)]
+        )
+        self._maps = [
+            contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))
+        ]
         self._x, self._layer = np.concatenate([np.zeros((0, self.dim)), *x]), list[Surrogate]()
         self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
         self._softened: tuple[Array, ContactCompliance] | None = None
         mapped = list(zip(self._maps, self.bodies, strict=True))
-        self.modes = np.concatenate([maps.seen(body.contact_modes) for maps, body in mapped], axis=1)
+        self.modes = np.concatenate(
+            [maps.seen(body.contact_modes) for maps, body in mapped], axis=1
+        )
         self.balance = np.concatenate([maps.felt(body.balance.T).T for maps, body in mapped])
         self._load()
-        self.obstacle_modes = [self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)]
+        self.obstacle_modes = [
+            self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)
+        ]
         self.operator = self._composed(comm, cases)
 
     def _load(self) -> None:
@@ -105,10 +125,14 @@ class BodiesSystem:
         for where, face in zip(self.slices, self.interfaces, strict=True):
             if face.jump is not None:
                 at = slice(self.k * where.start, self.k * where.stop)
-                self.base[:, at] += np.einsum("mtc,sc->smt", face.directions, face.jump).reshape(states, -1)
+                self.base[:, at] += np.einsum("mtc,sc->smt", face.directions, face.jump).reshape(
+                    states, -1
+                )
         self.resultant = np.concatenate([body.resultant for body in self.bodies], axis=1)
 
-    def loaded(self, data: Sequence[BoundaryData], interfaces: Sequence[Interface]) -> BodiesSystem | None:
+    def loaded(
+        self, data: Sequence[BoundaryData], interfaces: Sequence[Interface]
+    ) -> BodiesSystem | None:
         """The same S under other known values, gaps and jumps; it is closed with this one.
 
         Parameters
@@ -123,7 +147,10 @@ class BodiesSystem:
         BodiesSystem or None
             None where a body must be eliminated once more for it.
         """
-        bodies = [body if new is body.data else body.with_data(new) for body, new in zip(self.bodies, data, strict=True)]
+        bodies = [
+            body if new is body.data else body.with_data(new)
+            for body, new in zip(self.bodies, data, strict=True)
+        ]
         kept = [body for body in bodies if body is not None]
         if len(kept) < len(bodies) or (self._joint is not None and kept != self.bodies):
             return None
@@ -135,12 +162,17 @@ class BodiesSystem:
     def _composed(self, comm: Any, cases: int) -> ContactCompliance:
         if self._joint is not None:
             return self._joint.compliance(self.surrogate)
-        if len(self.bodies) == 1 and (own := self.bodies[0].contact_compliance(self._place, self.surrogate)) is not None:
+        if (
+            len(self.bodies) == 1
+            and (own := self.bodies[0].contact_compliance(self._place, self.surrogate)) is not None
+        ):
             return own
         if any(body.compliance is None for body in self.bodies):
             motions = self.modes.shape[1] + sum(mode.shape[1] for mode in self.obstacle_modes)
             text = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
-            products = ProductCompliance(self._apply, (self.size, self.k), motions, comm, self.surrogate, text)
+            products = ProductCompliance(
+                self._apply, (self.size, self.k), motions, comm, self.surrogate, text
+            )
             return shared_by(cases, products, self.base.shape[1], comm)
         whole: Array | None = None
         for body, maps in zip(self.bodies, self._maps, strict=True):
@@ -156,12 +188,16 @@ class BodiesSystem:
         result = np.zeros((self.size, self.k, d * (d + 1) // 2))
         for where, face, points in zip(self.slices, self.interfaces, x, strict=True):
             if face.obstacle == number:
-                result[where] = -np.einsum("mtc,mck->mtk", face.directions, rigid_motions(points - centre))
+                result[where] = -np.einsum(
+                    "mtc,mck->mtk", face.directions, rigid_motions(points - centre)
+                )
         return result.reshape(self.k * self.size, -1)
 
-    def at(self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a `layer` (M,) that
-        gives way to pressure [length/stress]."""
+    def at(
+        self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None
+    ) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,),
+        and a `layer` (M,) that gives way to pressure [length/stress]."""
         operator = self.operator if layer is None or not layer.any() else self._with(layer)
         if self._joint is not None:
             return self._joint.system(u_0, self.weight, modes, shares, operator)
@@ -187,18 +223,23 @@ class BodiesSystem:
         return result.reshape(sigma.shape)
 
     def surrogate(self) -> Surrogate | None:
-        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on surfaces half spaces,
-        where there are not too many nodes."""
+        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on
+        surfaces half spaces, where there are not too many nodes."""
         if not self._layer:
             if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
                 self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
             elif max(self.size, *(len(body.contact) for body in self.bodies)) <= LARGEST:
                 alone = len(self.bodies) == 1 and all(face.held for face in self.interfaces)
-                self._layer.append(HalfSpace(functools.cache(self._half_spaces), self.weight, predicts=alone))
+                self._layer.append(
+                    HalfSpace(functools.cache(self._half_spaces), self.weight, predicts=alone)
+                )
         return copy.copy(self._layer[0]) if self._layer else None
 
     def _half_spaces(self) -> Array:
-        every, total = np.eye(self.k * self.size), np.zeros((self.k * self.size, self.k * self.size))
+        every, total = (
+            np.eye(self.k * self.size),
+            np.zeros((self.k * self.size, self.k * self.size)),
+        )
         for body, maps in zip(self.bodies, self._maps, strict=True):
             own = half_space(body.operators, body.contact, body.data.contact_frame)
             total += maps.seen(own @ maps.carried(every))
@@ -228,7 +269,11 @@ class BodiesSystem:
     def tractions(self, number: int, sigma: Array) -> Array:
         """Tractions (..., m_c, k) in the contact directions of a body for σ (..., M, k)."""
         lead = sigma.shape[:-2]
-        return self._maps[number].carried(sigma.reshape(*lead, self.k * self.size).T).T.reshape(*lead, -1, self.k)
+        return (
+            self._maps[number]
+            .carried(sigma.reshape(*lead, self.k * self.size).T)
+            .T.reshape(*lead, -1, self.k)
+        )
 
     def motion(self, number: int, alpha: Array) -> Array:
         """The part of α (..., r) that belongs to one body."""

@@ -20,8 +20,11 @@ class Joint(Protocol):
         """The compliance S as a matrix."""
         ...
 
-    def system(self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares` (K,)."""
+    def system(
+        self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
+    ) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares`
+        (K,)."""
         ...
 
 
@@ -40,7 +43,9 @@ class ComposedSystem:
         S.
     """
 
-    def __init__(self, u_0: Array, weight: Array, modes: Modes | None, operator: ContactCompliance) -> None:
+    def __init__(
+        self, u_0: Array, weight: Array, modes: Modes | None, operator: ContactCompliance
+    ) -> None:
         self.u_0, self.weight, self._operator = u_0, weight, operator
         self.modes = modes if modes is not None and len(modes.load) else None
         self.elastic_solves = self.applications = 0
@@ -100,8 +105,12 @@ class ReducedSystem(ComposedSystem):
     """
 
     def __init__(
-        self, u_0: Array, compliance: Array, weight: Array, modes: Modes | None = None,
+        self,
+        u_0: Array,
+        compliance: Array,
+        weight: Array,
+        modes: Modes | None = None,
         surrogate: Callable[[], Surrogate | None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         operator = DenseCompliance(compliance, OneRank(), surrogate or (lambda: None))
         super().__init__(u_0, weight, modes, operator)

@@ -1,4 +1,5 @@
-"""S over all contact nodes, dense or by its products: kept through all load steps, methods and ρ that use it."""
+"""S over all contact nodes, dense or by its products: kept through all load steps, methods and ρ
+that use it."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ from ..linalg.bordered import BorderedKrylov
 from ..linalg.dense_solver import KspSolver, LapackSolver, dense_solver
 
 ROBIN_RTOL = 1e-4
-"""Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold whatever it is, so that the
-iteration ends where it would with 1e-12, in as many steps, at a third of the price."""
+"""Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold
+whatever it is, so that the iteration ends where it would with 1e-12, in as many steps, at a third
+of the price."""
 SPANNED = 1e-12
 """Part of a solution that may lie outside of the vectors whose products with S are known."""
 MakeSurrogate = Callable[[], Surrogate | None]
@@ -50,10 +52,12 @@ class ContactCompliance(abc.ABC):
 
     @abc.abstractmethod
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """δv = S δσ + M δα and δσ with δσ + ρ δv = r and E δσ = work (r,); ρ is of the shape of r. Collective."""
+        """δv = S δσ + M δα and δσ with δσ + ρ δv = r and E δσ = work (r,); ρ is of the shape of r.
+        Collective."""
 
     def softened(self, layer: Array) -> ContactCompliance:
-        """S of contacts with a layer that gives way to the pressure of each node, by `layer` (m,) [length/stress] times it.
+        """S of contacts with a layer that gives way to the pressure of each node, by `layer` (m,)
+        [length/stress] times it.
 
         Raises
         ------
@@ -72,7 +76,8 @@ class ContactCompliance(abc.ABC):
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank; I + ρS is factorised for each ρ, by LAPACK or the KSP without a prefix."""
+    """S as a matrix on every rank; I + ρS is factorised for each ρ, by LAPACK or the KSP without a
+    prefix."""
 
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
@@ -99,7 +104,9 @@ class DenseCompliance(ContactCompliance):
         """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
         solver = self._solver = self._solver or dense_solver(self._comm)
         border = self._bordered(solver, rho, r, modes)
-        whole = solver.solve(r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)]))
+        whole = solver.solve(
+            r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
+        )
         self.ksp_iterations, self.ksp_reason = solver.iterations, solver.reason
         sigma = whole[: r.size].reshape(r.shape)
         dv = self.apply(sigma)
@@ -127,7 +134,10 @@ class DenseCompliance(ContactCompliance):
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:
             rows[:count, n:] = each[inner, None] * border.columns[inner]
-            rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : max(last - n, 0)], 0.0
+            rows[count:, :n], rows[count:, n:] = (
+                border.rows[max(first - n, 0) : max(last - n, 0)],
+                0.0,
+            )
         solver.factor()
         self._of = each.copy(), modes, border
         return border
@@ -163,9 +173,14 @@ class ProductCompliance(ContactCompliance):
     matrix_free = True
 
     def __init__(
-        self, product: Callable[[Array], Array], shape: tuple[int, int], motions: int, comm: Any, surrogate: MakeSurrogate,
+        self,
+        product: Callable[[Array], Array],
+        shape: tuple[int, int],
+        motions: int,
+        comm: Any,
+        surrogate: MakeSurrogate,
         text: str,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(surrogate)
         self._product, self._shape, self._others = product, shape, (motions, comm, surrogate, text)
         self._krylov = BorderedKrylov(shape, motions, "", comm, f"I + rho S, S by {text}")
@@ -180,14 +195,22 @@ class ProductCompliance(ContactCompliance):
         """With the layer added to products."""
         add = np.zeros(self._shape)
         add[:, -1] = layer
-        return ProductCompliance(lambda sigma: self._product(sigma) + add * sigma, self._shape, *self._others)
+        return ProductCompliance(
+            lambda sigma: self._product(sigma) + add * sigma, self._shape, *self._others
+        )
 
     def matrix(self) -> Array:
         """S, a product a column: for tests, and for many Robin solves."""
-        return np.column_stack([self.apply(e.reshape(self._shape)).ravel() for e in np.eye(self._shape[0] * self._shape[1])])
+        return np.column_stack(
+            [
+                self.apply(e.reshape(self._shape)).ravel()
+                for e in np.eye(self._shape[0] * self._shape[1])
+            ]
+        )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """GMRES, preconditioned by (I + ρT)⁻¹; motions in units of what the whole traction moves."""
+        """GMRES, preconditioned by (I + ρT)⁻¹; motions in units of what the whole traction
+        moves."""
         if self._layer is None:
             self._layer = self.surrogate()
         assert self._layer is not None, "a system by products has a T"
@@ -197,7 +220,14 @@ class ProductCompliance(ContactCompliance):
         columns, rows = border.spread(stuck.active)
         self._products = []
         sigma, coordinates = self._krylov.solve(
-            self._noted(rho), lambda x: layer.solve(x, rho[0]), rho * columns, rows, r, border.work(work), 0.0, ROBIN_RTOL
+            self._noted(rho),
+            lambda x: layer.solve(x, rho[0]),
+            rho * columns,
+            rows,
+            r,
+            border.work(work),
+            0.0,
+            ROBIN_RTOL,
         )
         self.ksp_iterations, self.ksp_reason = self._krylov.iterations, self._krylov.reason
         dv = self._product_of(sigma)
@@ -212,9 +242,12 @@ class ProductCompliance(ContactCompliance):
         return product
 
     def _product_of(self, sigma: Array) -> Array:
-        """S σ from the products of the KSP, whose solution is a combination of the vectors that it multiplied."""
+        """S σ from the products of the KSP, whose solution is a combination of the vectors that it
+        multiplied."""
         if self._products:
-            vectors, products = (np.column_stack([pair[i].ravel() for pair in self._products]) for i in (0, 1))
+            vectors, products = (
+                np.column_stack([pair[i].ravel() for pair in self._products]) for i in (0, 1)
+            )
             weights = np.linalg.lstsq(vectors, sigma.ravel(), rcond=None)[0]
             if np.linalg.norm(vectors @ weights - sigma.ravel()) <= SPANNED * np.linalg.norm(sigma):
                 return np.asarray(products @ weights).reshape(sigma.shape)

@@ -1,11 +1,14 @@
-"""The operator T of half spaces: a stand-in for S in space, twice Kelvin's kernel over each contact part.
+"""The operator T of half spaces: a stand-in for S in space, twice Kelvin's kernel over each contact
+part.
 
-The surface of a half space whose normal displacement is held moves under tangential tractions by 2Gσ, G = ∫U in its plane:
-of a body T has the singularity of S. A free surface moves under pressure by nearly that, 1.09 times at ν = .3. Of several
-bodies T is the sum of theirs, each through the maps between its nodes and those of contact. On a rectangular part T goes on
-by even images across the sides beyond which the body is free, by odd ones where it is held; only components along their
-own directions have images, so that T stays symmetric in the weights. Of problem A's block T⁻¹S has eigenvalues in
-[0.6, 2.7], without images in [1.0, 6.2]; of two blocks in unilateral contact in [0.15, 2.8].
+The surface of a half space whose normal displacement is held moves under tangential tractions by
+2Gσ, G = ∫U in its plane: of a body T has the singularity of S. A free surface moves under pressure
+by nearly that, 1.09 times at ν = .3. Of several bodies T is the sum of theirs, each through the
+maps between its nodes and those of contact. On a rectangular part T goes on by even images across
+the sides beyond which the body is free, by odd ones where it is held; only components along their
+own directions have images, so that T stays symmetric in the weights. Of problem A's block T⁻¹S has
+eigenvalues in [0.6, 2.7], without images in [1.0, 6.2]; of two blocks in unilateral contact in
+[0.15, 2.8].
 """
 
 from __future__ import annotations
@@ -23,13 +26,15 @@ from ..bem.operators import BoundaryOperators
 from .layer.operator import fitted
 
 LARGEST = 1000
-"""Contact nodes up to which there is a T: it is dense, and beyond its factorisations cost more than they save."""
+"""Contact nodes up to which there is a T: it is dense, and beyond its factorisations cost more than
+they save."""
 RECTANGLE = 1e-6
 """Relative difference between a part's area and its bounding box that is round-off."""
 
 
 class HalfSpace:
-    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S.
+    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method
+    adapts to S.
 
     Parameters
     ----------
@@ -52,14 +57,21 @@ class HalfSpace:
     def solve(self, x: Array, rho: float | Array | None = None) -> Array:
         """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
         if rho is None:
-            return np.asarray(scipy.linalg.lu_solve(self._factor, x.ravel() / self.scale)).reshape(x.shape)
+            return np.asarray(scipy.linalg.lu_solve(self._factor, x.ravel() / self.scale)).reshape(
+                x.shape
+            )
         each = np.broadcast_to(rho, x.shape).ravel()
-        return np.linalg.solve(np.eye(x.size) + each[:, None] * self.matrix(), x.ravel()).reshape(x.shape)
+        return np.linalg.solve(np.eye(x.size) + each[:, None] * self.matrix(), x.ravel()).reshape(
+            x.shape
+        )
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        [stress]."""
         held, result = np.flatnonzero(stick), np.zeros_like(rhs)
-        result.flat[held] = np.linalg.solve(self.scale * self._matrix[held[:, None], held], rhs.ravel()[held])
+        result.flat[held] = np.linalg.solve(
+            self.scale * self._matrix[held[:, None], held], rhs.ravel()[held]
+        )
         return result
 
     def matrix(self) -> Array:
@@ -85,7 +97,9 @@ def half_space(operators: BoundaryOperators, nodes: Index, frame: Array) -> Arra
     matrix = np.zeros((m, k, m, k))
     for part in np.unique(mesh.node_part[nodes]):
         places = np.flatnonzero(mesh.node_part[nodes] == part)
-        matrix[places[:, None], :, places] = _part(operators, nodes[places], frame[places]).transpose(0, 2, 1, 3)
+        matrix[places[:, None], :, places] = _part(
+            operators, nodes[places], frame[places]
+        ).transpose(0, 2, 1, 3)
     return matrix.reshape(k * m, -1)
 
 
@@ -118,16 +132,23 @@ def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
 
 
 Side = tuple[Array, float, Array]
-"""Direction out of a rectangle, or against it, place along it, and the sign of each component's image."""
+"""Direction out of a rectangle, or against it, place along it, and the sign of each component's
+image."""
 
 
-def _sides(operators: BoundaryOperators, nodes: Index, frame: Array) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
+def _sides(
+    operators: BoundaryOperators, nodes: Index, frame: Array
+) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
     """The sides of a part by pairs, if it is a rectangle along its tangents."""
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])
-    corners = np.concatenate([mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
-                              for kind in np.unique(mesh.kind[panels])])  # fmt: skip
+    corners = np.concatenate(
+        [
+            mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
+            for kind in np.unique(mesh.kind[panels])
+        ]
+    )
     reach = corners @ tangents.T
     low, high = reach.min(axis=0), reach.max(axis=0)
     area, flat = float(np.prod(high - low)), np.abs(frame - frame[0]).max()

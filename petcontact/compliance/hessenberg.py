@@ -15,13 +15,16 @@ from ..runtime.petsc import stage
 from .contact_compliance import ContactCompliance, DenseCompliance
 
 FEWEST_CASES = 2
-"""Cases from which the form, some eight to fourteen times an LU of I + ρS, pays: one case changes ρ up to ten times."""
+"""Cases from which the form, some eight to fourteen times an LU of I + ρS, pays: one case changes ρ
+up to ten times."""
 LARGEST = 3000
-"""Contact unknowns up to which S is formed: its reduction takes 7 ms for 320, 0.5 s for 1280, 6 s for 3000."""
+"""Contact unknowns up to which S is formed: its reduction takes 7 ms for 320, 0.5 s for 1280, 6 s
+for 3000."""
 
 
 class HessenbergCompliance(DenseCompliance):
-    """S = Q H Qᵀ: (I + ρS)⁻¹ = Q (I + ρH)⁻¹ Qᵀ costs O(m²) for every ρ; motions and several ρ take LUs of I + ρS.
+    """S = Q H Qᵀ: (I + ρS)⁻¹ = Q (I + ρH)⁻¹ Qᵀ costs O(m²) for every ρ; motions and several ρ take
+    LUs of I + ρS.
 
     Parameters
     ----------
@@ -63,7 +66,8 @@ def shares(cases: int, size: int) -> bool:
 
 
 def shared_by(cases: int, operator: ContactCompliance, size: int, comm: Any) -> ContactCompliance:
-    """S itself, or its Hessenberg form where that is the cheaper one for several cases; options of the KSP keep the KSP."""
+    """S itself, or its Hessenberg form where that is the cheaper one for several cases; options of
+    the KSP keep the KSP."""
     if not shares(cases, size) or comm.getSize() > 1 or is_asked_for(""):
         return operator
     with stage("factor"):

@@ -1,4 +1,5 @@
-"""Where parts of bodies meet, and the maps between contact directions of bodies and of all interfaces."""
+"""Where parts of bodies meet, and the maps between contact directions of bodies and of all
+interfaces."""
 
 from __future__ import annotations
 
@@ -42,9 +43,11 @@ class Interface:
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
     distance : (m,) array, optional
-        To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
+        To the primary along n, whatever the gap is given as; infinite where nothing is faced
+        [length].
     sag : (m,) array, optional
-        Height of curved faces over the elements that stand for them, where it is in the gap [length].
+        Height of curved faces over the elements that stand for them, where it is in the gap
+        [length].
     jump : (K, d) array, optional
         What the primary is displaced beyond the secondary in each load state [length].
     held : bool
@@ -70,21 +73,31 @@ class Interface:
     @property
     def directions(self) -> Array:
         """Of σ and v, (m, k, d)."""
-        return self.tangent if self.held else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
+        return (
+            self.tangent
+            if self.held
+            else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
+        )
 
 
 def slices(interfaces: Sequence[Interface]) -> dict[str, slice]:
     """The nodes of each interface by its name among those of all, one after another."""
     ends = itertools.accumulate((len(face.nodes) for face in interfaces), initial=0)
-    return {face.name: slice(*bounds) for face, bounds in zip(interfaces, itertools.pairwise(ends), strict=True)}
+    return {
+        face.name: slice(*bounds)
+        for face, bounds in zip(interfaces, itertools.pairwise(ends), strict=True)
+    }
 
 
 def directions_looked_for(dim: int, interfaces: Sequence[Interface]) -> int:
-    """Components of σ at a node, k: the tangential ones where all normals are held, as where nothing is in contact."""
+    """Components of σ at a node, k: the tangential ones where all normals are held, as where
+    nothing is in contact."""
     return dim - 1 if all(face.held for face in interfaces) else dim
 
 
-def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface]) -> ContactMaps:
+def contact_maps(
+    number: int, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface]
+) -> ContactMaps:
     """Between the contact directions of a body and those of all interfaces."""
     body, d = bodies[number], bodies[number].mesh.dim
     k = directions_looked_for(d, interfaces)
@@ -92,7 +105,9 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
         place = places(body, interfaces)
         frame = body.data.contact_frame
         once = len(place) == len(body.contact)  # a part may be the secondary of two contacts
-        if once and np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
+        if once and np.array_equal(
+            np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]
+        ):
             return _Reordered((k * place[:, None] + np.arange(k)).ravel())
     seen, carried = list[_Triples](), list[_Triples]()
     for face, where in zip(interfaces, slices(interfaces).values(), strict=True):
@@ -101,11 +116,19 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
             seen.append(_triples(face, where, body, own, face.nodes, np.ones(len(own))))
             carried.append(seen[-1])
         if face.primary == number:
-            assert face.values is not None and face.loads is not None and face.primary_nodes is not None
+            assert (
+                face.values is not None
+                and face.loads is not None
+                and face.primary_nodes is not None
+            )
             node, other = _places_of(face.values)
-            seen.append(_triples(face, where, body, node, face.primary_nodes[other], -face.values.data))
+            seen.append(
+                _triples(face, where, body, node, face.primary_nodes[other], -face.values.data)
+            )
             other, node = _places_of(face.loads)
-            carried.append(_triples(face, where, body, node, face.primary_nodes[other], -face.loads.data))
+            carried.append(
+                _triples(face, where, body, node, face.primary_nodes[other], -face.loads.data)
+            )
     shape = (k * sum(len(face.nodes) for face in interfaces), body.data.contact_directions.size)
     displacement = _sum_of(seen, shape)
     alike = all(face.primary != number for face in interfaces)
@@ -116,13 +139,20 @@ _Triples = tuple[Array, Index, Index]
 """Entries, rows and columns of a sparse matrix."""
 
 
-def _triples(face: Interface, where: slice, body: ElasticBody, node: Index, own: Index, share: Array) -> _Triples:
-    """Shares (q,) that nodes `own` of a body have in nodes of an interface, (q,) each, as what they are along the contact
-    directions of both."""
+def _triples(
+    face: Interface, where: slice, body: ElasticBody, node: Index, own: Index, share: Array
+) -> _Triples:
+    """Shares (q,) that nodes `own` of a body have in nodes of an interface, (q,) each, as what they
+    are along the contact directions of both."""
     place, k = np.searchsorted(body.contact, own), face.directions.shape[1]
-    entries = share[:, None, None] * np.einsum("qac,qbc->qab", face.directions[node], body.data.contact_frame[place])
+    entries = share[:, None, None] * np.einsum(
+        "qac,qbc->qab", face.directions[node], body.data.contact_frame[place]
+    )
     rows, columns = (k * each[:, None] + np.arange(k) for each in (where.start + node, place))
-    rows, columns = (np.broadcast_to(each, entries.shape).ravel() for each in (rows[:, :, None], columns[:, None]))
+    rows, columns = (
+        np.broadcast_to(each, entries.shape).ravel()
+        for each in (rows[:, :, None], columns[:, None])
+    )
     return entries.ravel(), rows, columns
 
 
@@ -147,7 +177,8 @@ def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
 
 
 class ContactMaps(Protocol):
-    """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M, ...)."""
+    """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M,
+    ...)."""
 
     @property
     def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:

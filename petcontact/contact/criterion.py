@@ -17,16 +17,18 @@ Stop = Literal["both", "displacement", "residual"]
 ROUND_OFF = 1e-12
 """Displacement over the largest below which it is round-off."""
 DIGITS = 1e-13
-"""The same of what tractions displace, and of residuals, over what v is the sum of: such tractions are none."""
+"""The same of what tractions displace, and of residuals, over what v is the sum of: such tractions
+are none."""
 SLACK = 1e3
-"""How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is
-small only because ρ is far off is no convergence."""
+"""How much larger than the tolerance the relative friction residual may be when the change has met
+it: a change that is small only because ρ is far off is no convergence."""
 
 FLOOR = 1e-3
-"""Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
+"""Of the size of u_0: displacements below it are compared with it and not with themselves, as where
+all nodes stick."""
 STILL = 1e-8
-"""Of the displacement of all pairs: one that moves less is compared with it. Compressed operators leave 1e-11 where a side
-of a period does not move."""
+"""Of the displacement of all pairs: one that moves less is compared with it. Compressed operators
+leave 1e-11 where a side of a period does not move."""
 
 
 @frozen
@@ -37,15 +39,16 @@ class Criterion:
     ----------
     tolerance : float
     stop : {"both", "displacement", "residual"}
-        Relative change of v and σ together (the paper's), of v alone, or ‖R_ρ‖/‖σ‖ with the balanced ρ.
+        Relative change of v and σ together (the paper's), of v alone, or ‖R_ρ‖/‖σ‖ with the
+        balanced ρ.
     """
 
     tolerance: float
     stop: Stop = "both"
 
     def change(self, moved: float, size: float, pushed: float, traction: float) -> float:
-        """The relative change of a step that led to (v, σ), from ‖δv‖, ‖v‖, ‖δσ‖ and ‖σ‖; v without gaps, beside which all
-        changes are small."""
+        """The relative change of a step that led to (v, σ), from ‖δv‖, ‖v‖, ‖δσ‖ and ‖σ‖; v without
+        gaps, beside which all changes are small."""
         if self.stop != "displacement":
             moved, size = moved + pushed, size + traction
         return moved / size if size > 0.0 else (0.0 if moved == 0.0 else 1.0)
@@ -60,19 +63,22 @@ class Criterion:
 def balanced(
     law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0
 ) -> tuple[float | Array, float, float]:
-    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same, (k,) where a law has more than one group; and
-    ‖displacement‖ and ‖σ‖.
+    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same, (k,) where a law has
+    more than one group; and ‖displacement‖ and ‖σ‖.
 
-    The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact adds, rigid motions apart.
+    The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact
+    adds, rigid motions apart.
     """
     weight, groups = system.weight, law.groups
-    # bodies and obstacles that only contact holds may move as one where all of it sticks: then v - u_0 is no displacement
-    # that contact adds, which is Sσ
+    # bodies and obstacles that only contact holds may move as one where all of it sticks: then v -
+    # u_0 is no displacement that contact adds, which is Sσ
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(groups) == 1:
         (moved, _), (traction, _), (free, _) = group_norms(weight, groups, v, sigma, system.u_0)
         return ratio(max(moved, FLOOR * max(free, strained)), traction, fallback), moved, traction
-    (moved, *parts), (traction, *tractions) = group_norms(weight, groups, moves(law, system, v), sigma)
+    (moved, *parts), (traction, *tractions) = group_norms(
+        weight, groups, moves(law, system, v), sigma
+    )
     floor = FLOOR * max(moved, strained)
     common = ratio(max(moved, floor), traction, fallback)
     rho = np.empty(law.k)
@@ -88,21 +94,29 @@ def without_motions(system: ContactSystem, moved: Array) -> Array:
 
 
 def relative_residual(
-    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0, scale: float = 0.0
+    law: ContactLaw,
+    system: ContactSystem,
+    v: Array,
+    sigma: Array,
+    fallback: float = 1.0,
+    scale: float = 0.0,
 ) -> float:
     """‖R_ρ‖/‖σ‖ with the balanced ρ: independent of a method's ρ and of units.
 
-    `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
+    `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its
+    own measure.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
-    (left, _), (scaled, _) = group_norms(system.weight, (slice(0, law.k),), law_residual(law, v, sigma, rho),
-                                         rho * digits(system, v))  # fmt: skip
+    (left, _), (scaled, _) = group_norms(
+        system.weight, (slice(0, law.k),), law_residual(law, v, sigma, rho), rho * digits(system, v)
+    )
     return over_traction(left, scaled, scaled, max(traction, scale))
 
 
 def over_traction(left: float, scaled: float, scaled_v: float, traction: float) -> float:
-    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of; where σ = 0 the law holds, 0,
-    or not, 1, but for round-off of ρ times v, or that sum: a gap is no measure of a light touch."""
+    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of;
+    where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times v, or that sum: a gap is
+    no measure of a light touch."""
     if left <= DIGITS * scaled:
         return 0.0
     if traction > 0.0:
@@ -111,35 +125,48 @@ def over_traction(left: float, scaled: float, scaled_v: float, traction: float) 
 
 
 def digits(system: ContactSystem, v: Array) -> Array:
-    """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v is nothing else."""
+    """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v
+    is nothing else."""
     sizes = np.abs(v)
     sizes += np.abs(system.u_0)
     return sizes
 
 
 def natural_residuals(
-    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice] = (slice(None),)
+    law: ContactLaw,
+    system: ContactSystem,
+    v: Array,
+    sigma: Array,
+    pairs: Sequence[slice] = (slice(None),),
 ) -> tuple[float, ...]:
-    """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and balanced ρ.
+    """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and
+    balanced ρ.
 
-    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; one
-    that does not move beside others is not measured by the round-off of its displacement; a pair without tractions has 0 or
-    1, see `over_traction`.
+    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the
+    tractions of another; one that does not move beside others is not measured by the round-off of
+    its displacement; a pair without tractions has 0 or 1, see `over_traction`.
     """
     displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
-    least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
+    least = (
+        system.u_0 if len(law.groups) == 1 else displaced
+    )  # where all nodes stick v is round-off
     rho, common = np.empty(sigma.shape), None
-    # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
+    # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the
+    # same
     strained = displaced if system.modes is None else system.apply(sigma)
     still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
         four = (x[pair] for x in (sigma, displaced, strained, least))
         norms = group_norms(system.weight[pair], law.groups, *four)
         (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = norms
-        for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
+        for group, traction, moved, own in zip(
+            law.groups, tractions, moving, straining, strict=True
+        ):
             # under a free plate that all of a body sticks to, tangents move by round-off only
             own = own if own > ROUND_OFF * whole else whole
-            rho[pair, group] = balance = ratio(max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0)
+            rho[pair, group] = balance = ratio(
+                max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0
+            )
             if balance == 0.0:
                 common = balanced(law, system, v, sigma)[0] if common is None else common
                 rho[pair, group] = np.broadcast_to(common, law.k)[group]
@@ -147,16 +174,25 @@ def natural_residuals(
     residual = law_residual(law, v, sigma, rho)
     scaled = rho * digits(system, v)
     for pair, size in zip(pairs, sizes, strict=True):
-        (_, *left), (_, *of) = group_norms(system.weight[pair], law.groups, residual[pair], scaled[pair])
+        (_, *left), (_, *of) = group_norms(
+            system.weight[pair], law.groups, residual[pair], scaled[pair]
+        )
         found.append([over_traction(a, b, b, size) for a, b in zip(left, of, strict=True)])
-    return tuple(max(column, key=lambda value: (value != value, value)) for column in zip(*found, strict=True))
+    return tuple(
+        max(column, key=lambda value: (value != value, value))
+        for column in zip(*found, strict=True)
+    )
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
-    """Largest |Eσ + f| over the work of all tractions and loads, on motions of unit size; 0 without rigid motions."""
-    return 0.0 if system.modes is None else system.modes.defect(sigma, np.eye(len(system.modes.load)))
+    """Largest |Eσ + f| over the work of all tractions and loads, on motions of unit size; 0 without
+    rigid motions."""
+    return (
+        0.0 if system.modes is None else system.modes.defect(sigma, np.eye(len(system.modes.load)))
+    )
 
 
 def moves(law: ContactLaw, system: ContactSystem, v: Array) -> Array:
-    """The displacement (m, k) that tractions are compared with: v where v = 0 is sticking, v - u_0 where v_n is a gap."""
+    """The displacement (m, k) that tractions are compared with: v where v = 0 is sticking, v - u_0
+    where v_n is a gap."""
     return v if len(law.groups) == 1 else without_motions(system, v - system.u_0)

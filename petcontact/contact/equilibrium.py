@@ -1,4 +1,5 @@
-"""Whether contact tractions of any size can hold the loads: a linear program over the cone of what the law allows."""
+"""Whether contact tractions of any size can hold the loads: a linear program over the cone of what
+the law allows."""
 
 from __future__ import annotations
 
@@ -21,11 +22,13 @@ NEW = 4
 
 
 def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
-    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law has no `admissible`.
+    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law
+    has no `admissible`.
 
-    Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons around them that get further
-    sides where σ_t leaves the disk: what it says cannot be held cannot. A load that passes may still not be held: the
-    tractions that would do it need not follow from the elastic problem.
+    Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons
+    around them that get further sides where σ_t leaves the disk: what it says cannot be held
+    cannot. A load that passes may still not be held: the tractions that would do it need not follow
+    from the elastic problem.
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
@@ -33,30 +36,46 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
     scale = np.maximum(np.abs(modes.resultant).max(axis=(1, 2), initial=0.0), 1e-300)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
     limits, normal = law.admissible(), law.groups[1:]
-    cap, cohesion = limits.cap / size, limits.cohesion / size  # the unknowns are σ over the size of the loads
+    cap, cohesion = (
+        limits.cap / size,
+        limits.cohesion / size,
+    )  # the unknowns are σ over the size of the loads
     cone = np.flatnonzero(np.isfinite(cohesion))
     lower, upper = np.tile(-cap[:, None], k), np.tile(cap[:, None], k)
     for group in normal:
         lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
     # unknowns: σ (node after node), and the slacks s+, s- >= 0
-    equal = np.hstack([(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
-    bounds = np.concatenate([
-        np.column_stack([lower.ravel(), upper.ravel()]), np.tile([0.0, np.inf], (2 * r, 1)),
-    ])  # fmt: skip
+    equal = np.hstack(
+        [(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)]
+    )
+    bounds = np.concatenate(
+        [
+            np.column_stack([lower.ravel(), upper.ravel()]),
+            np.tile([0.0, np.inf], (2 * r, 1)),
+        ]
+    )
     slope = limits.slope if normal else np.zeros(m)
     tangential = law.groups[0]
-    sides = [_sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)]
+    sides = [
+        _sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)
+    ]
     limit = [cohesion[cone]] * len(sides)
     capped = np.flatnonzero(np.isfinite(cap))
     for _ in range(ROUNDS):
         polygon = scipy.sparse.vstack(sides)
-        whole = scipy.sparse.hstack([polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]).tocsr()
+        whole = scipy.sparse.hstack(
+            [polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]
+        ).tocsr()
         given = polygon.shape[0] > 0
         answer = scipy.optimize.linprog(
-            np.concatenate([np.zeros(m * k), np.ones(2 * r)]), A_ub=whole if given else None,
-            b_ub=np.concatenate(limit) if given else None, A_eq=equal, b_eq=-modes.load / scale / size, bounds=bounds,
+            np.concatenate([np.zeros(m * k), np.ones(2 * r)]),
+            A_ub=whole if given else None,
+            b_ub=np.concatenate(limit) if given else None,
+            A_eq=equal,
+            b_eq=-modes.load / scale / size,
+            bounds=bounds,
             method="highs",
-        )  # fmt: skip
+        )
         if not answer.success:
             return None
         if answer.fun > SMALL:
@@ -66,7 +85,9 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
         length = lengths(sigma[:, tangential])
         pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
         excess = length - np.minimum(cohesion + slope * pressure, cap)
-        beyond = np.argsort(-excess)[: np.count_nonzero(excess > SMALL * length.max(initial=0.0))][:NEW]
+        beyond = np.argsort(-excess)[: np.count_nonzero(excess > SMALL * length.max(initial=0.0))][
+            :NEW
+        ]
         if not len(beyond):
             return None
         for way in sigma[beyond, tangential] / length[beyond, None]:
@@ -77,7 +98,9 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
 
 def directions(dimension: int) -> Array:
     """Unit vectors to all neighbours of a grid point: ±1 on a line, eight in a plane."""
-    ways = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=dimension) if any(way)])
+    ways = np.array(
+        [way for way in itertools.product((-1.0, 0.0, 1.0), repeat=dimension) if any(way)]
+    )
     return np.asarray(ways / np.linalg.norm(ways, axis=1)[:, None])
 
 
@@ -90,4 +113,6 @@ def _sides(nodes: Index, way: Array, slope: Array, law: ContactLaw) -> scipy.spa
         entries[:, group] = slope[nodes, None]
     rows = np.repeat(np.arange(len(nodes)), k)
     columns = (k * nodes[:, None] + np.arange(k)).ravel()
-    return scipy.sparse.csr_array((entries.ravel(), (rows, columns)), shape=(len(nodes), k * len(slope)))
+    return scipy.sparse.csr_array(
+        (entries.ravel(), (rows, columns)), shape=(len(nodes), k * len(slope))
+    )

@@ -1,4 +1,5 @@
-"""The friction law on Γ_C: projection, residual, norm. Tangential vectors have shape (m, d-1) throughout."""
+"""The friction law on Γ_C: projection, residual, norm. Tangential vectors have shape (m, d-1)
+throughout."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ SAFE = (1e-100, 1e100)
 
 def lengths(x: Array) -> Array:
     """Euclidean lengths (m,) of vectors (m, k); nothing overflows or underflows on the way."""
-    return np.abs(x[:, 0]) if x.shape[1] == 1 else np.asarray(np.hypot.reduce(x, axis=1, initial=0.0))
+    return (
+        np.abs(x[:, 0]) if x.shape[1] == 1 else np.asarray(np.hypot.reduce(x, axis=1, initial=0.0))
+    )
 
 
 def project_ball(x: Array, radius: Array) -> Array:
@@ -60,12 +63,17 @@ def project_ball(x: Array, radius: Array) -> Array:
 
 
 def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
-    """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the ball; 0 where α = 0."""
+    """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the
+    ball; 0 where α = 0."""
     size = lengths(x)
     outside = (size > radius) | (radius == 0.0)
     if x.shape[1] == 1:
-        return np.where(outside, 0.0, 1.0)[:, None, None], np.where(outside[:, None], np.sign(x), 0.0)
-    direction = np.divide(x, size[:, None], out=np.zeros_like(x), where=(outside & (size > 0.0))[:, None])
+        return np.where(outside, 0.0, 1.0)[:, None, None], np.where(
+            outside[:, None], np.sign(x), 0.0
+        )
+    direction = np.divide(
+        x, size[:, None], out=np.zeros_like(x), where=(outside & (size > 0.0))[:, None]
+    )
     shrink = np.divide(radius, size, out=np.ones_like(size), where=outside & (size > 0.0))
     shrink[outside & (radius == 0.0)] = 0.0
     identity = np.eye(x.shape[1])
@@ -104,14 +112,20 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
         norms = list(filled)
     for first in range(0, len(norms), k):
         own = norms[first : first + k]
-        found.append([math.hypot(*own), *(own[g.start] if g.stop - g.start == 1 else math.hypot(*own[g]) for g in groups)])
+        found.append(
+            [
+                math.hypot(*own),
+                *(own[g.start] if g.stop - g.start == 1 else math.hypot(*own[g]) for g in groups),
+            ]
+        )
     return found
 
 
 def ratio(u: float, sigma: float, fallback: float) -> float:
-    """ρ = σ/u of two norms, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
+    """ρ = σ/u of two norms, with which both terms of R_ρ weigh the same; `fallback` where one of
+    them vanishes.
 
-    The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
-    residual R_ρ of any iterate is small in one of its terms.
+    The residual with this ρ does not depend on the ρ that a method happens to use: at very small or
+    large ρ the residual R_ρ of any iterate is small in one of its terms.
     """
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback

@@ -1,4 +1,5 @@
-"""What all methods are given besides the system and the law, and what all of them keep account of."""
+"""What all methods are given besides the system and the law, and what all of them keep account
+of."""
 
 from __future__ import annotations
 
@@ -12,7 +13,15 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from ..frozen import frozen
-from .criterion import Criterion, balanced, digits, equilibrium_defect, moves, over_traction, without_motions
+from .criterion import (
+    Criterion,
+    balanced,
+    digits,
+    equilibrium_defect,
+    moves,
+    over_traction,
+    without_motions,
+)
 from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
@@ -43,7 +52,9 @@ class Iteration:
 class ContactMethod(Protocol):
     """A method is a function, or an object that holds its parameters."""
 
-    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+    def __call__(
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration
+    ) -> ContactState:
         """v and σ on Γ_C that satisfy v = u_0 + S σ and the law.
 
         Raises
@@ -55,7 +66,8 @@ class ContactMethod(Protocol):
 
 
 class Judgement(NamedTuple):
-    """An iterate (m, k) with its balanced ρ, R_ρ, and the norms of displacement (`criterion.moves`), σ and R_ρ."""
+    """An iterate (m, k) with its balanced ρ, R_ρ, and the norms of displacement
+    (`criterion.moves`), σ and R_ρ."""
 
     v: Array
     sigma: Array
@@ -88,10 +100,19 @@ class Recorder:
     _judged: Judgement | None = None
 
     def step(
-        self, old: Start, v: Array, sigma: Array, dv: Array, dsigma: Array, *, ksp_iterations: int,
-        rho: float | Array | None = None, residual: Array | None = None,
-    ) -> tuple[float, float | Array]:  # fmt: skip
-        """Note the step from `old` to (v, σ): its relative change, and its balance w, one for each group of components.
+        self,
+        old: Start,
+        v: Array,
+        sigma: Array,
+        dv: Array,
+        dsigma: Array,
+        *,
+        ksp_iterations: int,
+        rho: float | Array | None = None,
+        residual: Array | None = None,
+    ) -> tuple[float, float | Array]:
+        """Note the step from `old` to (v, σ): its relative change, and its balance w, one for each
+        group of components.
 
         ρ and R_ρ of the old iterate are those given, both, or balanced ones.
 
@@ -103,7 +124,9 @@ class Recorder:
         law, system = self.law, self.system
         norms = functools.partial(group_norms, system.weight, law.groups)
         # motions that cost no traction say nothing of S
-        (moved, *_), (pushed, *given), (_, *strained) = norms(dv, dsigma, without_motions(system, dv))
+        (moved, *_), (pushed, *given), (_, *strained) = norms(
+            dv, dsigma, without_motions(system, dv)
+        )
         if rho is None:
             before, after = self.judged(*old), self.judged(v, sigma)
             rho, left, size, traction = before.rho, before.left, after.size, after.traction
@@ -113,7 +136,9 @@ class Recorder:
         change = self.iteration.criterion.change(moved, size, pushed, traction)
         if not math.isfinite(change):
             raise SolverError(
-                "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
+                "iterate",
+                f"iterate {len(self.history) + 1} is not finite (ρ = {rho})",
+                "choose another rho or method",
             )
         balances = [usable_balance(*each) for each in zip(given, strained, strict=True)]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
@@ -138,14 +163,19 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         known = self.judged(v, sigma)
-        (scaled,), (scaled_v,) = group_norms(self.system.weight, (), known.rho * digits(self.system, v), known.rho * v)
+        (scaled,), (scaled_v,) = group_norms(
+            self.system.weight, (), known.rho * digits(self.system, v), known.rho * v
+        )
         return over_traction(known.left, scaled, scaled_v, known.traction)
 
-    def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
-        """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.
+    def within_limits(
+        self, v: Array, sigma: Array, rho: float | Array, tolerance: float
+    ) -> Start | None:
+        """An iterate that is as good as solved with σ within what the law allows to WITHIN of the
+        bound, and in equilibrium.
 
-        Where σ is outside it is put back, σ = -Π(ρv - σ) with the method's ρ, and v follows. None if the law does not hold
-        to the tolerance then, or equilibrium is lost.
+        Where σ is outside it is put back, σ = -Π(ρv - σ) with the method's ρ, and v follows. None
+        if the law does not hold to the tolerance then, or equilibrium is lost.
         """
         if bound_excess(self.law, sigma) > WITHIN:
             inside = -self.law.project(rho * v - sigma)
@@ -156,7 +186,13 @@ class Recorder:
         return (v, sigma) if equilibrium_defect(self.system, sigma) <= allowed else None
 
     def report(
-        self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False
+        self,
+        v: Array,
+        sigma: Array,
+        rho: float | Array,
+        reason: str = "",
+        *,
+        converged: bool = False,
     ) -> ContactState:
         """The state after the step just noted, which the monitor sees."""
         reason = reason or f"stopped in iteration {len(self.history)}"

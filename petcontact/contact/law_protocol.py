@@ -1,8 +1,9 @@
 """What a contact law is: v and σ on Γ_C satisfy a projection equation like (2.9).
 
-A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ > 0. Write your own with the members of
-`ContactLaw` and give it to any contact method; those of `LimitedLaw` and `bound_at` (see `friction_bound`) are optional, and
-make failures and results say more. `linearised` and `residual` (see `laws`) are optional, too, and save time.
+A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ > 0. Write your own with
+the members of `ContactLaw` and give it to any contact method; those of `LimitedLaw` and `bound_at`
+(see `friction_bound`) are optional, and make failures and results say more. `linearised` and
+`residual` (see `laws`) are optional, too, and save time.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ class ContactLaw(Protocol):
 
     Examples
     --------
-    Adhesion: what touches neither slides nor opens until it is pulled by a strength, which then goes on to pull.
+    Adhesion: what touches neither slides nor opens until it is pulled by a strength, which then
+    goes on to pull.
 
     >>> class Adhesion:
     ...     k, groups = 2, (slice(0, 1), slice(1, 2))
@@ -78,7 +80,8 @@ class ContactLaw(Protocol):
 
 @frozen
 class Admissible:
-    """Convex limits on the tractions of each node that hold whatever the displacement; infinite where there is none.
+    """Convex limits on the tractions of each node that hold whatever the displacement; infinite
+    where there is none.
 
     Attributes
     ----------
@@ -99,7 +102,8 @@ class Admissible:
 
 @runtime_checkable
 class LimitedLaw(ContactLaw, Protocol):
-    """A law that says what tractions it allows, so that a load that nothing can hold is recognised by a linear program."""
+    """A law that says what tractions it allows, so that a load that nothing can hold is recognised
+    by a linear program."""
 
     def admissible(self) -> Admissible:
         """The limits of σ, with which loads that nothing can hold are recognised."""
@@ -107,7 +111,8 @@ class LimitedLaw(ContactLaw, Protocol):
 
 
 def friction_bound(law: ContactLaw, sigma: Array) -> Array:
-    """`bound_at(σ)` of a law, an optional method: the largest |σ_t| beside σ_n, (m,) [stress]; NaN where it has none.
+    """`bound_at(σ)` of a law, an optional method: the largest |σ_t| beside σ_n, (m,) [stress]; NaN
+    where it has none.
 
     >>> from petcontact.contact.laws import Tresca
     >>> friction_bound(Tresca(np.array([150.0])), np.array([[20.0]]))
@@ -118,7 +123,8 @@ def friction_bound(law: ContactLaw, sigma: Array) -> Array:
 
 
 def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) -> Array:
-    """R_ρ(v, σ) = σ + Π(ρv - σ) [stress], (m, k), equation (2.10): zero exactly where the law holds.
+    """R_ρ(v, σ) = σ + Π(ρv - σ) [stress], (m, k), equation (2.10): zero exactly where the law
+    holds.
 
     Parameters
     ----------
@@ -135,7 +141,8 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
 
     Examples
     --------
-    Stick below the bound, slip against the traction at it, and slip along it, which no friction allows:
+    Stick below the bound, slip against the traction at it, and slip along it, which no friction
+    allows:
 
     >>> from petcontact.contact.laws import Tresca
     >>> law = Tresca(np.array([2.0, 2.0, 2.0]))
@@ -146,21 +153,27 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
     if not (np.asarray(rho) > 0.0).all():
         raise ValueError(f"the Robin parameter is positive, got {rho}")
     if v.shape != sigma.shape:
-        raise ValueError(f"displacement and traction have one shape, got {v.shape} and {sigma.shape}")
+        raise ValueError(
+            f"displacement and traction have one shape, got {v.shape} and {sigma.shape}"
+        )
     own: Callable[[Array, Array, float | Array], Array] | None = getattr(law, "residual", None)
     return sigma + law.project(rho * v - sigma) if own is None else own(v, sigma, rho)
 
 
 WITHIN = 1e-6
-"""(|σ_t| - g)/g, and σ outside of other limits over max|σ|, up to which tractions are within what the law allows."""
+"""(|σ_t| - g)/g, and σ outside of other limits over max|σ|, up to which tractions are within what
+the law allows."""
 SMALLEST_BOUND = 1e-8
-"""g over max|σ| from which on the excess is measured by g itself: WITHIN times less is round-off of the largest traction."""
+"""g over max|σ| from which on the excess is measured by g itself: WITHIN times less is round-off of
+the largest traction."""
 
 
 def bound_excess(law: ContactLaw, sigma: Array) -> float:
-    """How far σ (m, k) lies outside of what the law allows whatever the displacement, relative to the bound of each node.
+    """How far σ (m, k) lies outside of what the law allows whatever the displacement, relative to
+    the bound of each node.
 
-    The bound is |Π(-σ)_t|, the σ_t that is allowed beside σ_n; what is outside along the normal is relative to max|σ|.
+    The bound is |Π(-σ)_t|, the σ_t that is allowed beside σ_n; what is outside along the normal is
+    relative to max|σ|.
 
     >>> from petcontact.contact.laws import Tresca
     >>> bound_excess(Tresca(np.array([1e-3, 100.0])), np.array([[1.5e-3], [100.0]]))
@@ -171,4 +184,8 @@ def bound_excess(law: ContactLaw, sigma: Array) -> float:
     size = float(np.abs(allowed).max(initial=0.0)) or float(np.abs(sigma).max(initial=0.0)) or 1.0
     bound = np.maximum(lengths(allowed[:, tangential]), SMALLEST_BOUND * size)
     along = float((lengths(outside[:, tangential]) / bound).max(initial=0.0))
-    return max(along, *(float(np.abs(outside[:, normal]).max(initial=0.0)) / size for normal in law.groups[1:]), 0.0)
+    return max(
+        along,
+        *(float(np.abs(outside[:, normal]).max(initial=0.0)) / size for normal in law.groups[1:]),
+        0.0,
+    )

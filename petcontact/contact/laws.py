@@ -1,4 +1,5 @@
-"""The laws of the package: Tresca friction in bilateral contact, and Signorini contact with Coulomb or Tresca friction."""
+"""The laws of the package: Tresca friction in bilateral contact, and Signorini contact with Coulomb
+or Tresca friction."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ _COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
 @frozen
 class Tresca:
-    """Bilateral contact of one body, u_n = 0, with a given friction bound: Π(τ) = [τ]_g, (2.5)-(2.6).
+    """Bilateral contact of one body, u_n = 0, with a given friction bound: Π(τ) = [τ]_g,
+    (2.5)-(2.6).
 
     Attributes
     ----------
@@ -54,12 +56,18 @@ class Tresca:
         return ball_derivative(tau, self.bound)[0]
 
     def linearised(self, tau: Array) -> Linearisation | None:
-        """All of a linearisation at once in the plane, where a node sticks or has the bound for its σ; None elsewhere."""
+        """All of a linearisation at once in the plane, where a node sticks or has the bound for its
+        σ; None elsewhere."""
         if type(self) is not Tresca or tau.shape[1] > 1:
             return None
         slips = _slips(tau, self.bound)
-        constant, stick = np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None], ~slips[:, None]
-        return Linearisation(tau, constant, stick[:, :, None].astype(float), stick, stick, slips.astype(np.int8))
+        constant, stick = (
+            np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None],
+            ~slips[:, None],
+        )
+        return Linearisation(
+            tau, constant, stick[:, :, None].astype(float), stick, stick, slips.astype(np.int8)
+        )
 
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
         """σ + Π(ρv - σ), (m, k) [stress]."""
@@ -85,10 +93,12 @@ class Tresca:
 
 @frozen
 class SignoriniCoulomb:
-    """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball of radius r(p).
+    """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball
+    of radius r(p).
 
-    r is the least of μ|p| and g: Coulomb's law, Tresca's, or both; frictionless with g = 0; bonded where both are infinite
-    and the contact is bilateral. It vanishes where the contact is open. v_n is the overlap beyond the gap, σ_n = -p.
+    r is the least of μ|p| and g: Coulomb's law, Tresca's, or both; frictionless with g = 0; bonded
+    where both are infinite and the contact is bilateral. It vanishes where the contact is open. v_n
+    is the overlap beyond the gap, σ_n = -p.
 
     Attributes
     ----------
@@ -105,7 +115,8 @@ class SignoriniCoulomb:
 
     Examples
     --------
-    Coulomb friction at nodes that stick, slip, and are open: τ = ρv - σ has the tangential components first.
+    Coulomb friction at nodes that stick, slip, and are open: τ = ρv - σ has the tangential
+    components first.
 
     >>> each = np.ones(3)
     >>> law = SignoriniCoulomb(0.5 * each, np.inf * each, each > 0.0, 2)
@@ -142,7 +153,9 @@ class SignoriniCoulomb:
         if self._all_coulomb:
             limit *= self.coefficient
         else:
-            limit = np.multiply(self.coefficient, limit, out=np.full(len(pressure), np.inf), where=self._coulomb)
+            limit = np.multiply(
+                self.coefficient, limit, out=np.full(len(pressure), np.inf), where=self._coulomb
+            )
         return np.where(self.unilateral & (pressure <= 0.0), 0.0, np.minimum(limit, self.bound))
 
     def project(self, tau: Array) -> Array:
@@ -182,19 +195,26 @@ class SignoriniCoulomb:
     def admissible(self) -> Admissible:
         """p >= 0 where unilateral, |σ_t| <= min(µp, g) there, and |σ_t| <= g elsewhere.
 
-        Where bilateral contact may pull, |σ_t| <= µ|p| is not convex, and no limit without its other half.
+        Where bilateral contact may pull, |σ_t| <= µ|p| is not convex, and no limit without its
+        other half.
         """
         present = np.ones(len(self.bound), dtype=bool) if self.absent is None else ~self.absent
         cone = self._coulomb & self.unilateral & present
         return Admissible(
-            np.where(present, self.bound, 0.0), np.where(cone, 0.0, np.inf), np.where(cone, self.coefficient, 0.0),
-            np.where(present & ~self.unilateral, np.inf, 0.0), np.where(present, np.inf, 0.0),
-        )  # fmt: skip
+            np.where(present, self.bound, 0.0),
+            np.where(cone, 0.0, np.inf),
+            np.where(cone, self.coefficient, 0.0),
+            np.where(present & ~self.unilateral, np.inf, 0.0),
+            np.where(present, np.inf, 0.0),
+        )
 
     @property
     def jumps(self) -> bool:
-        """Whether friction somewhere falls from a bound to 0 at once where contact opens: then there may be no solution."""
-        return bool(np.any(self.unilateral & ~self._coulomb & np.isfinite(self.bound) & (self.bound > 0.0)))
+        """Whether friction somewhere falls from a bound to 0 at once where contact opens: then
+        there may be no solution."""
+        return bool(
+            np.any(self.unilateral & ~self._coulomb & np.isfinite(self.bound) & (self.bound > 0.0))
+        )
 
     def bound_at(self, sigma: Array) -> Array:
         """The bound r(p) of the shear, (m,) [stress]."""
@@ -209,19 +229,29 @@ class SignoriniCoulomb:
         return np.isfinite(self.coefficient)
 
     def linearised(self, tau: Array) -> Linearisation | None:
-        """All of a linearisation at once, in C; None where it is made of `linearise`, `project` and `states`, as where a
-        subclass has its own."""
+        """All of a linearisation at once, in C; None where it is made of `linearise`, `project` and
+        `states`, as where a subclass has its own."""
         if type(self) is not SignoriniCoulomb:
             return None
-        projection, constant, derivative = np.empty(tau.shape), np.empty(tau.shape), np.empty((*tau.shape, self.k))
-        active, stick, states = np.empty(tau.shape, dtype=bool), np.empty(tau.shape, dtype=bool), np.empty(len(tau), np.int8)
+        projection, constant, derivative = (
+            np.empty(tau.shape),
+            np.empty(tau.shape),
+            np.empty((*tau.shape, self.k)),
+        )
+        active, stick, states = (
+            np.empty(tau.shape, dtype=bool),
+            np.empty(tau.shape, dtype=bool),
+            np.empty(len(tau), np.int8),
+        )
         done = self._in_c(tau, projection, derivative, states, constant, active, stick)
         return Linearisation(tau, constant, derivative, active, stick, states) if done else None
 
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
         """σ + Π(ρv - σ), (m, k) [stress]."""
         rho = np.asarray(rho, dtype=float)
-        usual = type(self) is SignoriniCoulomb and v.shape == (len(self.bound), self.k) and rho.ndim < 2
+        usual = (
+            type(self) is SignoriniCoulomb and v.shape == (len(self.bound), self.k) and rho.ndim < 2
+        )
         if _RESIDUAL is None or self.k not in (2, 3) or not usual:
             return np.asarray(sigma + self.project(rho * v - sigma))
         kept = [native.contiguous(x) for x in (v, sigma, rho if rho.ndim else np.full(self.k, rho))]
@@ -230,33 +260,49 @@ class SignoriniCoulomb:
         return result
 
     def _in_c(
-        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None,
+        self,
+        tau: Array,
+        projection: Array | None = None,
+        derivative: Array | None = None,
+        states: States | None = None,
         *linearised: Array | Mask,
-    ) -> bool:  # fmt: skip
+    ) -> bool:
         """Whether C has computed what is asked for."""
         if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
             return False
         tau = native.contiguous(tau)
-        filled = map(native.pointer, (tau, projection, derivative, states, *(linearised or (None, None, None))))
+        filled = map(
+            native.pointer,
+            (tau, projection, derivative, states, *(linearised or (None, None, None))),
+        )
         _COULOMB(len(tau), self.k, next(filled), *self._given[1], *filled)
         return True
 
     @cached_property
     def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:
         """What C reads, and where it is."""
-        given = (self.coefficient, float), (self.bound, float), (self.unilateral, bool), (self.absent, bool)
-        arrays = [None if array is None else np.ascontiguousarray(array, dtype=kind) for array, kind in given]
+        given = (
+            (self.coefficient, float),
+            (self.bound, float),
+            (self.unilateral, bool),
+            (self.absent, bool),
+        )
+        arrays = [
+            None if array is None else np.ascontiguousarray(array, dtype=kind)
+            for array, kind in given
+        ]
         return arrays, [native.pointer(array) for array in arrays]
 
 
 def dissipation(
     law: ContactLaw, before: Array, after: Array, slid: Array, bound: Array | None = None
 ) -> tuple[Array, Array]:
-    """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
+    """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each
+    [stress · length].
 
-    The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions before to that of the ones
-    after. It is exact where slip grows in proportion to the bound, and where the bound stays as it is. The error is at most
-    what either of its ends would change.
+    The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions
+    before to that of the ones after. It is exact where slip grows in proportion to the bound, and
+    where the bound stays as it is. The error is at most what either of its ends would change.
 
     Parameters
     ----------

@@ -26,10 +26,11 @@ class Linearisation:
     derivative : (m, k, k) array
         Π'(τ⁰).
     active : (m, k) bool array
-        Components of τ on which Π' depends: the unknowns of an active set. None where a node is open.
+        Components of τ on which Π' depends: the unknowns of an active set. None where a node is
+        open.
     stick : (m, k) bool array
-        Active components on which Π' is the identity, so that v = 0 there: tangential ones of nodes that stick, normal ones
-        of nodes that are closed.
+        Active components on which Π' is the identity, so that v = 0 there: tangential ones of nodes
+        that stick, normal ones of nodes that are closed.
     states : (m,) array
         0 stick, 1 slip, 2 open.
     """
@@ -49,14 +50,22 @@ class Linearisation:
             return found
         derivative, projection = law.linearise(tau), law.project(tau)
         if _LINEARISE is not None and derivative.shape == (*tau.shape, law.k):
-            arrays = [np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)]
-            constant, active, stick = (np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool))
-            _LINEARISE(*tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick)))
+            arrays = [
+                np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)
+            ]
+            constant, active, stick = (
+                np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool)
+            )
+            _LINEARISE(
+                *tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick))
+            )
             return cls(tau, constant, derivative, active, stick, law.states(tau))
         constant = _times(derivative, tau) - projection
         stick = (derivative == np.eye(law.k)).all(axis=2)
         constant[stick] = 0.0
-        return cls(tau, constant, derivative, (derivative != 0.0).any(axis=1), stick, law.states(tau))
+        return cls(
+            tau, constant, derivative, (derivative != 0.0).any(axis=1), stick, law.states(tau)
+        )
 
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
@@ -75,19 +84,38 @@ class Linearisation:
         """Π' y, (m, k): what y on the active components adds to σ."""
         if _TRACTION is None:
             return _times(self.derivative, np.where(self.active, y, 0.0))
-        kept, result = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)], np.empty(y.shape)
+        kept, result = (
+            [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)],
+            np.empty(y.shape),
+        )
         derivative, active, given = map(native.pointer, kept)
-        _TRACTION(*y.shape, derivative, None, None, None, active, None, given, native.pointer(result), None)
+        _TRACTION(
+            *y.shape,
+            derivative,
+            None,
+            None,
+            None,
+            active,
+            None,
+            given,
+            native.pointer(result),
+            None,
+        )
         return result
 
     def first_traction(self, so_far: Array, rho: Array) -> tuple[Array, Array]:
-        """σ with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
+        """σ with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ
+        there."""
         if _TRACTION is None:
             y = np.where(self.stick, so_far, -self.tau)
             sigma = self.traction(y) + self.constant
             return sigma, np.where(self.stick, 0.0, (y - sigma) / rho)
         given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
-        kept, sigma, slack = [*map(np.ascontiguousarray, given)], np.empty(so_far.shape), np.empty(so_far.shape)
+        kept, sigma, slack = (
+            [*map(np.ascontiguousarray, given)],
+            np.empty(so_far.shape),
+            np.empty(so_far.shape),
+        )
         _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
         return sigma, slack
 

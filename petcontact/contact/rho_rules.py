@@ -1,6 +1,8 @@
-"""Rules for the Robin parameter: how ρ_{k+1} follows from ρ_k and the balance w_k (section 4 of the paper).
+"""Rules for the Robin parameter: how ρ_{k+1} follows from ρ_k and the balance w_k (section 4 of the
+paper).
 
-A rule is an object with one method, `update(rho, balance) -> rho`. Write your own and pass it to `solve`:
+A rule is an object with one method, `update(rho, balance) -> rho`. Write your own and pass it to
+`solve`:
 
     class HalfWay:
         def update(self, rho, balance):
@@ -45,9 +47,11 @@ class SelfAdaptive:
     tau : float
         τ > 0, the half width of the window and the growth of the first c_max changes [-].
     max_changes : int
-        c_max: later changes are damped, s_k = 1/(c_{k+1} - c_max)², so that the s_k are summable (Lemma 3.1).
+        c_max: later changes are damped, s_k = 1/(c_{k+1} - c_max)², so that the s_k are summable
+        (Lemma 3.1).
     change_test : {"ratio", "literal"}
-        What counts as a change of ρ: w_k/ρ_k outside the window, or w_k itself as printed in section 4.1.
+        What counts as a change of ρ: w_k/ρ_k outside the window, or w_k itself as printed in
+        section 4.1.
     changes : int
         c_k, counted by `update`.
     growth : float
@@ -87,8 +91,8 @@ class SelfAdaptive:
 class Modified(SelfAdaptive):
     """Rule (4.3): as (4.2), but ρ_{k+1} = w_k inside the window.
 
-    Inside the window s_k = 0, yet ρ moves: condition (3.4) and with it Theorem 3.1 do not cover this rule, whatever the
-    paper says; `ModifiedSafeguarded` mends that.
+    Inside the window s_k = 0, yet ρ moves: condition (3.4) and with it Theorem 3.1 do not cover
+    this rule, whatever the paper says; `ModifiedSafeguarded` mends that.
     """
 
     def _inside(self, rho: float, balance: float) -> float:
@@ -113,7 +117,11 @@ class ModifiedSafeguarded(Modified):
     def update(self, rho: float, balance: float) -> float:
         """(4.3), clipped to [ρ_k/(1+s_k), (1+s_k)ρ_k]."""
         wanted = super().update(rho, balance)
-        bound = self.tau if self.step < self.free_steps else 1.0 / (self.step - self.free_steps + 1) ** 2
+        bound = (
+            self.tau
+            if self.step < self.free_steps
+            else 1.0 / (self.step - self.free_steps + 1) ** 2
+        )
         self.step += 1
         self.growth = bound
         return min(max(wanted, rho / (1.0 + bound)), (1.0 + bound) * rho)
@@ -123,11 +131,14 @@ def make_rule(options: Method) -> Rule:
     """A fresh rule with the parameters of a `[method]` table."""
     kind: Any = globals()[RULES[options.rule or DEFAULT_RULE]]
     parameters = ("tau", "max_changes", "change_test")
-    return kind(**{name: getattr(options, name) for name in parameters if name in kind.__dataclass_fields__})  # type: ignore[no-any-return]
+    taken = [name for name in parameters if name in kind.__dataclass_fields__]
+    rule: Rule = kind(**{name: getattr(options, name) for name in taken})
+    return rule
 
 
 def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
-    """A rule by its name or class, with the parameters of a `[method]` table, or one's own as it is; None stays None.
+    """A rule by its name or class, with the parameters of a `[method]` table, or one's own as it
+    is; None stays None.
 
     Raises
     ------
@@ -137,9 +148,14 @@ def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
     if isinstance(rule, type) and rule.__module__ == __name__:
         rule = next((name for name, kind in RULES.items() if kind == rule.__name__), rule)
     if isinstance(rule, str):
-        return make_rule(Method(**{**options.model_dump(exclude_unset=True), "name": None, "rule": rule}))
+        return make_rule(
+            Method(**{**options.model_dump(exclude_unset=True), "name": None, "rule": rule})
+        )
     if isinstance(rule, type) or not (rule is None or callable(getattr(rule, "update", None))):
-        raise InputError(f"rule: a name ({', '.join(RULES)}), or an object with update(rho, balance); got {rule!r}")
+        raise InputError(
+            f"rule: a name ({', '.join(RULES)}), or an object with update(rho, balance); got "
+            f"{rule!r}"
+        )
     return rule
 
 

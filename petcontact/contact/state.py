@@ -37,7 +37,14 @@ class History:
     ksp_iterations: list[int] = field(default_factory=list)
     exchanged: list[int] = field(default_factory=list)
 
-    def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
+    def add(
+        self,
+        rho: float | Array,
+        w: float | Array,
+        change: float,
+        residual: float,
+        ksp_iterations: int,
+    ) -> None:
         """Append a row, that of one iteration."""
         self.rho.append(rho if isinstance(rho, float) else max(rho.tolist()))
         self.w.append(w if isinstance(w, float) else float(w.max()))
@@ -110,4 +117,5 @@ class ContactState:
 Start = tuple[Array, Array]
 """Initial v [length] and σ [stress], (m, k)."""
 Monitor = Callable[[ContactState], str | None]
-"""Called with the state so far after each iteration; a reason, if it returns one, ends the method there."""
+"""Called with the state so far after each iteration; a reason, if it returns one, ends the method
+there."""

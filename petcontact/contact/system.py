@@ -1,8 +1,9 @@
-"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T for S.
+"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T
+for S.
 
-On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential ones first, then the
-normal one if the law has it. v is the displacement of the contact nodes (of the one body, or relative to the partner),
-σ the traction on them.
+On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential
+ones first, then the normal one if the law has it. v is the displacement of the contact nodes (of
+the one body, or relative to the partner), σ the traction on them.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from ..frozen import frozen
 from .linearisation import Linearisation as Linearisation
 
 EQUILIBRIUM = 1e-10
-"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it moves a body on."""
+"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it
+moves a body on."""
 
 
 @frozen
@@ -54,18 +56,23 @@ class Modes:
         return self.load + np.tensordot(self.resultant, sigma, 2)
 
     def defect(self, sigma: Array, motions: Array) -> float:
-        """Largest |Eσ + f| on some combinations (r, q) of motions of unit size, over the work of all tractions and loads."""
-        work = (np.abs(self.load) + np.tensordot(np.abs(self.resultant), np.abs(sigma), 2)) / self.size
+        """Largest |Eσ + f| on some combinations (r, q) of motions of unit size, over the work of
+        all tractions and loads."""
+        work = (
+            np.abs(self.load) + np.tensordot(np.abs(self.resultant), np.abs(sigma), 2)
+        ) / self.size
         most = float(np.abs(motions.T @ (self.unbalanced(sigma) / self.size)).max(initial=0.0))
         return most / float(work.max()) if most > 0.0 else 0.0
 
 
 FREE = 1e-10
-"""Singular value, relative to motions of unit size, below which a rigid motion moves no component that is active."""
+"""Singular value, relative to motions of unit size, below which a rigid motion moves no component
+that is active."""
 
 
 class RigidModeConstraint:
-    """Rigid motions beside a block of S, in scaled coordinates; those that move no active component are left out.
+    """Rigid motions beside a block of S, in scaled coordinates; those that move no active component
+    are left out.
 
     Parameters
     ----------
@@ -84,7 +91,9 @@ class RigidModeConstraint:
         Combinations of motions of unit size that none does.
     """
 
-    def __init__(self, modes: Modes | None, linearised: Linearisation, sigma: Array, scale: float) -> None:
+    def __init__(
+        self, modes: Modes | None, linearised: Linearisation, sigma: Array, scale: float
+    ) -> None:
         self._length = scale or 1.0
         if modes is None:
             self.resisted = self.free = np.zeros((0, 0))
@@ -97,12 +106,22 @@ class RigidModeConstraint:
         followed = np.zeros(rank, dtype=bool)
         followed[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
         basis, self.free = vectors[followed].T, vectors[~followed].T
-        work = np.einsum("rib,ibc->ric", modes.resultant / size[:, None, None], linearised.derivative)[:, linearised.active]
-        # where all nodes slide one way nothing resists a motion along it, though it moves components that are active
-        turned, strength, _ = np.linalg.svd(np.asarray(np.linalg.qr((basis.T @ work).T, mode="r")).T)
-        resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > FREE * float(strength.max(initial=0.0))
+        work = np.einsum(
+            "rib,ibc->ric", modes.resultant / size[:, None, None], linearised.derivative
+        )[:, linearised.active]
+        # where all nodes slide one way nothing resists a motion along it, though it moves
+        # components that are active
+        turned, strength, _ = np.linalg.svd(
+            np.asarray(np.linalg.qr((basis.T @ work).T, mode="r")).T
+        )
+        resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > FREE * float(
+            strength.max(initial=0.0)
+        )
         if not resisted.all():
-            basis, self.free = basis @ turned[:, resisted], np.column_stack([self.free, basis @ turned[:, ~resisted]])
+            basis, self.free = (
+                basis @ turned[:, resisted],
+                np.column_stack([self.free, basis @ turned[:, ~resisted]]),
+            )
         self.resisted = basis / size[:, None]
         self.columns = modes.motion[linearised.active] @ self.resisted * self._length
         rows = basis.T @ work
@@ -133,7 +152,8 @@ class RigidModeConstraint:
 
 
 class Surrogate(Protocol):
-    """T, symmetric and spectrally equivalent to S, with products and solves that cost no elastic solve.
+    """T, symmetric and spectrally equivalent to S, with products and solves that cost no elastic
+    solve.
 
     Attributes
     ----------
@@ -142,9 +162,11 @@ class Surrogate(Protocol):
     fast : bool
         Whether products and solves cost next to nothing.
     coupled : bool
-        Whether T is a dense matrix, solved with by its blocks, as components need that couple on disks.
+        Whether T is a dense matrix, solved with by its blocks, as components need that couple on
+        disks.
     predicts : bool, optional
-        Whether T costs less than the steps of Newton's method that its predictions save, as where it is not said.
+        Whether T costs less than the steps of Newton's method that its predictions save, as where
+        it is not said.
     """
 
     rtol: float
@@ -164,7 +186,8 @@ class Surrogate(Protocol):
         ...
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        [stress]."""
         ...
 
     def matrix(self) -> Array:
@@ -195,7 +218,8 @@ class ContactSystem(Protocol):
 
     Examples
     --------
-    Blocks on springs of stiffness c over a rough floor, one drawn by less than friction holds, one by more:
+    Blocks on springs of stiffness c over a rough floor, one drawn by less than friction holds, one
+    by more:
 
     >>> class Blocks:
     ...     modes, matrix_free = None, False
@@ -254,8 +278,8 @@ class ContactSystem(Protocol):
         ...
 
     def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
-        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8); ρ may be a number
-        for each component, (k,)."""
+        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8); ρ may be a
+        number for each component, (k,)."""
         ...
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
@@ -283,10 +307,14 @@ class MonolithicSystem(ContactSystem, Protocol):
     defect: float
 
     def linear_solve(
-        self, linearised: Linearisation, rho: Array, tolerance: float, constraint: RigidModeConstraint | None
+        self,
+        linearised: Linearisation,
+        rho: Array,
+        tolerance: float,
+        constraint: RigidModeConstraint | None,
     ) -> tuple[Array, Array, Array]:
-        """σ [stress], v [length] and α of a linearised law, near the last solution; inexact while that is far from the
-        law's, and to a tenth of `tolerance` in the end."""
+        """σ [stress], v [length] and α of a linearised law, near the last solution; inexact while
+        that is far from the law's, and to a tenth of `tolerance` in the end."""
         ...
 
 

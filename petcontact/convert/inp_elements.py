@@ -9,28 +9,34 @@ from ..errors import InputError
 from .inp_file import CORNERS, InpFile
 
 FLAT = 1e-9
-"""Sine of the angle between edges, in space of the solid angle, below which a corner has no sign."""
+"""Sine of the angle between edges, in space of the solid angle, below which a corner has no
+sign."""
 _TOP = {-6: 3, -8: 4}
 EDGES: dict[int, tuple[tuple[int, ...], ...]] = {
     3: ((0, 1, 2),),
     4: tuple((k, (k + 1) % 4, (k + 3) % 4) for k in range(4)),
     -4: ((0, 1, 2, 3),),
     **{
-        kind: (*((k, (k + 1) % n, (k + n - 1) % n, k + n) for k in range(n)),
-               *((k + n, (k + n - 1) % n + n, (k + 1) % n + n, k) for k in range(n)))
+        kind: (
+            *((k, (k + 1) % n, (k + n - 1) % n, k + n) for k in range(n)),
+            *((k + n, (k + n - 1) % n + n, (k + 1) % n + n, k) for k in range(n)),
+        )
         for kind, n in _TOP.items()
     },
-}  # fmt: skip
-"""Corners and those that they are joined to, right-handed, of elements of so many corners, negative in space."""
+}
+"""Corners and those that they are joined to, right-handed, of elements of so many corners, negative
+in space."""
 
 
 def check_elements(file: InpFile) -> list[str]:
-    """What is to be reported of elements that are turned; faces keep the numbers that they have in the file.
+    """What is to be reported of elements that are turned; faces keep the numbers that they have in
+    the file.
 
     Raises
     ------
     InputError
-        If an element has no area or volume, or is folded, so that it is turned at some of its corners only.
+        If an element has no area or volume, or is folded, so that it is turned at some of its
+        corners only.
     """
     turned: list[int] = []
     for kind, corners in CORNERS.items():
@@ -38,15 +44,23 @@ def check_elements(file: InpFile) -> list[str]:
         if not numbers:
             continue
         dim = 3 if corners < 0 else 2
-        x = np.array([[file.nodes[node][:dim] for node in file.elements[number][1]] for number in numbers])
+        x = np.array(
+            [[file.nodes[node][:dim] for node in file.elements[number][1]] for number in numbers]
+        )
         signs = _signs(x, EDGES[corners])
         low, high = signs.min(axis=1), signs.max(axis=1)
-        for bad, what in (((high <= FLAT) & (low >= -FLAT), f"has no {'volume' if dim == 3 else 'area'}"),
-                          ((high > FLAT) & (low < -FLAT), "is folded: its corners turn both ways")):  # fmt: skip
+        for bad, what in (
+            ((high <= FLAT) & (low >= -FLAT), f"has no {'volume' if dim == 3 else 'area'}"),
+            ((high > FLAT) & (low < -FLAT), "is folded: its corners turn both ways"),
+        ):
             if bad.any():
                 raise InputError(f"{file.path}: element {numbers[int(np.argmax(bad))]} {what}")
         turned += [number for number, down in zip(numbers, low < -FLAT, strict=True) if down]
-    return [f"{count(turned, 'element')} numbered clockwise, or inside out; taken as they lie"] if turned else []
+    return (
+        [f"{count(turned, 'element')} numbered clockwise, or inside out; taken as they lie"]
+        if turned
+        else []
+    )
 
 
 def count(numbers: list[int], word: str) -> str:
@@ -57,7 +71,8 @@ def count(numbers: list[int], word: str) -> str:
 
 
 def _signs(x: Array, edges: tuple[tuple[int, ...], ...]) -> Array:
-    """Sines at the corners of elements (n, c, d), (n, len(edges)); negative where they are turned."""
+    """Sines at the corners of elements (n, c, d), (n, len(edges)); negative where they are
+    turned."""
     found = []
     for corner, *others in edges:
         along = x[:, others] - x[:, [corner]]

@@ -22,8 +22,15 @@ FACES: dict[int, tuple[tuple[int, ...], ...]] = {
 }
 """Corners of the faces S1, S2, ... of elements of so many corners, negative in space."""
 CORNERS = {
-    **{f"{plane}{n}": corners for plane in ("CPE", "CPS") for n, corners in ((3, 3), (4, 4), (6, 3), (8, 4))},
-    **{f"C3D{n}": corners for n, corners in ((4, -4), (10, -4), (6, -6), (15, -6), (8, -8), (20, -8))},
+    **{
+        f"{plane}{n}": corners
+        for plane in ("CPE", "CPS")
+        for n, corners in ((3, 3), (4, 4), (6, 3), (8, 4))
+    },
+    **{
+        f"C3D{n}": corners
+        for n, corners in ((4, -4), (10, -4), (6, -6), (15, -6), (8, -8), (20, -8))
+    },
 }
 """Corners of the types of elements, of second order too, whose edges are taken as straight."""
 Face = tuple[int, int]
@@ -70,7 +77,9 @@ class InpFile:
 
     def _of(self, sets: dict[str, list[int]], word: str, kind: str) -> list[int]:
         if word.upper() not in sets:
-            raise InputError(f"{self.path}: no {kind} {word!r}; there are {', '.join(sets) or 'none'}")
+            raise InputError(
+                f"{self.path}: no {kind} {word!r}; there are {', '.join(sets) or 'none'}"
+            )
         return sets[word.upper()]
 
 
@@ -85,21 +94,30 @@ def read_inp(path: str | Path) -> InpFile:
     found = InpFile(str(path))
     for keyword in _keywords(path):
         if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
-            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; write a flat "
-                             "file (in Abaqus/CAE an attribute of the model)")  # fmt: skip
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
+                f"write a flat "
+                "file (in Abaqus/CAE an attribute of the model)"
+            )
         if keyword.name == "INCLUDE" or "INPUT" in keyword.parameters:
             raise InputError(
-                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them into this one"
+                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them "
+                f"into this one"
             )
         if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
-            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not read; write "
-                             "them along the axes")  # fmt: skip
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
+                f"read; write "
+                "them along the axes"
+            )
         try:
             _take(found, keyword)
         except InputError:
             raise
         except ValueError:
-            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: a number was expected") from None
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: a number was expected"
+            ) from None
     if not (found.nodes and found.elements):
         raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
     for number, (_, nodes) in found.elements.items():
@@ -133,7 +151,10 @@ def _keywords(path: str | Path) -> Iterator[Keyword]:
 def _take(found: InpFile, keyword: Keyword) -> None:
     """Nodes, elements and sets; anything else is kept."""
     if keyword.name == "NODE":
-        rows = {int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3] for row in keyword.rows}
+        rows = {
+            int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
+            for row in keyword.rows
+        }
         _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
         found.nodes |= rows
         _extend(found.nsets, keyword.parameters.get("NSET"), list(rows))
@@ -148,7 +169,9 @@ def _take(found: InpFile, keyword: Keyword) -> None:
                 numbers += range(first, last + 1, step)
             else:
                 for word in row:
-                    numbers += [int(word)] if word.isdecimal() else found._of(sets, word, keyword.name)
+                    numbers += (
+                        [int(word)] if word.isdecimal() else found._of(sets, word, keyword.name)
+                    )
         _extend(sets, keyword.parameters.get(keyword.name), numbers)
     else:
         found.rest.append(keyword)
@@ -163,8 +186,11 @@ def _elements(found: InpFile, keyword: Keyword) -> list[int]:
     words = [int(word) for row in keyword.rows for word in row]
     width = 1 + int(digits)
     if len(words) % width:
-        raise InputError(f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of {width}, "
-                         f"the number of an element of type {kind} and its nodes")  # fmt: skip
+        raise InputError(
+            f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
+            f"{width}, "
+            f"the number of an element of type {kind} and its nodes"
+        )
     numbers = words[::width]
     _new(found, keyword, found.elements, numbers)
     for start, number in zip(range(0, len(words), width), numbers, strict=True):
@@ -174,9 +200,14 @@ def _elements(found: InpFile, keyword: Keyword) -> list[int]:
 
 def _new(found: InpFile, keyword: Keyword, known: Container[int], numbers: list[int]) -> None:
     """Refuse numbers that are taken."""
-    twice = [n for n in numbers if n in known] or [n for n, times in Counter(numbers).items() if times > 1]
+    twice = [n for n in numbers if n in known] or [
+        n for n, times in Counter(numbers).items() if times > 1
+    ]
     if twice:
-        raise InputError(f"{found.path}: line {keyword.line}: *{keyword.name}: number {twice[0]} is there already")
+        raise InputError(
+            f"{found.path}: line {keyword.line}: *{keyword.name}: number {twice[0]} is there "
+            f"already"
+        )
 
 
 def _extend(sets: dict[str, list[int]], name: str | None, numbers: list[int]) -> None:

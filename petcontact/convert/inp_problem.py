@@ -41,9 +41,10 @@ class Converted:
 def convert_inp(path: str | Path, name: str) -> Converted:
     """The problem of a flat input file, as a config and a mesh of the surface of each body.
 
-    Bodies are what hangs together by nodes, with the material of their *SOLID SECTION. Taken are *SURFACE of element faces,
-    *CONTACT PAIR and *TIE with *FRICTION, *BOUNDARY of node sets that cover faces, *DLOAD and *DSLOAD of pressure, GRAV.
-    Edges of elements of second order are taken as straight.
+    Bodies are what hangs together by nodes, with the material of their *SOLID SECTION. Taken are
+    *SURFACE of element faces, *CONTACT PAIR and *TIE with *FRICTION, *BOUNDARY of node sets that
+    cover faces, *DLOAD and *DSLOAD of pressure, GRAV. Edges of elements of second order are taken
+    as straight.
 
     Raises
     ------
@@ -65,27 +66,40 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         parts |= body.parts
         for surface in body.surfaces:
             owner.setdefault(surface, []).append(f"{body.name}.{surface}")
-    data: dict[str, Any] = {"title": Path(path).stem, "body": bodies, "contact": _pairs(reader, owner)}
+    data: dict[str, Any] = {
+        "title": Path(path).stem,
+        "body": bodies,
+        "contact": _pairs(reader, owner),
+    }
     if len(reader.held) > 1:
         data["step"] = _steps(reader, bodies)
     uncovered = [name for name in reader.held[-1] if name not in taken]
-    result.notes += [f"*BOUNDARY: {name} covers no face of a body that is not in contact; not taken" for name in uncovered]
+    result.notes += [
+        f"*BOUNDARY: {name} covers no face of a body that is not in contact; not taken"
+        for name in uncovered
+    ]
     result.notes += _unused(reader, parts)
     head = "".join(f"# not taken: {note}\n" for note in result.notes)
     data = {key: value for key, value in data.items() if value}
-    result.toml = f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{head}{tomli_w.dumps(data)}"
+    result.toml = (
+        f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{head}{tomli_w.dumps(data)}"
+    )
     return result
 
 
 def _unused(reader: Statements, parts: dict[Face, str]) -> list[str]:
-    """Faces in contact or under pressure that are none of a body's boundary, or have another condition."""
+    """Faces in contact or under pressure that are none of a body's boundary, or have another
+    condition."""
     notes = []
     for name, faces in reader.surfaces.items():
         if inside := [number for number, k in faces if (number, k) not in parts]:
             notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
     lost = [face[0] for face in reader.pressed[-1] if not parts.get(face, "").startswith(PRESSED)]
     if lost:
-        notes.append(f"pressure on faces of {count(lost, 'element')} that lie inside, are held or in contact; not taken")
+        notes.append(
+            f"pressure on faces of {count(lost, 'element')} that lie inside, are held or in "
+            f"contact; not taken"
+        )
     return notes
 
 
@@ -94,10 +108,17 @@ def _pairs(reader: Statements, owner: dict[str, list[str]]) -> list[dict[str, An
     for number, pair in enumerate(reader.pairs, 1):
         ends = [owner.get(pair[side], []) for side in ("secondary", "primary")]
         if not all(len(end) == 1 for end in ends):
-            reader.notes.append(f"*{pair['kind']} {pair['secondary']}, {pair['primary']}: each surface must lie on one "
-                                "body; not taken")  # fmt: skip
+            reader.notes.append(
+                f"*{pair['kind']} {pair['secondary']}, {pair['primary']}: each surface must lie on "
+                f"one "
+                "body; not taken"
+            )
             continue
-        table: dict[str, Any] = {"name": f"pair{number}", "secondary": ends[0][0], "primary": ends[1][0]}
+        table: dict[str, Any] = {
+            "name": f"pair{number}",
+            "secondary": ends[0][0],
+            "primary": ends[1][0],
+        }
         if pair["kind"] == "TIE":
             table["normal"] = "bonded"
         elif pair["interaction"] in reader.friction:
@@ -114,7 +135,9 @@ def _steps(reader: Statements, bodies: list[dict[str, Any]]) -> list[dict[str, A
         for body in bodies:
             for condition in body["boundary"] if number else []:
                 dim = len(condition.get("value", ()))
-                now, before = (_condition(reader, condition["part"], dim, k) for k in (number, number - 1))
+                now, before = (
+                    _condition(reader, condition["part"], dim, k) for k in (number, number - 1)
+                )
                 if now != before and now.keys() == before.keys():
                     changes.append({"body": body["name"], "part": condition["part"], **now})
         steps.append({"name": f"step{number + 1}", **({"boundary": changes} if changes else {})})
@@ -128,7 +151,12 @@ def _condition(reader: Statements, part: str, dim: int, step: int) -> dict[str, 
         for name in part.split("+"):
             merged |= reader.held[step].get(name, {})
         return {"value": [merged.get(c + 1, FREE) for c in range(dim)]}
-    return {"pressure": next((p for face, p in reader.pressed[step].items() if reader.names.get(f"{face}") == part), 0.0)}
+    return {
+        "pressure": next(
+            (p for face, p in reader.pressed[step].items() if reader.names.get(f"{face}") == part),
+            0.0,
+        )
+    }
 
 
 class _Body:
@@ -152,7 +180,8 @@ class _Body:
         self.parts = self._parts()
 
     def _parts(self) -> dict[Face, str]:
-        """Contact surfaces first, then sets that are held, then what is pressed; the rest is free."""
+        """Contact surfaces first, then sets that are held, then what is pressed; the rest is
+        free."""
         reader, parts = self.reader, dict[Face, str]()
         for pair in reader.pairs:
             for surface in (pair["secondary"], pair["primary"]):
@@ -179,11 +208,17 @@ class _Body:
         reader = self.reader
         names = {reader.sections.get(number, "") for number in self.elements}
         if len(names) > 1:
-            raise InputError(f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body has one")
+            raise InputError(
+                f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
+                f"has one"
+            )
         material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
         if "young_modulus" not in material:
-            raise InputError(f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an *ELASTIC "
-                             "material")  # fmt: skip
+            raise InputError(
+                f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
+                f"*ELASTIC "
+                "material"
+            )
         if self.plane == "stress" and self.dim == 2:
             material["plane"] = "stress"
         conditions: list[dict[str, Any]] = []
@@ -192,9 +227,16 @@ class _Body:
                 continue
             pressed = part.startswith(PRESSED)
             value = _condition(reader, part, 0 if pressed else self.dim, 0)
-            conditions.append({"part": part, "condition": "traction" if pressed else "displacement", **value})
-        table: dict[str, Any] = {"name": self.name, "material": material, "geometry": {"shape": "gmsh", "file": mesh},
-                                 "mesh": {"order": 1} if self.dim == 3 else {}, "boundary": conditions}  # fmt: skip
+            conditions.append(
+                {"part": part, "condition": "traction" if pressed else "displacement", **value}
+            )
+        table: dict[str, Any] = {
+            "name": self.name,
+            "material": material,
+            "geometry": {"shape": "gmsh", "file": mesh},
+            "mesh": {"order": 1} if self.dim == 3 else {},
+            "boundary": conditions,
+        }
         gravity = next((reader.gravity[n] for n in self.elements if n in reader.gravity), None)
         if gravity is not None:
             table["loads"] = {"acceleration": list(gravity[: self.dim])}
@@ -210,10 +252,16 @@ class _Body:
         for kind, corners in (("line", 2), ("triangle", 3), ("quad", 4)):
             mine = [face for face, nodes in self.faces.items() if len(nodes) == corners]
             if mine:
-                blocks.append((kind, np.array([[place[node] for node in self.faces[face]] for face in mine])))
+                blocks.append(
+                    (kind, np.array([[place[node] for node in self.faces[face]] for face in mine]))
+                )
                 physical.append(np.array([tags[self.parts[face]] for face in mine]))
-        mesh = meshio.Mesh(points, blocks, cell_data={"gmsh:physical": physical, "gmsh:geometrical": physical},
-                           field_data={part: np.array([tag, self.dim - 1]) for part, tag in tags.items()})  # fmt: skip
+        mesh = meshio.Mesh(
+            points,
+            blocks,
+            cell_data={"gmsh:physical": physical, "gmsh:geometrical": physical},
+            field_data={part: np.array([tag, self.dim - 1]) for part, tag in tags.items()},
+        )
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "body.msh"
             meshio.write(file, mesh, file_format="gmsh22", binary=False)
@@ -227,6 +275,11 @@ def _connected(file: InpFile) -> list[list[int]]:
     rows = np.concatenate([np.full(len(file.elements[n][1]), k) for k, n in enumerate(numbers)])
     columns = np.array([place[node] for n in numbers for node in file.elements[n][1]])
     size = len(numbers) + len(place)
-    graph = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, len(numbers) + columns)), (size, size))
+    graph = scipy.sparse.coo_matrix(
+        (np.ones(len(rows)), (rows, len(numbers) + columns)), (size, size)
+    )
     label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][: len(numbers)]
-    return [[numbers[k] for k in np.flatnonzero(label == value)] for value in dict.fromkeys(label.tolist())]
+    return [
+        [numbers[k] for k in np.flatnonzero(label == value)]
+        for value in dict.fromkeys(label.tolist())
+    ]

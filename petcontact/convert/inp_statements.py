@@ -10,14 +10,42 @@ from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
 
 SILENT = {
-    "HEADING", "STATIC", "END STEP", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "NODE PRINT", "EL PRINT",
-    "NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT", "ENERGY OUTPUT", "RESTART", "PREPRINT", "CONTROLS", "MONITOR",
-    "SURFACE BEHAVIOR", "PHYSICAL CONSTANTS", "PRINT",
-}  # fmt: skip
+    "HEADING",
+    "STATIC",
+    "END STEP",
+    "OUTPUT",
+    "NODE OUTPUT",
+    "ELEMENT OUTPUT",
+    "CONTACT OUTPUT",
+    "NODE PRINT",
+    "EL PRINT",
+    "NODE FILE",
+    "EL FILE",
+    "CONTACT FILE",
+    "CONTACT PRINT",
+    "ENERGY OUTPUT",
+    "RESTART",
+    "PREPRINT",
+    "CONTROLS",
+    "MONITOR",
+    "SURFACE BEHAVIOR",
+    "PHYSICAL CONSTANTS",
+    "PRINT",
+}
 """What says nothing of the problem, or is read with the keyword that it belongs to."""
-CHANGING: dict[str, tuple[str, ...]] = {"AMPLITUDE": (), "OP": ("MOD",), "ADJUST": (), "DEPENDENCIES": (), "ROUGH": ()}
+CHANGING: dict[str, tuple[str, ...]] = {
+    "AMPLITUDE": (),
+    "OP": ("MOD",),
+    "ADJUST": (),
+    "DEPENDENCIES": (),
+    "ROUGH": (),
+}
 """Parameters that change what a keyword says, and their values that do not."""
-PROPERTIES = {"ELASTIC": ("young_modulus", "poisson_ratio"), "DENSITY": ("density",), "EXPANSION": ("thermal_expansion",)}
+PROPERTIES = {
+    "ELASTIC": ("young_modulus", "poisson_ratio"),
+    "DENSITY": ("density",),
+    "EXPANSION": ("thermal_expansion",),
+}
 """Keys of a `material` that keywords give."""
 TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
 """Degrees of freedom that named conditions hold."""
@@ -47,7 +75,8 @@ class Statements:
         At the end of each step [stress].
     gravity : dict of vectors by element
     names : dict
-        Of the parts of pressed faces, once bodies have given them; of the last material and interaction.
+        Of the parts of pressed faces, once bodies have given them; of the last material and
+        interaction.
     """
 
     file: InpFile
@@ -83,14 +112,28 @@ class Statements:
         given = keyword.parameters
         for parameter in sorted(given.keys() & CHANGING.keys()):
             if given[parameter].upper() not in CHANGING[parameter]:
-                self.note(keyword, f"{parameter}{given[parameter] and f'={given[parameter]}'}; not taken")
+                self.note(
+                    keyword, f"{parameter}{given[parameter] and f'={given[parameter]}'}; not taken"
+                )
 
     def _take(self, keyword: Keyword) -> bool:
-        """Whether a keyword is one of materials, surfaces, contact, conditions or loads, and was read."""
-        readers = {"SURFACE": self._surface, "CONTACT PAIR": self._pair, "TIE": self._pair, "BOUNDARY": self._boundary,
-                   "DLOAD": self._load, "DSLOAD": self._load, "MATERIAL": self._named, "SURFACE INTERACTION": self._named,
-                   "ELASTIC": self._property, "DENSITY": self._property, "EXPANSION": self._property,
-                   "FRICTION": self._friction, "SOLID SECTION": self._section}  # fmt: skip
+        """Whether a keyword is one of materials, surfaces, contact, conditions or loads, and was
+        read."""
+        readers = {
+            "SURFACE": self._surface,
+            "CONTACT PAIR": self._pair,
+            "TIE": self._pair,
+            "BOUNDARY": self._boundary,
+            "DLOAD": self._load,
+            "DSLOAD": self._load,
+            "MATERIAL": self._named,
+            "SURFACE INTERACTION": self._named,
+            "ELASTIC": self._property,
+            "DENSITY": self._property,
+            "EXPANSION": self._property,
+            "FRICTION": self._friction,
+            "SOLID SECTION": self._section,
+        }
         if keyword.name not in readers:
             return False
         readers[keyword.name](keyword)
@@ -101,7 +144,9 @@ class Statements:
         self.names[keyword.name] = keyword.parameters.get("NAME", "").upper()
 
     def _property(self, keyword: Keyword) -> None:
-        if keyword.name == "ELASTIC" and keyword.parameters.get("TYPE", "ISOTROPIC").upper() not in ("ISO", "ISOTROPIC"):
+        if keyword.name == "ELASTIC" and keyword.parameters.get(
+            "TYPE", "ISOTROPIC"
+        ).upper() not in ("ISO", "ISOTROPIC"):
             raise self.error(keyword, "materials are isotropic; take the body as a superelement")
         for row in keyword.rows[:1]:
             values = dict(zip(PROPERTIES[keyword.name], self.floats(keyword, row), strict=False))
@@ -121,7 +166,11 @@ class Statements:
                 found["friction_bound"] = self.floats(keyword, [keyword.parameters["TAUMAX"]])[0]
             self.friction[self.names.get("SURFACE INTERACTION", "")] = found
         if len(keyword.rows) > 1:
-            self.note(keyword, "a coefficient that depends on slip rate, pressure or temperature; the first is taken")
+            self.note(
+                keyword,
+                "a coefficient that depends on slip rate, pressure or temperature; the first is "
+                "taken",
+            )
 
     def _surface(self, keyword: Keyword) -> None:
         if keyword.parameters.get("TYPE", "ELEMENT").upper() != "ELEMENT":
@@ -129,9 +178,15 @@ class Statements:
             return
         faces = self.surfaces.setdefault(keyword.parameters.get("NAME", "").upper(), [])
         for row in keyword.rows:
-            numbers, side = self.file.element_numbers(row[0]), row[1].upper() if len(row) > 1 else ""
+            numbers, side = (
+                self.file.element_numbers(row[0]),
+                row[1].upper() if len(row) > 1 else "",
+            )
             if not (side[:1] == "S" and side[1:].isdecimal()):
-                self.note(keyword, f"face {side or 'missing'} of {row[0]}: S1, S2, ... are read; not taken")
+                self.note(
+                    keyword,
+                    f"face {side or 'missing'} of {row[0]}: S1, S2, ... are read; not taken",
+                )
                 continue
             faces += self._faces(keyword, row[0], numbers, side)
 
@@ -141,9 +196,13 @@ class Statements:
         there = [number for number in numbers if number in elements]
         if unknown := {*numbers} - {*there}:
             self.note(keyword, f"{name}: {count([*unknown], 'element')} not there; not taken")
-        found = [(number, k) for number in there if 0 <= k < len(FACES[CORNERS[elements[number][0]]])]
+        found = [
+            (number, k) for number in there if 0 <= k < len(FACES[CORNERS[elements[number][0]]])
+        ]
         if faceless := {*there} - {number for number, _ in found}:
-            self.note(keyword, f"{name}: {count([*faceless], 'element')} without a face {side}; not taken")
+            self.note(
+                keyword, f"{name}: {count([*faceless], 'element')} without a face {side}; not taken"
+            )
         return found
 
     def _pair(self, keyword: Keyword) -> None:
@@ -151,8 +210,14 @@ class Statements:
             if len(row) < 2:
                 self.note(keyword, f"{row[0]}: contact of a surface with itself; not taken")
                 continue
-            self.pairs.append({"interaction": keyword.parameters.get("INTERACTION", "").upper(), "kind": keyword.name,
-                               "secondary": row[0].upper(), "primary": row[1].upper()})  # fmt: skip
+            self.pairs.append(
+                {
+                    "interaction": keyword.parameters.get("INTERACTION", "").upper(),
+                    "kind": keyword.name,
+                    "secondary": row[0].upper(),
+                    "primary": row[1].upper(),
+                }
+            )
 
     def _boundary(self, keyword: Keyword) -> None:
         kind = keyword.parameters.get("TYPE", "DISPLACEMENT")
@@ -178,7 +243,9 @@ class Statements:
                 faces = self.surfaces[row[0].upper()]
             elif kind == "GRAV":
                 size, *way = self.floats(keyword, row[2:6])
-                self.gravity |= dict.fromkeys(self.file.element_numbers(row[0]), tuple(size * c for c in way))
+                self.gravity |= dict.fromkeys(
+                    self.file.element_numbers(row[0]), tuple(size * c for c in way)
+                )
                 continue
             elif kind[:1] == "P" and kind[1:].isdecimal():
                 faces = self._faces(keyword, row[0], self.file.element_numbers(row[0]), kind)

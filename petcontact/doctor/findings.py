@@ -1,4 +1,5 @@
-"""What bites users of PETSc, MPI, BLAS, HDF5 and matplotlib: facts of this installation, judged one by one."""
+"""What bites users of PETSc, MPI, BLAS, HDF5 and matplotlib: facts of this installation, judged one
+by one."""
 
 from __future__ import annotations
 
@@ -22,8 +23,21 @@ from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
 
 TIMEOUT = 60.0
-PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",
-            "lazy_loader", "matplotlib", "threadpoolctl")  # fmt: skip
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "h5py",
+    "mpi4py",
+    "pydantic",
+    "simpleeval",
+    "meshio",
+    "shapely",
+    "tomli_w",
+    "jinja2",
+    "lazy_loader",
+    "matplotlib",
+    "threadpoolctl",
+)
 EXTRAS = {"gmsh": ("cad", "STEP, IGES and BREP files")}
 """Packages that petcontact does without, their extra, and what they are for."""
 VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
@@ -48,12 +62,18 @@ def examine() -> list[Finding]:
 def gather() -> dict[str, Any]:
     """Facts of this installation: versions, libraries, launcher, environment, current folder."""
     facts: dict[str, Any] = {
-        "python": platform.python_version(), "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
+        "python": platform.python_version(),
+        "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
         "versions": {name: _version(name) for name in PACKAGES},
-        "extras": {name: _version(name) for name in EXTRAS}, "cores": available_cores(), "ranks": local_ranks(),
+        "extras": {name: _version(name) for name in EXTRAS},
+        "cores": available_cores(),
+        "ranks": local_ranks(),
         "environment": {name: os.environ.get(name, "") for name in VARIABLES},
-        "errors": {}, "launcher": _launcher(), "folder": _folder(Path.cwd()), "kernels": native.describe(),
-    }  # fmt: skip
+        "errors": {},
+        "launcher": _launcher(),
+        "folder": _folder(Path.cwd()),
+        "kernels": native.describe(),
+    }
     for part in PARTS:
         found = _probe(part)
         facts["errors"] |= found.pop("errors", {})
@@ -64,7 +84,8 @@ def gather() -> dict[str, Any]:
 
 
 def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
-    """Findings from facts (no process is started here, so that tests can invent an installation)."""
+    """Findings from facts (no process is started here, so that tests can invent an
+    installation)."""
     yield Finding("petcontact", "ok", f"{__version__}, Python {facts['python']}")
     names = ", ".join(f"{name} {version}" for name, version in facts["versions"].items() if version)
     yield Finding("packages", "ok", names)
@@ -73,14 +94,24 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
     for name, version in facts["extras"].items():
         extra, purpose = EXTRAS[name]
         advice = "" if version else f"pip install 'petcontact[{extra}]'"
-        yield Finding("extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice)
+        yield Finding(
+            "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice
+        )
     if facts["kernels"].startswith("compiled"):
         yield Finding("kernels", "ok", facts["kernels"])
     else:
-        yield Finding("kernels", "warning", f"{facts['kernels']}: everything works, several times slower",
-                      "install a C compiler (gcc, libc6-dev), then petcontact once more")  # fmt: skip
+        yield Finding(
+            "kernels",
+            "warning",
+            f"{facts['kernels']}: everything works, several times slower",
+            "install a C compiler (gcc, libc6-dev), then petcontact once more",
+        )
     for part, error in facts["errors"].items():
-        advice = "install python3-petsc4py, or pip install 'petcontact[petsc]'" if part == "petsc" else "reinstall it"
+        advice = (
+            "install python3-petsc4py, or pip install 'petcontact[petsc]'"
+            if part == "petsc"
+            else "reinstall it"
+        )
         yield Finding(part, "error", error, advice)
     if "petsc" in facts:
         yield from _judge_petsc(facts)
@@ -93,60 +124,126 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield from _judge_plots(facts)
     writable, free = facts["folder"]
     if not writable:
-        yield Finding("folder", "error", "the current folder cannot be written to", "go elsewhere, or use -o FILE")
+        yield Finding(
+            "folder",
+            "error",
+            "the current folder cannot be written to",
+            "go elsewhere, or use -o FILE",
+        )
     elif free < 100e6:
-        yield Finding("folder", "warning", f"{free / 1e6:.0f} MB left in the current folder", "make room for results")
+        yield Finding(
+            "folder",
+            "warning",
+            f"{free / 1e6:.0f} MB left in the current folder",
+            "make room for results",
+        )
     else:
         yield Finding("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
 
 
 def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
-    text = f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, {facts['integer']}"
+    text = (
+        f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, "
+        f"{facts['integer']}"
+    )
     if facts["petsc"].split(".")[:2] != facts["petsc4py"].split(".")[:2]:
-        yield Finding("petsc", "error", f"{text}: releases differ", "install the petsc4py of the same release as PETSc")
+        yield Finding(
+            "petsc",
+            "error",
+            f"{text}: releases differ",
+            "install the petsc4py of the same release as PETSc",
+        )
     elif facts["scalar"] != "float64":
-        yield Finding("petsc", "error", f"{text}: not a real double-precision build", "use a PETSc built with real scalars")
+        yield Finding(
+            "petsc",
+            "error",
+            f"{text}: not a real double-precision build",
+            "use a PETSc built with real scalars",
+        )
     else:
-        yield Finding("petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}")
+        yield Finding(
+            "petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}"
+        )
     given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
     if given and used and os.path.realpath(given) != os.path.realpath(used):
-        yield Finding("petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR")
+        yield Finding(
+            "petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR"
+        )
     if "scalapack" not in facts["packages"]:
-        yield Finding("petsc", "warning", "no ScaLAPACK: over several ranks each one factors a copy of the matrix",
-                      "for large problems use -ksp_type gmres or a PETSc with ScaLAPACK")  # fmt: skip
+        yield Finding(
+            "petsc",
+            "warning",
+            "no ScaLAPACK: over several ranks each one factors a copy of the matrix",
+            "for large problems use -ksp_type gmres or a PETSc with ScaLAPACK",
+        )
 
 
 def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
     if len(facts["mpi_libraries"]) > 1:
-        yield Finding("mpi", "error", f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
-                      "install mpi4py and petsc4py built with the same MPI")  # fmt: skip
+        yield Finding(
+            "mpi",
+            "error",
+            f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
+            "install mpi4py and petsc4py built with the same MPI",
+        )
     if not facts["launcher"]:
-        yield Finding("mpi", "warning", f"{facts['mpi']}, but no mpiexec on the PATH", "install the launcher of this MPI")
+        yield Finding(
+            "mpi",
+            "warning",
+            f"{facts['mpi']}, but no mpiexec on the PATH",
+            "install the launcher of this MPI",
+        )
     elif "launched_size" not in facts:
-        yield Finding("mpi", "ok", f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)")
+        yield Finding(
+            "mpi",
+            "ok",
+            f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)",
+        )
     elif facts["launched_size"] != 2:
         found = facts["launched_size"] or facts["launched_error"]
-        yield Finding("mpi", "error", f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
-                      "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT")  # fmt: skip
+        yield Finding(
+            "mpi",
+            "error",
+            f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
+            "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
+        )
     else:
         yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
 
 
 def _judge_blas(facts: Mapping[str, Any]) -> Finding:
     share = max(1, facts["cores"] // facts["ranks"])
-    text = ", ".join(f"{name} {version} with {threads} threads" for name, version, threads in facts["blas"]) or "unknown"
+    text = (
+        ", ".join(
+            f"{name} {version} with {threads} threads" for name, version, threads in facts["blas"]
+        )
+        or "unknown"
+    )
     if any(threads > share for _, _, threads in facts["blas"]):
-        return Finding("blas", "warning", f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
-                       f"export OPENBLAS_NUM_THREADS={share}")  # fmt: skip
+        return Finding(
+            "blas",
+            "warning",
+            f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
+            f"export OPENBLAS_NUM_THREADS={share}",
+        )
     return Finding("blas", "ok", f"{text} on {facts['cores']} cores")
 
 
 def _judge_hdf5(facts: Mapping[str, Any]) -> Finding:
-    text = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} ({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
-    versions = {Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path}
+    text = (
+        f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} "
+        f"({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
+    )
+    versions = {
+        Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path
+    }
     if len(versions) > 1:
-        return Finding("hdf5", "warning", f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
-                       "install h5py and PETSc with one HDF5")  # fmt: skip
+        return Finding(
+            "hdf5",
+            "warning",
+            f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
+            "install h5py and PETSc with one HDF5",
+        )
     return Finding("hdf5", "ok", text)
 
 
@@ -154,10 +251,19 @@ def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
     backend = facts["environment"]["MPLBACKEND"].lower()
     display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
     if not facts["font"]:
-        yield Finding("figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core")
-    if backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx")) and not display:
-        yield Finding("figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND")
-    yield Finding("figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed")
+        yield Finding(
+            "figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core"
+        )
+    if (
+        backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx"))
+        and not display
+    ):
+        yield Finding(
+            "figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND"
+        )
+    yield Finding(
+        "figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed"
+    )
 
 
 def _version(name: str) -> str:
@@ -181,7 +287,9 @@ def _environment() -> dict[str, str]:
 
 def _run(words: list[str]) -> tuple[int, str, str]:
     try:
-        done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT, env=_environment())
+        done = subprocess.run(
+            words, capture_output=True, text=True, timeout=TIMEOUT, env=_environment()
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         return -1, "", f"{type(error).__name__}: {error}"
     return done.returncode, done.stdout, done.stderr
@@ -204,7 +312,10 @@ def _launch(launcher: str) -> dict[str, Any]:
     _, out, err = _run([launcher, *oversubscribe, "-n", "2", sys.executable, "-c", RANK_PROGRAM])
     sizes = [int(number) for number in re.findall(r"size(\d+);", out)]
     reasons = [line.strip() for line in err.splitlines() if line.strip(" -")]
-    return {"launched_size": max(sizes, default=0), "launched_error": reasons[0] if reasons else "no output"}
+    return {
+        "launched_size": max(sizes, default=0),
+        "launched_error": reasons[0] if reasons else "no output",
+    }
 
 
 def _folder(path: Path) -> tuple[bool, int]:

@@ -1,4 +1,5 @@
-"""Facts about this installation as JSON; `petcontact doctor` runs it as a process of its own, which may crash."""
+"""Facts about this installation as JSON; `petcontact doctor` runs it as a process of its own, which
+may crash."""
 
 from __future__ import annotations
 
@@ -14,7 +15,11 @@ def libraries(pattern: str) -> list[str]:
     maps = Path("/proc/self/maps")
     if not maps.exists():
         return []
-    words = [line.split(maxsplit=5)[-1].strip() for line in maps.read_text().splitlines() if ".so" in line]
+    words = [
+        line.split(maxsplit=5)[-1].strip()
+        for line in maps.read_text().splitlines()
+        if ".so" in line
+    ]
     return sorted({os.path.realpath(word) for word in words if Path(word).name.startswith(pattern)})
 
 
@@ -27,7 +32,11 @@ def petsc_facts() -> dict[str, Any]:
     from mpi4py import MPI
     from petsc4py import PETSc
 
-    packages = [name for name in ("scalapack", "mumps", "superlu_dist", "hdf5") if PETSc.Sys.hasExternalPackage(name)]
+    packages = [
+        name
+        for name in ("scalapack", "mumps", "superlu_dist", "hdf5")
+        if PETSc.Sys.hasExternalPackage(name)
+    ]
     return {
         "petsc4py": petsc4py.__version__,
         "petsc": ".".join(str(k) for k in PETSc.Sys.getVersion()),
@@ -35,7 +44,9 @@ def petsc_facts() -> dict[str, Any]:
         "scalar": np.dtype(PETSc.ScalarType).name,
         "integer": np.dtype(PETSc.IntType).name,
         "packages": packages,
-        "mpi": " ".join(MPI.Get_library_version().splitlines()[0].split(",")[0].strip("\x00 ").split()),
+        "mpi": " ".join(
+            MPI.Get_library_version().splitlines()[0].split(",")[0].strip("\x00 ").split()
+        ),
         "mpi_libraries": libraries("libmpi.") + libraries("libmpi_abi") + libraries("libmpich"),
     }
 
@@ -47,15 +58,23 @@ def blas_facts() -> dict[str, Any]:
 
     np.ones((2, 2)) @ np.ones((2, 2))
     pools = [pool for pool in threadpoolctl.threadpool_info() if pool.get("user_api") == "blas"]
-    return {"blas": [[pool["internal_api"], str(pool.get("version")), pool["num_threads"]] for pool in pools]}
+    return {
+        "blas": [
+            [pool["internal_api"], str(pool.get("version")), pool["num_threads"]] for pool in pools
+        ]
+    }
 
 
 def hdf5_facts() -> dict[str, Any]:
     """h5py, its HDF5, and whether that is the parallel flavour."""
     import h5py
 
-    return {"h5py": h5py.__version__, "hdf5": h5py.version.hdf5_version, "hdf5_mpi": bool(h5py.get_config().mpi),
-            "hdf5_libraries": libraries("libhdf5")}  # fmt: skip
+    return {
+        "h5py": h5py.__version__,
+        "hdf5": h5py.version.hdf5_version,
+        "hdf5_mpi": bool(h5py.get_config().mpi),
+        "hdf5_libraries": libraries("libhdf5"),
+    }
 
 
 def plot_facts() -> dict[str, Any]:
@@ -67,7 +86,11 @@ def plot_facts() -> dict[str, Any]:
         font = font_manager.findfont("DejaVu Sans", fallback_to_default=False)
     except ValueError:
         font = ""
-    return {"matplotlib": matplotlib.__version__, "font": font, "config_dir": matplotlib.get_configdir()}
+    return {
+        "matplotlib": matplotlib.__version__,
+        "font": font,
+        "config_dir": matplotlib.get_configdir(),
+    }
 
 
 PARTS = {"petsc": petsc_facts, "blas": blas_facts, "hdf5": hdf5_facts, "plot": plot_facts}

@@ -47,8 +47,8 @@ class Sites:
 
 
 def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> list[StepResult]:
-    """The increments of the steps from one to another, the last time they were done; by default of the problem's cycle, or
-    of all steps.
+    """The increments of the steps from one to another, the last time they were done; by default of
+    the problem's cycle, or of all steps.
 
     Raises
     ------
@@ -61,7 +61,10 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
     numbers = []
     for option, name, default in (("--first", first, 1), ("--last", last, max(len(names), 1))):
         if name is not None and name not in names:
-            raise InputError(f"{option}: no step {name!r}{nearest(name, names) or '; there are ' + ', '.join(names)}")
+            raise InputError(
+                f"{option}: no step "
+                f"{name!r}{nearest(name, names) or '; there are ' + ', '.join(names)}"
+            )
         if name is not None and names.count(name) > 1:
             raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
         numbers.append(default if name is None else names.index(name) + 1)
@@ -76,14 +79,17 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
         if inside:
             found.append(step)
     if len(found) < 2:
-        raise InputError(f"--first, --last: a cycle has at least two increments, these steps have {len(found)}")
+        raise InputError(
+            f"--first, --last: a cycle has at least two increments, these steps have {len(found)}"
+        )
     return found[::-1]
 
 
 def sites_of(
     solution: SolutionData, increments: list[StepResult], body: str, parts: list[str], depths: Array
 ) -> Sites | None:
-    """Nodes of parts of a body, the best places between them, and points below the nodes next to contact.
+    """Nodes of parts of a body, the best places between them, and points below the nodes next to
+    contact.
 
     Parameters
     ----------
@@ -99,13 +105,17 @@ def sites_of(
         return None
     mesh = solution.meshes[body]
     chosen = np.isin(mesh.part, [mesh.part_names.index(part) for part in parts])
-    element, place = (np.concatenate(both) for both in zip(nodal_places(mesh), best_places(mesh), strict=True))
+    element, place = (
+        np.concatenate(both) for both in zip(nodal_places(mesh), best_places(mesh), strict=True)
+    )
     element, place = element[chosen[element]], place[chosen[element]]
     at = mesh.variables_at(element, place)
     surface = np.column_stack([at[axis] for axis in "xyz"[: mesh.dim]])
     nodes = np.flatnonzero(chosen[mesh.element])
     below = [depth for depth in depths.tolist() if depth > 0.0]
-    under = nodes[_next_to_contact(solution, increments, body, mesh.x[nodes], NEAR * max(below, default=0.0))]
+    under = nodes[
+        _next_to_contact(solution, increments, body, mesh.x[nodes], NEAR * max(below, default=0.0))
+    ]
     x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
     owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
@@ -133,10 +143,16 @@ def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:
     return found
 
 
-def _next_to_contact(solution: SolutionData, increments: list[StepResult], body: str, x: Array, reach: float) -> Index:
+def _next_to_contact(
+    solution: SolutionData, increments: list[StepResult], body: str, x: Array, reach: float
+) -> Index:
     """Which points (n, d) of a surface are at most so far from nodes that were closed."""
-    closed = [pair.x[pair.state != OPEN] for step in increments for name, pair in step.pairs.items()
-              if body in (solution.sides[name][0], solution.primaries.get(name, "").partition(".")[0])]  # fmt: skip
+    closed = [
+        pair.x[pair.state != OPEN]
+        for step in increments
+        for name, pair in step.pairs.items()
+        if body in (solution.sides[name][0], solution.primaries.get(name, "").partition(".")[0])
+    ]
     touched = np.concatenate([np.empty((0, x.shape[1])), *closed])
     if not len(touched) or reach == 0.0:
         return np.empty(0, dtype=np.int64)

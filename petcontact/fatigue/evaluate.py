@@ -1,4 +1,5 @@
-"""A fatigue parameter of a solution, by its name: values at places of all bodies, and the largest of them."""
+"""A fatigue parameter of a solution, by its name: values at places of all bodies, and the largest
+of them."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ LAYERS = 6
 
 @frozen
 class Found:
-    """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes where it has these."""
+    """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes
+    where it has these."""
 
     sites: Sites
     value: Array
@@ -58,9 +60,16 @@ class Fatigue:
 
 
 def fatigue(
-    solution: SolutionData, parameter: str, *, first: str | None = None, last: str | None = None, depth: float = 0.0,
-    sensitivity: float | None = None, bodies: list[str] | None = None, parts: list[str] | None = None,
-) -> Fatigue:  # fmt: skip
+    solution: SolutionData,
+    parameter: str,
+    *,
+    first: str | None = None,
+    last: str | None = None,
+    depth: float = 0.0,
+    sensitivity: float | None = None,
+    bodies: list[str] | None = None,
+    parts: list[str] | None = None,
+) -> Fatigue:
     """A fatigue parameter over a cycle of load steps, on the surface and below it.
 
     Parameters
@@ -68,7 +77,8 @@ def fatigue(
     solution : Solution
     parameter : {"smith-watson-topper", "findley", "crossland", "dang-van", "ruiz-1", "ruiz-2"}
     first, last : str, optional
-        Names of the steps that the cycle begins and ends with; by default those of `[cycle]`, or all steps.
+        Names of the steps that the cycle begins and ends with; by default those of `[cycle]`, or
+        all steps.
     depth : float
         How far below the surface, too, next to contact; 0 for the surface alone [length].
     sensitivity : float, optional
@@ -81,14 +91,16 @@ def fatigue(
     Raises
     ------
     InputError
-        If there are no such steps, bodies or parts, a constant is missing, the parameter has no depth, or nothing is left to
-        look at.
+        If there are no such steps, bodies or parts, a constant is missing, the parameter has no
+        depth, or nothing is left to look at.
     """
     _check(parameter, depth, sensitivity)
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
         if body not in names:
-            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+            raise InputError(
+                f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}"
+            )
     chosen = _chosen_parts(solution, bodies or names, parts)
     found: list[Found] = []
     if parameter in RUIZ:
@@ -99,13 +111,21 @@ def fatigue(
     else:
         depths = depth * (np.arange(LAYERS + 1) / LAYERS) ** 2
         for one in solution.problem.body:
-            sites = sites_of(solution, increments, one.name, chosen.get(one.name, []), depths[depths > 0.0])
+            sites = sites_of(
+                solution, increments, one.name, chosen.get(one.name, []), depths[depths > 0.0]
+            )
             if sites is not None:
-                constants = Constants(one.material.young_modulus, one.material.poisson_ratio, sensitivity or 0.0)
+                constants = Constants(
+                    one.material.young_modulus, one.material.poisson_ratio, sensitivity or 0.0
+                )
                 damage = PARAMETERS[parameter][0](sites.stress, constants)
                 found.append(Found(sites, damage.value, damage.normal))
     if not found:
-        raise InputError("fatigue: none of these parts is in contact" if parts else "fatigue: nothing is in contact")
+        raise InputError(
+            "fatigue: none of these parts is in contact"
+            if parts
+            else "fatigue: nothing is in contact"
+        )
     return Fatigue(parameter, len(increments), tuple(found))
 
 
@@ -117,25 +137,41 @@ def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     if not (np.isfinite(depth) and depth >= 0.0):
         raise InputError(f"depth: must be 0 or more, got {depth:g}")
     if depth and parameter in RUIZ:
-        raise InputError(f"depth: {parameter} is of slip and shear on the surface, below it there is none")
+        raise InputError(
+            f"depth: {parameter} is of slip and shear on the surface, below it there is none"
+        )
     needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
     if needed != (sensitivity is not None):
-        raise InputError(f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}")
+        raise InputError(
+            f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}"
+        )
 
 
-def _chosen_parts(solution: SolutionData, bodies: list[str], parts: list[str] | None) -> dict[str, list[str]]:
+def _chosen_parts(
+    solution: SolutionData, bodies: list[str], parts: list[str] | None
+) -> dict[str, list[str]]:
     if parts is None:
         return {body: own for body, own in parts_in_contact(solution).items() if body in bodies}
-    known = {body: [name for name in parts if name in solution.meshes[body].part_names] for body in bodies}
-    every = list(dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names))
+    known = {
+        body: [name for name in parts if name in solution.meshes[body].part_names]
+        for body in bodies
+    }
+    every = list(
+        dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names)
+    )
     for name in parts:
         if name not in every:
-            raise InputError(f"no part {name!r}{nearest(name, every) or '; parts are ' + ', '.join(every)}")
+            raise InputError(
+                f"no part {name!r}{nearest(name, every) or '; parts are ' + ', '.join(every)}"
+            )
     return known
 
 
-def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[float, float, float, float]) -> float:
-    """N at which (σ_f'²/E)(2N)^(2b) + σ_f' ε_f' (2N)^(b+c) is a value of Smith, Watson and Topper's parameter.
+def cycles_to_failure(
+    damage: float, young_modulus: float, constants: tuple[float, float, float, float]
+) -> float:
+    """N at which (σ_f'²/E)(2N)^(2b) + σ_f' ε_f' (2N)^(b+c) is a value of Smith, Watson and Topper's
+    parameter.
 
     Parameters
     ----------
@@ -169,8 +205,13 @@ def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[floa
 
     def excess(exponent: float) -> float:
         reversals = np.exp(exponent)
-        return float(np.log((strength**2 / young_modulus) * reversals ** (2.0 * b) + strength * ductility
-                            * reversals ** (b + c)) - np.log(damage))  # fmt: skip
+        return float(
+            np.log(
+                (strength**2 / young_modulus) * reversals ** (2.0 * b)
+                + strength * ductility * reversals ** (b + c)
+            )
+            - np.log(damage)
+        )
 
     if excess(-50.0) <= 0.0:
         return 0.0
@@ -180,13 +221,19 @@ def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[floa
 
 
 def table(result: Fatigue) -> dict[str, Any]:
-    """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n of critical planes."""
+    """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n
+    of critical planes."""
     columns: dict[str, list[Any]] = {}
     for one in result.found:
         sites, count = one.sites, len(one.value)
-        row: dict[str, Any] = {"body": np.full(count, sites.body), "part": sites.part,
-                               **dict(zip("xyz", sites.x.T, strict=False)), "depth": sites.depth,
-                               "arc_length": sites.along, result.parameter.replace("-", "_"): one.value}  # fmt: skip
+        row: dict[str, Any] = {
+            "body": np.full(count, sites.body),
+            "part": sites.part,
+            **dict(zip("xyz", sites.x.T, strict=False)),
+            "depth": sites.depth,
+            "arc_length": sites.along,
+            result.parameter.replace("-", "_"): one.value,
+        }
         if one.normal is not None:
             row |= dict(zip(("plane_nx", "plane_ny", "plane_nz"), one.normal.T, strict=True))
         for key, values in row.items():

@@ -16,7 +16,8 @@ UNITS = {"ruiz-1": "stress·length", "ruiz-2": "stress²·length"}
 
 
 def fatigue_figure(solution: SolutionData, result: Fatigue, path: str | Path) -> Path:
-    """Draw values over the arc length of each part (in space over the places), and the largest at each depth.
+    """Draw values over the arc length of each part (in space over the places), and the largest at
+    each depth.
 
     Raises
     ------
@@ -34,7 +35,9 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
     axes = np.atleast_1d(figure.subplots(1, 1 + deep))
     units, plane = solution.problem.units, next(iter(solution.meshes.values())).dim == 2
     stress = units.stress if result.parameter not in UNITS else None
-    curves = [(found, part) for found in result.found for part in dict.fromkeys(found.sites.part.tolist())]
+    curves = [
+        (found, part) for found in result.found for part in dict.fromkeys(found.sites.part.tolist())
+    ]
     for number, (one, part) in enumerate(curves):
         mine = (one.sites.part == part) & (one.sites.depth == 0.0)
         name = plain(f"{one.sites.body}.{part}" if len(solution.meshes) > 1 else part)
@@ -45,12 +48,18 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
         if deep:
             levels = np.unique(one.sites.depth)
             here = one.sites.part == part
-            most = [one.value[here & (one.sites.depth == level)].max(initial=-np.inf) for level in levels]
+            most = [
+                one.value[here & (one.sites.depth == level)].max(initial=-np.inf)
+                for level in levels
+            ]
             shown = np.isfinite(most)
             axes[1].plot(levels[shown], np.array(most)[shown], ".-", color=f"C{number}")
     where = "arc length along the part" if plane else "x"
-    axes[0].set(xlabel=label(where, units.length), ylabel=label(plain(result.parameter), stress),
-                title=headed(solution, "on the surface"))  # fmt: skip
+    axes[0].set(
+        xlabel=label(where, units.length),
+        ylabel=label(plain(result.parameter), stress),
+        title=headed(solution, "on the surface"),
+    )
     axes[0].legend()
     if deep:
         axes[1].set(xlabel=label("depth", units.length), title="largest at a depth")

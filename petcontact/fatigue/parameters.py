@@ -1,7 +1,7 @@
 """Fatigue parameters of stress histories at points: one function and one line of the table each.
 
-All take the stress at the moments of a cycle, in three dimensions, and the material's constants; they know nothing of
-bodies, meshes or contact.
+All take the stress at the moments of a cycle, in three dimensions, and the material's constants;
+they know nothing of bodies, meshes or contact.
 """
 
 from __future__ import annotations
@@ -54,9 +54,11 @@ Parameter = Callable[[Array, Constants], Damage]
 
 
 def smith_watson_topper(stress: Array, constants: Constants) -> Damage:
-    """Largest over planes of σ_n,max Δε_n/2, 0 where nothing opens (Smith, Watson, Topper 1970; Szolwinski, Farris 1996).
+    """Largest over planes of σ_n,max Δε_n/2, 0 where nothing opens (Smith, Watson, Topper 1970;
+    Szolwinski, Farris 1996).
 
-    ε_n is the elastic strain across the plane, ((1+ν)σ_n - ν tr σ)/E. Under uniaxial stress it is σ_max σ_a/E.
+    ε_n is the elastic strain across the plane, ((1+ν)σ_n - ν tr σ)/E. Under uniaxial stress it is
+    σ_max σ_a/E.
 
     Examples
     --------
@@ -78,7 +80,8 @@ def smith_watson_topper(stress: Array, constants: Constants) -> Damage:
 
 
 def findley(stress: Array, constants: Constants) -> Damage:
-    """Largest over planes of τ_a + k σ_n,max (Findley 1959), τ_a the radius of the smallest circle round the shear's path.
+    """Largest over planes of τ_a + k σ_n,max (Findley 1959), τ_a the radius of the smallest circle
+    round the shear's path.
 
     Under σ_a cos ωt it is σ_a/2 (k + √(1 + k²)).
     """
@@ -92,32 +95,43 @@ def findley(stress: Array, constants: Constants) -> Damage:
 
 
 def crossland(stress: Array, constants: Constants) -> Damage:
-    """√J2,a + α σ_H,max (Crossland 1956): half the diameter of the deviator's path in the norm √(s:s/2), and the largest
-    hydrostatic stress tr σ/3. Under σ_a cos ωt it is σ_a (1/√3 + α/3)."""
+    """√J2,a + α σ_H,max (Crossland 1956): half the diameter of the deviator's path in the norm
+    √(s:s/2), and the largest hydrostatic stress tr σ/3. Under σ_a cos ωt it is σ_a (1/√3 + α/3)."""
     _, radius = smallest_ball(_vectors(deviator(stress)))
-    return Damage(np.asarray(radius / np.sqrt(2.0) + constants.sensitivity * hydrostatic(stress).max(axis=0)))
+    return Damage(
+        np.asarray(radius / np.sqrt(2.0) + constants.sensitivity * hydrostatic(stress).max(axis=0))
+    )
 
 
 def dang_van(stress: Array, constants: Constants) -> Damage:
-    """Largest over the cycle of τ(t) + α σ_H(t) (Dang Van 1973): τ is half the difference of the largest and the smallest
-    principal value of the deviator less the middle of the smallest ball round its path, the stress that grains shake down
-    to. Under σ_a cos ωt it is σ_a (1/2 + α/3)."""
+    """Largest over the cycle of τ(t) + α σ_H(t) (Dang Van 1973): τ is half the difference of the
+    largest and the smallest principal value of the deviator less the middle of the smallest ball
+    round its path, the stress that grains shake down to. Under σ_a cos ωt it is σ_a (1/2 + α/3)."""
     parts = deviator(stress)
     middle = _tensor(smallest_ball(_vectors(parts))[0])
     principal = np.linalg.eigvalsh(parts - middle)
-    return Damage(np.asarray((0.5 * (principal[..., 2] - principal[..., 0])
-                              + constants.sensitivity * hydrostatic(stress)).max(axis=0)))  # fmt: skip
+    return Damage(
+        np.asarray(
+            (
+                0.5 * (principal[..., 2] - principal[..., 0])
+                + constants.sensitivity * hydrostatic(stress)
+            ).max(axis=0)
+        )
+    )
 
 
 PARAMETERS: dict[str, tuple[Parameter, bool]] = {
-    "smith-watson-topper": (smith_watson_topper, False), "findley": (findley, True), "crossland": (crossland, True),
+    "smith-watson-topper": (smith_watson_topper, False),
+    "findley": (findley, True),
+    "crossland": (crossland, True),
     "dang-van": (dang_van, True),
-}  # fmt: skip
+}
 """By the name in the command: the function, and whether it has a sensitivity."""
 
 
 def on_planes(stress: Array, normal: Array) -> tuple[Array, Array]:
-    """Normal stress (k, n, q) and shear vectors (k, n, q, 3) of stress (k, n, 3, 3) on planes with normals (n, q, 3)."""
+    """Normal stress (k, n, q) and shear vectors (k, n, q, 3) of stress (k, n, 3, 3) on planes with
+    normals (n, q, 3)."""
     traction = np.einsum("knij,nqj->knqi", stress, normal, optimize=True)
     across = np.einsum("knqi,nqi->knq", traction, normal)
     return across, traction - across[..., None] * normal

@@ -33,8 +33,9 @@ def half_sphere(count: int) -> Array:
 def critical_planes(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
     """Where a parameter is largest over all planes, at each point.
 
-    The coordinate planes and those of the principal stresses at each moment are looked at beside planes that are spread
-    evenly; from the best of them the search goes on along rings that shrink to 1e-4 of a degree.
+    The coordinate planes and those of the principal stresses at each moment are looked at beside
+    planes that are spread evenly; from the best of them the search goes on along rings that shrink
+    to 1e-4 of a degree.
 
     Parameters
     ----------
@@ -60,18 +61,28 @@ def critical_planes(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
 
 def _search(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
     n = stress.shape[1]
-    principal = np.linalg.eigh(stress)[1].transpose(1, 0, 3, 2).reshape(n, -1, 3)[:, :: max(1, len(stress) // 8)]
+    principal = (
+        np.linalg.eigh(stress)[1]
+        .transpose(1, 0, 3, 2)
+        .reshape(n, -1, 3)[:, :: max(1, len(stress) // 8)]
+    )
     spread = np.vstack([half_sphere(SPREAD), np.eye(3)])
     planes = np.concatenate([np.broadcast_to(spread, (n, *spread.shape)), principal], axis=1)
     values = value(stress, planes)
     chosen = np.argsort(-values, axis=1)[:, :STARTS]
-    best, normal = np.take_along_axis(values, chosen, 1), np.take_along_axis(planes, chosen[..., None], 1)
+    best, normal = (
+        np.take_along_axis(values, chosen, 1),
+        np.take_along_axis(planes, chosen[..., None], 1),
+    )
     reach = 2.0 / np.sqrt(SPREAD)
     angle = 2.0 * np.pi * np.arange(AROUND) / AROUND
     for turn in range(RINGS):
         for _ in range(2):
             a, b = _tangents(normal)
-            ring = reach * (np.cos(angle + turn)[:, None] * a[:, :, None] + np.sin(angle + turn)[:, None] * b[:, :, None])
+            ring = reach * (
+                np.cos(angle + turn)[:, None] * a[:, :, None]
+                + np.sin(angle + turn)[:, None] * b[:, :, None]
+            )
             tried = normal[:, :, None] + ring
             tried /= np.linalg.norm(tried, axis=3, keepdims=True)
             values = value(stress, tried.reshape(n, -1, 3)).reshape(n, -1, AROUND)
@@ -79,10 +90,14 @@ def _search(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
             higher = np.take_along_axis(values, k, 2)[..., 0]
             better = higher > best
             best = np.where(better, higher, best)
-            normal = np.where(better[..., None], np.take_along_axis(tried, k[..., None], 2)[:, :, 0], normal)
+            normal = np.where(
+                better[..., None], np.take_along_axis(tried, k[..., None], 2)[:, :, 0], normal
+            )
         reach *= 0.5
     k = np.argmax(best, axis=1)[:, None]
-    return np.take_along_axis(best, k, 1)[:, 0], _upward(np.take_along_axis(normal, k[..., None], 1)[:, 0])
+    return np.take_along_axis(best, k, 1)[:, 0], _upward(
+        np.take_along_axis(normal, k[..., None], 1)[:, 0]
+    )
 
 
 def _tangents(normal: Array) -> tuple[Array, Array]:
@@ -94,7 +109,8 @@ def _tangents(normal: Array) -> tuple[Array, Array]:
 
 
 def _upward(normal: Array) -> Array:
-    """Of n and -n the one whose last component that does not vanish is positive; no negative zeros."""
+    """Of n and -n the one whose last component that does not vanish is positive; no negative
+    zeros."""
     clean = np.where(np.abs(normal) < 1e-6, 0.0, normal)
     last = 2 - np.argmax(clean[:, ::-1] != 0.0, axis=1)
     sign = np.sign(np.take_along_axis(clean, last[:, None], 1))

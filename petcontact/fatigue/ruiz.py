@@ -1,8 +1,10 @@
-"""The parameters of Ruiz for fretting: work of friction, and that times the tension along the surface.
+"""The parameters of Ruiz for fretting: work of friction, and that times the tension along the
+surface.
 
-C. Ruiz, P. H. B. Boddington, K. C. Chen, Experimental Mechanics 24 (1984) 208. At each moment of a cycle let δ be how far
-the slip is from the middle of its path, σ_t the shear traction, and σ_T the normal stress along the surface in the direction
-of δ. Then F1 = max |σ_t| δ and F2 = max <σ_T> |σ_t| δ, where <σ_T> is 0 in compression.
+C. Ruiz, P. H. B. Boddington, K. C. Chen, Experimental Mechanics 24 (1984) 208. At each moment of a
+cycle let δ be how far the slip is from the middle of its path, σ_t the shear traction, and σ_T the
+normal stress along the surface in the direction of δ. Then F1 = max |σ_t| δ and F2 = max <σ_T>
+|σ_t| δ, where <σ_T> is 0 in compression.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ from .smallest_ball import smallest_ball
 
 
 def slip_from_the_middle(slip: Array) -> Array:
-    """Slip (k, m, d-1) over a cycle less the middle of the smallest ball round its path [length]."""
+    """Slip (k, m, d-1) over a cycle less the middle of the smallest ball round its path
+    [length]."""
     return slip - smallest_ball(np.moveaxis(slip, 0, 1))[0]
 
 
@@ -32,16 +35,23 @@ def friction_work(slip: Array, shear: Array) -> Array:
     >>> friction_work(slip, shear).max(axis=0).round(9).tolist()
     [6.0]
     """
-    return np.asarray(np.linalg.norm(shear, axis=2) * np.linalg.norm(slip_from_the_middle(slip), axis=2))
+    return np.asarray(
+        np.linalg.norm(shear, axis=2) * np.linalg.norm(slip_from_the_middle(slip), axis=2)
+    )
 
 
-def ruiz_sites(solution: SolutionData, increments: list[StepResult], name: str) -> list[tuple[Sites, Array, Array]]:
+def ruiz_sites(
+    solution: SolutionData, increments: list[StepResult], name: str
+) -> list[tuple[Sites, Array, Array]]:
     """On both bodies of an interface: the places, and F1 and F2 there.
 
     On the primary these are the places that the secondary's nodes face.
     """
     pairs = [step.pairs[name] for step in increments]
-    slip, shear = np.array([pair.slip for pair in pairs]), np.array([pair.sigma_t for pair in pairs])
+    slip, shear = (
+        np.array([pair.slip for pair in pairs]),
+        np.array([pair.sigma_t for pair in pairs]),
+    )
     way = np.einsum("kmt,mtc->kmc", slip_from_the_middle(slip), pairs[0].tangent)
     size = lengths(way.reshape(-1, way.shape[2])).reshape(way.shape[:2])
     way = np.divide(way, size[..., None], out=np.zeros_like(way), where=size[..., None] > 0.0)
@@ -58,11 +68,15 @@ def ruiz_sites(solution: SolutionData, increments: list[StepResult], name: str) 
         met = np.flatnonzero(hits.face >= 0)
         sides.append((owner, other, numbers[hits.face[met]], hits.place[met], met))
     for owner, part, element, place, rows in sides:
-        states = [solution.body_fields(owner, step).on_boundary(element, place) for step in increments]
+        states = [
+            solution.body_fields(owner, step).on_boundary(element, place) for step in increments
+        ]
         stress = np.array([state.tensor for state in states])
         tension = np.maximum(np.einsum("kmi,kmij,kmj->km", way[:, rows], stress, way[:, rows]), 0.0)
         at = solution.meshes[owner].variables_at(element, place)
         along = at.get("s", np.zeros(len(rows)))
-        sites = Sites(owner, np.full(len(rows), part), states[0].x, np.zeros(len(rows)), along, stress)
+        sites = Sites(
+            owner, np.full(len(rows), part), states[0].x, np.zeros(len(rows)), along, stress
+        )
         found.append((sites, work[:, rows].max(axis=0), (tension * work[:, rows]).max(axis=0)))
     return found

@@ -1,4 +1,5 @@
-"""The smallest ball round the points of a path: what the amplitude of a vector or a tensor is, and what its mean is."""
+"""The smallest ball round the points of a path: what the amplitude of a vector or a tensor is, and
+what its mean is."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ GAP = 1e-12
 def smallest_ball(points: Array) -> tuple[Array, Array]:
     """Centres and radii of the smallest balls round the points of some paths.
 
-    Two points have their middle. For more, weights λ of the points are moved, from the nearest that carries some to the
-    farthest, so that Σ λ|x|² - |Σ λx|² rises to the square of the radius (the dual problem, by pairwise Frank-Wolfe steps).
+    Two points have their middle. For more, weights λ of the points are moved, from the nearest that
+    carries some to the farthest, so that Σ λ|x|² - |Σ λx|² rises to the square of the radius (the
+    dual problem, by pairwise Frank-Wolfe steps).
 
     Parameters
     ----------
@@ -57,7 +59,10 @@ def smallest_ball(points: Array) -> tuple[Array, Array]:
         step = y[own, far] - y[own, near]
         length = np.sum(step**2, axis=1)
         gain = distance[own, far] - distance[own, near]
-        move = np.minimum(np.divide(0.5 * gain, length, out=np.zeros(len(own)), where=length > 0.0), weight[going, near])
+        move = np.minimum(
+            np.divide(0.5 * gain, length, out=np.zeros(len(own)), where=length > 0.0),
+            weight[going, near],
+        )
         weight[going, far] += move
         weight[going, near] -= move
         centre[going] += move[:, None] * step

@@ -27,9 +27,11 @@ SERIES = 10_000
 GROUP = 64
 """Elements of one kind that are seen together from afar."""
 LEFT = 0.1
-"""Of displacements, beyond their common rigid motion and over their size, below which it is taken out."""
+"""Of displacements, beyond their common rigid motion and over their size, below which it is taken
+out."""
 INSIDE = 0.9
-"""Winding of the boundary about a point above which it lies inside: there it is 1, on the boundary 1/2, outside 0."""
+"""Winding of the boundary about a point above which it lies inside: there it is 1, on the boundary
+1/2, outside 0."""
 
 
 Progress = Callable[[float], None]
@@ -56,14 +58,22 @@ def points_in(points: Any, dim: int) -> Array:
     """
     found: Array = np.atleast_2d(np.asarray(points, dtype=float))
     if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
-        raise InputError(f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}")
+        raise InputError(
+            f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}"
+        )
     return found
 
 
 def field_at(
-    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
+    mesh: BoundaryMesh,
+    u: Array,
+    traction: Array,
+    material: Material,
+    points: Array,
+    progress: Progress | None = None,
 ) -> tuple[Array, Array]:
-    """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one state: see `fields_at`."""
+    """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one
+    state: see `fields_at`."""
     moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
     return moved[..., 0], stress[..., 0]
 
@@ -80,17 +90,19 @@ def fields_at(
 ) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
-    Constant elements are made smooth first, see `smoothing`; the integrals over the elements are exact at every distance;
-    next to the joints of elements the data are brought together, see `joints`. So u and σ have the accuracy of the boundary
-    data and of their slopes, O(h^(p+1)) and O(h^p), at every distance from the boundary. At corners, where σ is not
-    singular in truth, it may still grow like the logarithm of the distance, times that error.
+    Constant elements are made smooth first, see `smoothing`; the integrals over the elements are
+    exact at every distance; next to the joints of elements the data are brought together, see
+    `joints`. So u and σ have the accuracy of the boundary data and of their slopes, O(h^(p+1)) and
+    O(h^p), at every distance from the boundary. At corners, where σ is not singular in truth, it
+    may still grow like the logarithm of the distance, times that error.
 
     Parameters
     ----------
     mesh : BoundaryMesh
         n nodes.
     u, traction : (n, d, s) arrays
-        Boundary displacement [length] and traction [stress] at the nodes, in s states, which share the work.
+        Boundary displacement [length] and traction [stress] at the nodes, in s states, which share
+        the work.
     material : Material
     points : (m, d) array
         Inside the body, not on its boundary [length].
@@ -104,7 +116,8 @@ def fields_at(
     u : (m, d, s) array
         Equation (4.9) [length].
     stress : (m, d(d+1)/2, s) array
-        σ_xx, σ_yy, σ_xy, in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, from the derivative of (4.9) [stress].
+        σ_xx, σ_yy, σ_xy, in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, from the derivative of (4.9)
+        [stress].
 
     Raises
     ------
@@ -119,7 +132,10 @@ def fields_at(
     u, traction = u.reshape(-1, d, states), traction.reshape(-1, d, states)
     kernel = kernel_for(mesh, material)
     scaled = traction / kernel.traction_scale
-    displacement, stress = np.zeros((len(points), d, states)), np.zeros((len(points), d * (d + 1) // 2, states))
+    displacement, stress = (
+        np.zeros((len(points), d, states)),
+        np.zeros((len(points), d * (d + 1) // 2, states)),
+    )
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
     groups = list(pieces(mesh, GROUP if many else mesh.n_elements))
@@ -129,7 +145,9 @@ def fields_at(
         pushed, moved = scaled[group.nodes], u[group.nodes]
         expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
         if expand is not None and many:
-            series = [expand(kernel, group.elements, moved[..., s], pushed[..., s]) for s in range(states)]
+            series = [
+                expand(kernel, group.elements, moved[..., s], pushed[..., s]) for s in range(states)
+            ]
             is_near = series[0].near(points)
             near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
             for first in range(0, len(far), SERIES):
@@ -146,36 +164,61 @@ def fields_at(
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    # about an infinite plate's points holes wind as often less, and what moves all of a boundary moves nothing else of it
-    filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x - mesh.x.mean(axis=0), mesh.normal) > 0.0)
+    # about an infinite plate's points holes wind as often less, and what moves all of a boundary
+    # moves nothing else of it
+    filled = float(
+        mesh.weight @ np.einsum("nd,nd->n", mesh.x - mesh.x.mean(axis=0), mesh.normal) > 0.0
+    )
     beyond = np.flatnonzero(~(wound > INSIDE - 1.0 + filled))
     if len(beyond) and outside is None:
         place = ", ".join(f"{value:g}" for value in points[beyond[0]])
-        raise InputError(f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do not)")
+        raise InputError(
+            f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do "
+            f"not)"
+        )
     displacement += filled * motion(points)
     displacement[beyond] = stress[beyond] = outside
     return displacement, kernel.traction_scale * stress
 
 
 def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
-    """The rigid motion that is most of displacements (n, d, s), if one is, as a function of points (m, d)."""
+    """The rigid motion that is most of displacements (n, d, s), if one is, as a function of points
+    (m, d)."""
     centre = mesh.x.mean(axis=0)
     size = np.abs(mesh.x - centre).max()
     modes = rigid_motions((mesh.x - centre) / size)
-    amplitudes = np.linalg.lstsq(modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None)[0]
-    amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < LEFT * np.abs(u).max(axis=(0, 1))
+    amplitudes = np.linalg.lstsq(
+        modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None
+    )[0]
+    amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < LEFT * np.abs(u).max(
+        axis=(0, 1)
+    )
     return lambda x: np.asarray(rigid_motions((x - centre) / size) @ amplitudes)
 
 
 @functools.singledispatch
 def _add_next_to_joints(
-    mesh: BoundaryMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
+    mesh: BoundaryMesh,
+    kernel: Kernel,
+    u: Array,
+    traction: Array,
+    points: Array,
+    displacement: Array,
+    stress: Array,
 ) -> None:
     """Correct fields next to joints of curves; on surfaces nothing is added."""
 
 
 @_add_next_to_joints.register
-def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array) -> None:
+def _(
+    mesh: CurveMesh,
+    kernel: Kernel,
+    u: Array,
+    traction: Array,
+    points: Array,
+    displacement: Array,
+    stress: Array,
+) -> None:
     """What changes near the ends of elements where the data are brought together."""
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
@@ -185,9 +228,13 @@ def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array,
 
 
 def field_on_grid(
-    mesh: CurveMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int],
+    mesh: CurveMesh,
+    u: Array,
+    traction: Array,
+    material: Material,
+    resolution: tuple[int, int],
     progress: Progress | None = None,
-) -> Field:  # fmt: skip
+) -> Field:
     """Displacement and stress on a grid inside the body that reaches to its boundary.
 
     Parameters

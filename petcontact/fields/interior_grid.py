@@ -1,4 +1,5 @@
-"""Points inside a body and triangles between them: a regular grid, and a row of points along the boundary."""
+"""Points inside a body and triangles between them: a regular grid, and a row of points along the
+boundary."""
 
 from __future__ import annotations
 
@@ -13,13 +14,15 @@ from ..mesh.curve_mesh import CurveMesh
 INSET = 1e-3
 """Distance of the outermost points from the boundary, in grid spacings."""
 KEPT_OFF = 0.45
-"""Grid points nearer to the boundary than this are left out, in grid spacings: they would make slivers."""
+"""Grid points nearer to the boundary than this are left out, in grid spacings: they would make
+slivers."""
 
 
 def triangulate(
     mesh: CurveMesh, resolution: tuple[int, int], window: tuple[Array, Array] | None = None
 ) -> tuple[Array, Index]:
-    """Points (n, 2) strictly inside the body and triangles (k, 3) that fill it up to a sliver along its boundary.
+    """Points (n, 2) strictly inside the body and triangles (k, 3) that fill it up to a sliver along
+    its boundary.
 
     Parameters
     ----------
@@ -35,7 +38,9 @@ def triangulate(
         If the resolution is below 2 in a direction, or nothing of the body is in the window.
     """
     if min(resolution) < 2:
-        raise InputError(f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}")
+        raise InputError(
+            f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}"
+        )
     low, high = mesh.start.min(axis=0), mesh.start.max(axis=0)
     low, high = np.minimum(low, mesh.x.min(axis=0)), np.maximum(high, mesh.x.max(axis=0))
     if window is not None:

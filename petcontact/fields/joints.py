@@ -1,9 +1,10 @@
 """What discontinuous elements leave behind at their ends, taken away from the fields next to them.
 
-Where the displacement jumps, at the joint of two elements, the stress is that of a dislocation, 1/distance; where its
-slope or the traction jumps, it is logarithmic. Jumps are errors of the boundary data. So next to a joint the fields of data
-are taken that are brought together there: on the two elements only, and no further away than a fifth of them, since
-elsewhere the data as they are do better (their nodal values are more accurate than their ends).
+Where the displacement jumps, at the joint of two elements, the stress is that of a dislocation,
+1/distance; where its slope or the traction jumps, it is logarithmic. Jumps are errors of the
+boundary data. So next to a joint the fields of data are taken that are brought together there: on
+the two elements only, and no further away than a fifth of them, since elsewhere the data as they
+are do better (their nodal values are more accurate than their ends).
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from ..mesh.elements import Elements
 
 SMOOTH = np.cos(np.radians(10.0))
 REACH = 0.2
-"""Radius of a joint's neighbourhood over the length of its shorter element; the data are brought together in half of it."""
+"""Radius of a joint's neighbourhood over the length of its shorter element; the data are brought
+together in half of it."""
 KEPT_JUMP, KEPT_SHARE = 0.5, 0.1
-"""A traction that jumps by more than these fractions of its range on both elements and of its mean size on the boundary is
-taken to jump in truth: an error of the data is smaller."""
+"""A traction that jumps by more than these fractions of its range on both elements and of its mean
+size on the boundary is taken to jump in truth: an error of the data is smaller."""
 CUBIC = 3
 """Order of elements that take up a value and a slope at one end, and none at the other."""
 
@@ -41,7 +43,8 @@ class Neighbourhood:
     elements : Elements
         The element that ends at the joint and the one that begins there, of order 3.
     u, traction : (8, 2, s) arrays
-        Change of the displacement [length] and the traction [stress] at the nodes of the elements, in s states.
+        Change of the displacement [length] and the traction [stress] at the nodes of the elements,
+        in s states.
     """
 
     rows: Index
@@ -73,7 +76,9 @@ class Joints:
         (t_start, t_end), _ = _at_ends(mesh, traction)
         jump = t_start[after] - t_end
         size = np.linalg.norm(jump, axis=1)
-        mean = np.sqrt(mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum())  # of each state
+        mean = np.sqrt(
+            mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
+        )  # of each state
         in_truth = size > np.maximum(KEPT_JUMP * _range(mesh, traction, after), KEPT_SHARE * mean)
         # at corners and where the traction jumps in truth only u is continuous
         smooth = (runs_on[:, None] & ~in_truth)[:, None]
@@ -86,7 +91,9 @@ class Joints:
         distance, joint = self._tree.query(points)
         ratio = distance / self._reach[joint]
         inside = np.flatnonzero(ratio < 1.0)
-        share = np.where(ratio <= 0.5, 1.0, 0.5 - 0.5 * np.cos(2.0 * np.pi * np.minimum(ratio, 1.0)))
+        share = np.where(
+            ratio <= 0.5, 1.0, 0.5 - 0.5 * np.cos(2.0 * np.pi * np.minimum(ratio, 1.0))
+        )
         order = inside[np.argsort(joint[inside], kind="stable")]
         groups = np.split(order, np.flatnonzero(np.diff(joint[order])) + 1) if len(order) else []
         return [self._neighbourhood(int(joint[rows[0]]), rows, share[rows]) for rows in groups]
@@ -94,32 +101,50 @@ class Joints:
     def _neighbourhood(self, joint: int, rows: Index, share: Array) -> Neighbourhood:
         mesh = self._mesh
         pair = np.array([joint, self._after[joint]])
-        elements = Elements(mesh.start[pair], mesh.end[pair], mesh.curvature[pair], CUBIC, mesh.line[pair], pair)
+        elements = Elements(
+            mesh.start[pair], mesh.end[pair], mesh.curvature[pair], CUBIC, mesh.line[pair], pair
+        )
         # towards the mean, in which the shorter element counts more
         weight = mesh.length[pair] / mesh.length[pair].sum()
         x = gauss(CUBIC)[0][:, None, None]
         value, slope = 0.25 * (2.0 + 3.0 * x - x**3), 0.25 * (x**3 + x**2 - x - 1.0)
         changes_u, changes_t = [], []
-        for share_of, half, turn in ((weight[0], 0.5 * mesh.length[joint], 1), (-weight[1], 0.5 * mesh.length[pair[1]], -1)):
-            changes_u.append(share_of * (value * self._u[joint] + turn * half * slope * self._slope[joint])[::turn])
+        for share_of, half, turn in (
+            (weight[0], 0.5 * mesh.length[joint], 1),
+            (-weight[1], 0.5 * mesh.length[pair[1]], -1),
+        ):
+            changes_u.append(
+                share_of
+                * (value * self._u[joint] + turn * half * slope * self._slope[joint])[::turn]
+            )
             changes_t.append(share_of * (0.5 * (1.0 + x) * self._traction[joint])[::turn])
-        return Neighbourhood(rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t))
+        return Neighbourhood(
+            rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
+        )
 
 
 def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:
-    """Values and derivatives by arc length at the starts and ends of the elements, (2, n_elements, 2, s) each."""
+    """Values and derivatives by arc length at the starts and ends of the elements, (2, n_elements,
+    2, s) each."""
     ends, slopes = (np.empty((2, mesh.n_elements, *values.shape[1:])) for _ in range(2))
     for p in np.unique(mesh.order).tolist():
         numbers, k = np.flatnonzero(mesh.order == p), np.arange(p + 1)
         nodes = mesh.first_node[numbers][:, None] + k
         # P_k'(±1) = (±1)^(k+1) k(k+1)/2
         slope = 0.5 * k * (k + 1) * np.array([(-1.0) ** (k + 1), np.ones(p + 1)])
-        ends[:, numbers] = np.einsum("be,nbcs->encs", lagrange(p, np.array([-1.0, 1.0])), values[nodes])
-        slopes[:, numbers] = np.einsum("ek,bk,nbcs->encs", slope, lagrange_coefficients(p), values[nodes])
+        ends[:, numbers] = np.einsum(
+            "be,nbcs->encs", lagrange(p, np.array([-1.0, 1.0])), values[nodes]
+        )
+        slopes[:, numbers] = np.einsum(
+            "ek,bk,nbcs->encs", slope, lagrange_coefficients(p), values[nodes]
+        )
     return ends, slopes / (0.5 * mesh.length[:, None, None])
 
 
 def _range(mesh: CurveMesh, values: Array, after: Index) -> Array:
-    """How far nodal values range over each element and the one after it, the diagonal of their box, (n_elements, s)."""
+    """How far nodal values range over each element and the one after it, the diagonal of their box,
+    (n_elements, s)."""
     low, high = (ufunc.reduceat(values, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum))
-    return np.asarray(np.linalg.norm(np.maximum(high, high[after]) - np.minimum(low, low[after]), axis=1))
+    return np.asarray(
+        np.linalg.norm(np.maximum(high, high[after]) - np.minimum(low, low[after]), axis=1)
+    )

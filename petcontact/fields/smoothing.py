@@ -1,8 +1,10 @@
-"""Boundary data of constant elements made smooth, so that they can be evaluated close to the boundary.
+"""Boundary data of constant elements made smooth, so that they can be evaluated close to the
+boundary.
 
-A displacement that is constant on each element jumps at their ends like a row of dislocations, whose stress decays only
-at the distance of an element or two. The nodal values are accurate at the middle of the elements: a continuous
-interpolation of them, of order 2 on each element, is what the fields inside are evaluated from.
+A displacement that is constant on each element jumps at their ends like a row of dislocations,
+whose stress decays only at the distance of an element or two. The nodal values are accurate at the
+middle of the elements: a continuous interpolation of them, of order 2 on each element, is what the
+fields inside are evaluated from.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMes
 
 @smoothed.register
 def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Array]:
-    """The mesh with its constant elements made quadratic, and the boundary data on it; other elements keep theirs.
+    """The mesh with its constant elements made quadratic, and the boundary data on it; other
+    elements keep theirs.
 
     Parameters
     ----------
@@ -41,7 +44,8 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
     -------
     mesh : CurveMesh
     u, traction : arrays of as many columns
-        The displacement is continuous, also round corners; the traction is so inside parts, where the outline is smooth.
+        The displacement is continuous, also round corners; the traction is so inside parts, where
+        the outline is smooth.
     """
     constant = mesh.order == 0
     if not constant.any():
@@ -67,7 +71,8 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
 
 
 def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
-    """Elements before and after each one round its loop, and whether the data run on smoothly to them."""
+    """Elements before and after each one round its loop, and whether the data run on smoothly to
+    them."""
     before, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     runs_on = (mesh.part == mesh.part[after]) & (np.sum(last * first[after], axis=1) > SMOOTH)
@@ -75,10 +80,15 @@ def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
 
 
 def _end_values(
-    mesh: CurveMesh, values: Array, joined_before: Mask, joined_after: Mask,
-    before: Index, after: Index,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Values at the start and end of each element: interpolated between neighbours that run on, else extrapolated."""
+    mesh: CurveMesh,
+    values: Array,
+    joined_before: Mask,
+    joined_after: Mask,
+    before: Index,
+    after: Index,
+) -> tuple[Array, Array]:
+    """Values at the start and end of each element: interpolated between neighbours that run on,
+    else extrapolated."""
     middle = mesh.basis_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5)) @ values
     half = 0.5 * mesh.length
     slope_after = (middle[after] - middle) / (half + half[after])[:, None]
@@ -87,12 +97,20 @@ def _end_values(
     # derivative at the middle, by the parabola through three neighbours or the line through two
     share = ((half + half[before]) / (half[after] + 2.0 * half + half[before]))[:, None]
     central = share * slope_after + (1.0 - share) * slope_before
-    curve = np.where(both[:, None], (slope_after - slope_before) / (half[after] + 2.0 * half + half[before])[:, None], 0.0)
+    curve = np.where(
+        both[:, None],
+        (slope_after - slope_before) / (half[after] + 2.0 * half + half[before])[:, None],
+        0.0,
+    )
     slope = np.where(
-        both[:, None], central,
-        np.where(joined_after[:, None], slope_after, np.where(joined_before[:, None], slope_before, 0.0)),
-    )  # fmt: skip
-    # an end element borrows the curvature of its only neighbour, so that extrapolation is of second order
+        both[:, None],
+        central,
+        np.where(
+            joined_after[:, None], slope_after, np.where(joined_before[:, None], slope_before, 0.0)
+        ),
+    )
+    # an end element borrows the curvature of its only neighbour, so that extrapolation is of second
+    # order
     for joined, other, sign in ((joined_after, after, -1.0), (joined_before, before, 1.0)):
         only = joined & ~both & both[other]
         curve[only] = curve[other][only]
@@ -101,7 +119,9 @@ def _end_values(
     start, end = middle - h * slope + h * h * curve, middle + h * slope + h * h * curve
     # where both neighbours offer a value at their joint, take the mean
     start_mean, end_mean = 0.5 * (start + end[before]), 0.5 * (end + start[after])
-    return np.where(joined_before[:, None], start_mean, start), np.where(joined_after[:, None], end_mean, end)
+    return np.where(joined_before[:, None], start_mean, start), np.where(
+        joined_after[:, None], end_mean, end
+    )
 
 
 def _continuous(ends: tuple[Array, Array], before: Index, after: Index) -> tuple[Array, Array]:

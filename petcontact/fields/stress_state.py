@@ -44,12 +44,15 @@ class StressState:
     def von_mises(self) -> Array:
         """Von Mises stress, (n,) [stress]."""
         x, y, z, *shear = self.components.T
-        value: Array = np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear))
+        value: Array = np.sqrt(
+            0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear)
+        )
         return value
 
     @property
     def principal_in_plane(self) -> Array:
-        """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy of a plane body, the larger one first [stress]."""
+        """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy of a plane body, the larger one first
+        [stress]."""
         x, y, xy = self.stress.T
         mean, radius = 0.5 * (x + y), np.hypot(0.5 * (x - y), xy)
         return np.column_stack([mean + radius, mean - radius])
@@ -69,6 +72,7 @@ class StressState:
 
 @frozen
 class Field(StressState):
-    """Displacement and stress at points of a body, and triangles (k, 3), counter-clockwise, or cells (k, 8) between them."""
+    """Displacement and stress at points of a body, and triangles (k, 3), counter-clockwise, or
+    cells (k, 8) between them."""
 
     cells: Index

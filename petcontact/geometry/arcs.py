@@ -1,7 +1,8 @@
-"""Circular arcs by their end points and half the angle through which they turn: lengths, points, normals, subdivision.
+"""Circular arcs by their end points and half the angle through which they turn: lengths, points,
+normals, subdivision.
 
-Straight lines are the arcs of angle 0. The body lies on the left, so that an arc of positive angle bulges out of it. And
-whether 16 digits tell the places of a body from one another.
+Straight lines are the arcs of angle 0. The body lies on the left, so that an arc of positive angle
+bulges out of it. And whether 16 digits tell the places of a body from one another.
 """
 
 from __future__ import annotations
@@ -15,11 +16,13 @@ from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
 
 LARGEST_TURN = 0.5 * math.pi
-"""Arcs are cut into pieces that turn by no more: near half a circle the chord says nothing about the angle."""
+"""Arcs are cut into pieces that turn by no more: near half a circle the chord says nothing about
+the angle."""
 
 
 def half_angles(chord: Array, curvature: Array | float) -> Array:
-    """α, half the angle through which arcs turn, from the lengths of their chords; at most half a circle, signed [rad]."""
+    """α, half the angle through which arcs turn, from the lengths of their chords; at most half a
+    circle, signed [rad]."""
     if not np.any(curvature):
         return np.zeros(np.shape(chord))
     return np.asarray(np.arcsin(np.clip(0.5 * curvature * chord, -1.0, 1.0)))
@@ -30,7 +33,9 @@ def arc_lengths(chord: Array, alpha: Array | float) -> Array:
     return np.asarray(chord / np.sinc(alpha / np.pi)) if np.any(alpha) else np.asarray(chord)
 
 
-def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: Array | None = None) -> tuple[Array, Array]:
+def on_arcs(
+    start: Array, end: Array, alpha: Array | float, xi: Array, tangent: Array | None = None
+) -> tuple[Array, Array]:
     """Points on arcs and outward unit normals there.
 
     Parameters
@@ -42,7 +47,8 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: 
     xi : (n,) array
         Places in [-1, 1], in proportion to arc length.
     tangent : (n, 2) array, optional
-        Unit vectors along the chords, where they are known better than from end points that lie close to one another.
+        Unit vectors along the chords, where they are known better than from end points that lie
+        close to one another.
 
     Returns
     -------
@@ -68,11 +74,14 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: 
 def end_tangents(start: Array, end: Array, alpha: Array) -> tuple[Array, Array]:
     """Unit tangents (n, 2) at the start and at the end of arcs."""
     before, after = (on_arcs(start, end, alpha, np.full(len(start), xi))[1] for xi in (-1.0, 1.0))
-    return np.column_stack([-before[:, 1], before[:, 0]]), np.column_stack([-after[:, 1], after[:, 0]])
+    return np.column_stack([-before[:, 1], before[:, 0]]), np.column_stack(
+        [-after[:, 1], after[:, 0]]
+    )
 
 
 def turn_of_radius(start: Array, end: Array, radius: float) -> float:
-    """Half the angle of the smaller arc of a radius between two points, positive (to the left) for a positive radius.
+    """Half the angle of the smaller arc of a radius between two points, positive (to the left) for
+    a positive radius.
 
     Raises
     ------
@@ -87,7 +96,8 @@ def turn_of_radius(start: Array, end: Array, radius: float) -> float:
 
 
 def turn_through(start: Array, middle: Array, end: Array) -> float:
-    """Half the angle of the arc from start to end through a point, any below π; 0 if the three lie on a line in order.
+    """Half the angle of the arc from start to end through a point, any below π; 0 if the three lie
+    on a line in order.
 
     Raises
     ------
@@ -105,7 +115,8 @@ def turn_through(start: Array, middle: Array, end: Array) -> float:
 
 
 def divided(start: Array, end: Array, alpha: float) -> Array:
-    """Points (n + 1, 2) that cut an arc into n >= 1 equal pieces which turn by no more than LARGEST_TURN."""
+    """Points (n + 1, 2) that cut an arc into n >= 1 equal pieces which turn by no more than
+    LARGEST_TURN."""
     count = max(1, math.ceil(2.0 * abs(alpha) / LARGEST_TURN - 1e-9))
     points = on_arcs(start, end, alpha, np.linspace(-1.0, 1.0, count + 1))[0]
     points[0], points[-1] = start, end
@@ -118,7 +129,8 @@ def perimeter(ring: Array) -> float:
 
 
 def signed_area(ring: Array) -> float:
-    """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise [length²]."""
+    """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise
+    [length²]."""
     x, y = (ring - ring[0]).T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
@@ -129,17 +141,21 @@ def turns_left_once(ring: Array) -> bool:
     Examples
     --------
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> turns_left_once(square), turns_left_once(square[::-1]), turns_left_once(np.vstack([square, square]))
+    >>> twice = np.vstack([square, square])
+    >>> turns_left_once(square), turns_left_once(square[::-1]), turns_left_once(twice)
     (True, False, False)
     """
     edge = np.roll(ring, -1, axis=0) - ring
     before = np.roll(edge, 1, axis=0)
-    turn = np.arctan2(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge))
+    turn = np.arctan2(
+        before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge)
+    )
     return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)
 
 
 def check_digits(size: float, points: Sequence[Array], what: str) -> None:
-    """Refuse a body that is much smaller than it is far from the origin, or whose squared size vanishes.
+    """Refuse a body that is much smaller than it is far from the origin, or whose squared size
+    vanishes.
 
     Parameters
     ----------
@@ -156,5 +172,8 @@ def check_digits(size: float, points: Sequence[Array], what: str) -> None:
     """
     farthest = max(float(np.abs(point).max()) for point in points)
     if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
-        raise InputError(f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too little for 16 "
-                         "digits, choose another origin or unit of length")  # fmt: skip
+        raise InputError(
+            f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
+            f"little for 16 "
+            "digits, choose another origin or unit of length"
+        )

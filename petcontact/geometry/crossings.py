@@ -8,13 +8,15 @@ import scipy
 from ..arrays import Array, Index
 
 MARGIN = 1e-9
-"""Of an edge's parameter and of barycentric coordinates: an edge that only ends on a triangle does not cross it."""
+"""Of an edge's parameter and of barycentric coordinates: an edge that only ends on a triangle does
+not cross it."""
 WINDINGS = 100_000
 """Pairs of a point and a triangle that are seen at once."""
 
 
 def first_crossing(points: Array, triangles: Index) -> Array | None:
-    """A point (3,) where an edge of one triangle runs through another with which it shares no corner, None if none does.
+    """A point (3,) where an edge of one triangle runs through another with which it shares no
+    corner, None if none does.
 
     Parameters
     ----------
@@ -47,7 +49,8 @@ def first_crossing(points: Array, triangles: Index) -> Array | None:
 
 
 def _pierced(edges_of: Array, triangle: Array) -> Array | None:
-    """Where an edge of the first triangles (n, 3, 3) runs through the second ones (Möller and Trumbore, 1997)."""
+    """Where an edge of the first triangles (n, 3, 3) runs through the second ones (Möller and
+    Trumbore, 1997)."""
     if not len(triangle):
         return None
     origin = triangle[:, 0]
@@ -56,7 +59,11 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
         start, direction = edges_of[:, k], edges_of[:, (k + 1) % 3] - edges_of[:, k]
         across = np.cross(direction, e_2)
         volume = np.sum(e_1 * across, axis=1)
-        size = np.linalg.norm(direction, axis=1) * np.linalg.norm(e_1, axis=1) * np.linalg.norm(e_2, axis=1)
+        size = (
+            np.linalg.norm(direction, axis=1)
+            * np.linalg.norm(e_1, axis=1)
+            * np.linalg.norm(e_2, axis=1)
+        )
         proper = np.abs(volume) > MARGIN * size
         safe = np.where(proper, volume, 1.0)
         offset = start - origin
@@ -65,7 +72,14 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
         v = np.sum(direction * turned, axis=1) / safe
         t = np.sum(e_2 * turned, axis=1) / safe
         # closed: what runs through the joint of two triangles would slip between them
-        inside = proper & (u > -MARGIN) & (v > -MARGIN) & (u + v < 1.0 + MARGIN) & (t > MARGIN) & (t < 1.0 - MARGIN)
+        inside = (
+            proper
+            & (u > -MARGIN)
+            & (v > -MARGIN)
+            & (u + v < 1.0 + MARGIN)
+            & (t > MARGIN)
+            & (t < 1.0 - MARGIN)
+        )
         if inside.any():
             n = int(np.argmax(inside))
             return np.asarray(start[n] + t[n] * direction[n])
@@ -73,7 +87,8 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
 
 
 def winding(corners: Array, points: Array) -> Array:
-    """|Solid angle| (n,) of closed triangles (t, 3, 3) from points (n, 3), over 4π: 1 inside, 0 outside.
+    """|Solid angle| (n,) of closed triangles (t, 3, 3) from points (n, 3), over 4π: 1 inside, 0
+    outside.
 
     By A. van Oosterom and J. Strackee, IEEE Trans. BME 30 (1983) 125-126.
 
@@ -88,9 +103,13 @@ def winding(corners: Array, points: Array) -> Array:
         # components (n, t) of the ways from the points to the three corners
         a, b, c = ([corners[:, k, i] - x[i] for i in range(3)] for k in range(3))
         la, lb, lc = (np.sqrt(_dot(v, v)) for v in (a, b, c))
-        above = _dot(a, [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])
+        above = _dot(
+            a, [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]]
+        )
         below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
-        result[first : first + step] = np.abs(np.sum(np.arctan2(above, below), axis=1)) / (2.0 * np.pi)
+        result[first : first + step] = np.abs(np.sum(np.arctan2(above, below), axis=1)) / (
+            2.0 * np.pi
+        )
     return result
 
 

@@ -1,4 +1,5 @@
-"""Outlines from Gmsh meshes (`shape = "gmsh"`): the boundary lines of a 2D mesh, physical line groups being the parts."""
+"""Outlines from Gmsh meshes (`shape = "gmsh"`): the boundary lines of a 2D mesh, physical line
+groups being the parts."""
 
 from __future__ import annotations
 
@@ -14,16 +15,18 @@ from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented, shown
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
-"""Corners of the cells whose edges say where the boundary is; corners come first in a cell's list of nodes."""
+"""Corners of the cells whose edges say where the boundary is; corners come first in a cell's list
+of nodes."""
 FLAT = 1e-10
-"""Quadratic lines whose middle node lies off the chord by less than this fraction of it are straight."""
+"""Quadratic lines whose middle node lies off the chord by less than this fraction of it are
+straight."""
 
 
 def gmsh_outline(mesh: Any, file: str) -> Outline:
     """The outline of a plane mesh as meshio has it.
 
-    Each boundary line of the mesh is a side of its own; lines of second order become circular arcs through their three
-    nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    Each boundary line of the mesh is a side of its own; lines of second order become circular arcs
+    through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
     Raises
     ------
@@ -38,7 +41,8 @@ def gmsh_outline(mesh: Any, file: str) -> Outline:
         if missing:
             a, b = min(missing)
             raise InputError(
-                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in no physical "
+                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in no "
+                f"physical "
                 "line group; each part of the boundary needs one"
             )
         lines = {edge: line for edge, line in lines.items() if edge in edges}
@@ -59,13 +63,22 @@ def read_msh(file: str) -> Any:
 
     try:
         mesh = meshio.gmsh.read(file)
-    except Exception as error:  # meshio meets damaged files with whatever exception its parser runs into
-        reason = str(error).splitlines()[0] if isinstance(error, meshio.ReadError) and str(error) else _damage(file)
+    except (
+        Exception
+    ) as error:  # meshio meets damaged files with whatever exception its parser runs into
+        reason = (
+            str(error).splitlines()[0]
+            if isinstance(error, meshio.ReadError) and str(error)
+            else _damage(file)
+        )
         raise InputError(
-            f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 without Mesh.SaveAll"
+            f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 "
+            f"without Mesh.SaveAll"
         ) from None
     if not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
-        raise InputError(f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}")
+        raise InputError(
+            f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}"
+        )
     return mesh
 
 
@@ -83,13 +96,18 @@ Line = tuple[int, int, int | None, str]
 
 def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
     """Lines in physical groups, by the sorted pair of their end nodes."""
-    names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 1}
+    names = {
+        int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 1
+    }
     tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
     result: dict[tuple[int, int], Line] = {}
     for block, physical in zip(mesh.cells, tags, strict=True):
         if block.type not in ("line", "line3"):
             if block.type.startswith("line"):
-                raise InputError(f"{file}: lines of type {block.type}; boundary lines of first or second order are read")
+                raise InputError(
+                    f"{file}: lines of type {block.type}; boundary lines of first or second order "
+                    f"are read"
+                )
             continue
         for row, nodes in enumerate(block.data.tolist()):
             tag = 0 if physical is None else int(physical[row])
@@ -98,11 +116,17 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
             edge = (min(nodes[:2]), max(nodes[:2]))
             part = names.get(tag, str(tag))
             if edge in result and result[edge][3] != part:
-                raise InputError(f"{file}: a boundary line is in two physical groups, {result[edge][3]!r} and {part!r}")
+                raise InputError(
+                    f"{file}: a boundary line is in two physical groups, {result[edge][3]!r} and "
+                    f"{part!r}"
+                )
             result[edge] = (nodes[0], nodes[1], nodes[2] if len(nodes) == 3 else None, part)
     if not result:
-        raise InputError(f"{file}: no line is in a physical group; physical line groups are the parts of the boundary "
-                         "of a body whose nodes all lie in one plane z = const")  # fmt: skip
+        raise InputError(
+            f"{file}: no line is in a physical group; physical line groups are the parts of the "
+            f"boundary "
+            "of a body whose nodes all lie in one plane z = const"
+        )
     return result
 
 
@@ -129,7 +153,8 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
     for node, edges in at_node.items():
         if len(edges) != 2:
             raise InputError(
-                f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at {shown(points[node])}; "
+                f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at "
+                f"{shown(points[node])}; "
                 "the lines of the physical groups must form closed loops with shared nodes"
             )
     left = dict.fromkeys(lines)
@@ -142,7 +167,9 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
             del left[edge]
             a, b, middle, part = lines[edge]
             following = b if node == a else a
-            loop += _side(points[node], None if middle is None else points[middle], points[following], part)
+            loop += _side(
+                points[node], None if middle is None else points[middle], points[following], part
+            )
             node = following
             if node == first:
                 break

@@ -1,4 +1,5 @@
-"""Surfaces from Gmsh meshes: triangles and quadrilaterals of the physical surfaces, orders 1 and 2, as facets."""
+"""Surfaces from Gmsh meshes: triangles and quadrilaterals of the physical surfaces, orders 1 and 2,
+as facets."""
 
 from __future__ import annotations
 
@@ -12,8 +13,8 @@ from ..errors import InputError
 from .surface import FacetSurface, checked_surface
 
 FLAT = 1e-9
-"""Quadrilaterals whose corners lie in one plane, and cells whose middles lie where those of flat ones do, but for this
-fraction of their size, are flat."""
+"""Quadrilaterals whose corners lie in one plane, and cells whose middles lie where those of flat
+ones do, but for this fraction of their size, are flat."""
 _CELLS = {"triangle": (3, 0), "triangle6": (3, 3), "quad": (4, 0), "quad8": (4, 4), "quad9": (4, 5)}
 """Corners and further nodes of the cells that are read, which are in Gmsh's order."""
 
@@ -24,37 +25,65 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     Raises
     ------
     InputError
-        If no physical surface holds a cell, or the surface is none of a body (see `checked_surface`).
+        If no physical surface holds a cell, or the surface is none of a body (see
+        `checked_surface`).
     """
-    names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
+    names = {
+        int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2
+    }
     tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
     points, cells, parts, nameless = np.asarray(mesh.points, dtype=float), [], [], 0
     for block, physical in zip(mesh.cells, tags, strict=True):
         if block.type not in _CELLS:
             if block.type.startswith(("triangle", "quad")):
-                raise InputError(f"{file}: cells of type {block.type}; surface cells of first or second order are read")
+                raise InputError(
+                    f"{file}: cells of type {block.type}; surface cells of first or second order "
+                    f"are read"
+                )
             continue
-        tag = np.zeros(len(block.data), dtype=np.int64) if physical is None else np.asarray(physical, dtype=np.int64)
+        tag = (
+            np.zeros(len(block.data), dtype=np.int64)
+            if physical is None
+            else np.asarray(physical, dtype=np.int64)
+        )
         nameless += int(np.count_nonzero(tag == 0))
-        (corners, more), nodes = _CELLS[block.type], np.asarray(block.data, dtype=np.int64)[tag != 0]
+        (corners, more), nodes = (
+            _CELLS[block.type],
+            np.asarray(block.data, dtype=np.int64)[tag != 0],
+        )
         piece = np.full((len(nodes), 9), -1, dtype=np.int64)
         piece[:, :corners], piece[:, 4 : 4 + more] = nodes[:, :corners], nodes[:, corners:]
         if block.type == "quad8":
             piece[:, 8] = len(points) + np.arange(len(nodes))
-            points = np.vstack([points, 0.5 * points[piece[:, 4:8]].sum(axis=1) - 0.25 * points[piece[:, :4]].sum(axis=1)])
+            points = np.vstack(
+                [
+                    points,
+                    0.5 * points[piece[:, 4:8]].sum(axis=1)
+                    - 0.25 * points[piece[:, :4]].sum(axis=1),
+                ]
+            )
         cells.append(piece)
         parts.append(tag[tag != 0])
     if not sum(map(len, cells)):
-        raise InputError(f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral is in a "
-                         "physical surface; in space those are the parts of the boundary")  # fmt: skip
+        raise InputError(
+            f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral "
+            f"is in a "
+            "physical surface; in space those are the parts of the boundary"
+        )
     facets, owner = _divided(points, np.vstack(cells))
     tag = np.concatenate(parts)[owner]
     numbers, part = np.unique(tag, return_inverse=True)
     part_names = tuple(names.get(int(n), str(n)) for n in numbers)
     try:
-        found = checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+        found = checked_surface(
+            FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file
+        )
     except InputError as error:
-        left = f"; {nameless} triangles and quadrilaterals are in no physical surface, and left out" if nameless else ""
+        left = (
+            f"; {nameless} triangles and quadrilaterals are in no physical surface, and left out"
+            if nameless
+            else ""
+        )
         raise InputError(f"{error}{left}") from None
     facets = np.column_stack([found.facets, found.middles])
     curved = _bent(found.points, facets) | _crooked(found.points, facets)
@@ -67,12 +96,15 @@ def _crooked(points: Array, cells: Index) -> Mask:
     a, b, c, d = points[cells[quads, :4]].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
     reach = np.linalg.norm(c - a, axis=1) + np.linalg.norm(d - b, axis=1)
-    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(normal, axis=1)
+    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(
+        normal, axis=1
+    )
     return result
 
 
 def _divided(points: Array, cells: Index) -> tuple[Index, Index]:
-    """Cells with crooked ones of first order cut along their shorter diagonal, and where each came from."""
+    """Cells with crooked ones of first order cut along their shorter diagonal, and where each came
+    from."""
     divided = _crooked(points, cells) & (cells[:, 4] < 0)
     cut, keep = np.flatnonzero(divided), np.flatnonzero(~divided)
     a, b, c, d = points[cells[cut, :4]].transpose(1, 0, 2)
@@ -88,7 +120,9 @@ def _divided(points: Array, cells: Index) -> tuple[Index, Index]:
 def _bent(points: Array, cells: Index) -> Mask:
     """Which cells have middles that lie off those of the corners."""
     corners = points[np.where(cells[:, :4] >= 0, cells[:, :4], cells[:, :1])]
-    following = np.where(np.arange(4) == np.sum(cells[:, :4] >= 0, axis=1)[:, None] - 1, 0, np.arange(1, 5) % 4)
+    following = np.where(
+        np.arange(4) == np.sum(cells[:, :4] >= 0, axis=1)[:, None] - 1, 0, np.arange(1, 5) % 4
+    )
     usual = 0.5 * (corners + np.take_along_axis(corners, following[..., None], axis=1))
     usual = np.concatenate([usual, corners.mean(axis=1, keepdims=True)], axis=1)
     away = np.where(cells[:, 4:, None] >= 0, points[cells[:, 4:]] - usual, 0.0)

@@ -1,4 +1,5 @@
-"""Outlines of bodies: closed loops of named sides, straight or circular, the body on the left of each."""
+"""Outlines of bodies: closed loops of named sides, straight or circular, the body on the left of
+each."""
 
 from __future__ import annotations
 
@@ -14,7 +15,16 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
-from .arcs import arc_lengths, check_digits, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
+from .arcs import (
+    arc_lengths,
+    check_digits,
+    divided,
+    half_angles,
+    on_arcs,
+    perimeter,
+    signed_area,
+    turns_left_once,
+)
 
 if TYPE_CHECKING:
     import shapely
@@ -37,8 +47,8 @@ class Side:
     part : str
         Name of the part of the boundary that the side belongs to.
     curvature : float
-        0 for a straight side, +1/R where the arc turns left, -1/R where it turns right [1/length]; the arc is
-        the smaller of the two through its end points, at most a half circle.
+        0 for a straight side, +1/R where the arc turns left, -1/R where it turns right [1/length];
+        the arc is the smaller of the two through its end points, at most a half circle.
     """
 
     start: Array
@@ -78,13 +88,19 @@ class Side:
         return np.column_stack([-ny, nx])
 
     def nearest(self, x: Array) -> Array:
-        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs within a radius."""
+        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs
+        within a radius."""
         along, alpha = (self.end - self.start) / self._chord, self.half_angle
-        place = np.asarray((x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T)
+        place = np.asarray(
+            (x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T
+        )
         if self.curvature == 0.0:
             return np.clip(0.5 + place[:, 0] / self._chord, 0.0, 1.0)
         # from the centre, a distance of cos α/κ to the left of the chord
-        turn = np.arctan2(place[:, 0], math.cos(alpha) / abs(self.curvature) - math.copysign(1.0, alpha) * place[:, 1])
+        turn = np.arctan2(
+            place[:, 0],
+            math.cos(alpha) / abs(self.curvature) - math.copysign(1.0, alpha) * place[:, 1],
+        )
         return np.clip(0.5 + 0.5 * turn / abs(alpha), 0.0, 1.0)
 
     def reversed(self) -> Side:
@@ -93,7 +109,8 @@ class Side:
 
 
 def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
-    """Sides along the arc that turns by 2α, each by a quarter circle at most; one straight side where α = 0."""
+    """Sides along the arc that turns by 2α, each by a quarter circle at most; one straight side
+    where α = 0."""
     points = divided(start, end, alpha)
     curvature = 2.0 * math.sin(alpha) / float(np.hypot(*(end - start)))
     return [Side(a, b, part, curvature) for a, b in itertools.pairwise(points)]
@@ -123,14 +140,24 @@ class Outline:
         for loop in self.loops:
             for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
                 if not np.array_equal(side.end, following.start):
-                    raise InputError(f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}")
+                    raise InputError(
+                        f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}"
+                    )
             if len(_ring(loop, 4)) < 3:
-                raise InputError(f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses nothing")
-        # squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides
-        check_digits(self.diameter, [end for side in self.sides for end in (side.start, side.end)], "outline")
+                raise InputError(
+                    f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses "
+                    f"nothing"
+                )
+        # squares of lengths must not vanish, nor differences of coordinates lose the digits that
+        # distinguish the sides
+        check_digits(
+            self.diameter, [end for side in self.sides for end in (side.start, side.end)], "outline"
+        )
         for side in self.sides:
             if side.length <= 1e-12 * self.diameter:
-                raise InputError(f"geometry: side {side.part!r} at {shown(side.start)} has no length")
+                raise InputError(
+                    f"geometry: side {side.part!r} at {shown(side.start)} has no length"
+                )
         self._check_simple()
 
     @functools.cached_property
@@ -156,12 +183,14 @@ class Outline:
 
     @functools.cached_property
     def log_length(self) -> float:
-        """Length that the kernel's logarithm is measured in: 1/24 of the convex hull's perimeter [length].
+        """Length that the kernel's logarithm is measured in: 1/24 of the convex hull's perimeter
+        [length].
 
-        At a degenerate scale the single layer is singular. In units of the diameter these scales lie between
-        0.092 = exp(-1)/4 (a thin body, ν = 1/2) and 0.5, since the logarithmic capacity lies between 1/4 and 1/2; this
-        length is 0.083 for a thin body (whose lowest scale is 0.18 at ν = 0) and at most 0.131 for a disc (0.30 or more). It
-        is 1 for both examples of the paper, whose digits depend on it through the discretisation error.
+        At a degenerate scale the single layer is singular. In units of the diameter these scales
+        lie between 0.092 = exp(-1)/4 (a thin body, ν = 1/2) and 0.5, since the logarithmic capacity
+        lies between 1/4 and 1/2; this length is 0.083 for a thin body (whose lowest scale is 0.18
+        at ν = 0) and at most 0.131 for a disc (0.30 or more). It is 1 for both examples of the
+        paper, whose digits depend on it through the discretisation error.
         """
         points = np.vstack([_ring(loop, 64) for loop in self.loops])
         if self._is_convex:
@@ -171,14 +200,17 @@ class Outline:
     @functools.cached_property
     def _is_convex(self) -> bool:
         """Whether there is one loop that turns left everywhere: simple, and its own convex hull."""
-        return not self.exterior and len(self.loops) == 1 and turns_left_once(_ring(self.loops[0], 64))
+        return (
+            not self.exterior and len(self.loops) == 1 and turns_left_once(_ring(self.loops[0], 64))
+        )
 
     @functools.cached_property
     def joined(self) -> Outline:
-        """The same boundary with sides that run on straight, or along one circle, joined within their parts.
+        """The same boundary with sides that run on straight, or along one circle, joined within
+        their parts.
 
-        Meshes of Gmsh have a side for every line; a graded mesh is to have elements where the body has corners. Arcs are
-        joined up to a quarter circle.
+        Meshes of Gmsh have a side for every line; a graded mesh is to have elements where the body
+        has corners. Arcs are joined up to a quarter circle.
         """
         loops = tuple(_joined(loop) for loop in self.loops)
         return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
@@ -199,7 +231,8 @@ class Outline:
         return round_loops([len(loop) for loop in self.loops])
 
     def _rings(self, points_per_arc: int = 64) -> list[Array]:
-        """Corners of each loop, arcs as chords; of an infinite plate those of a box around come first."""
+        """Corners of each loop, arcs as chords; of an infinite plate those of a box around come
+        first."""
         rings = [_ring(loop, points_per_arc) for loop in self.loops]
         if not self.exterior:
             return rings
@@ -208,7 +241,8 @@ class Outline:
         return [np.array([[left, bottom], [right, bottom], [right, top], [left, top]]), *rings]
 
     def polygon(self, points_per_arc: int = 64) -> shapely.Polygon:
-        """The body as a shapely polygon, arcs as chords: for tests and pictures; of an infinite plate a piece."""
+        """The body as a shapely polygon, arcs as chords: for tests and pictures; of an infinite
+        plate a piece."""
         import shapely
 
         rings = self._rings(points_per_arc)
@@ -216,7 +250,8 @@ class Outline:
 
     @functools.cached_property
     def thickness(self) -> float:
-        """Twice the area over the perimeter: of a strip its thickness; of an infinite plate that of a piece [length]."""
+        """Twice the area over the perimeter: of a strip its thickness; of an infinite plate that of
+        a piece [length]."""
         rings = self._rings()
         outer, *holes = (abs(signed_area(ring)) for ring in rings)
         return 2.0 * (outer - sum(holes)) / sum(map(perimeter, rings))
@@ -230,14 +265,20 @@ class Outline:
         for loop in self.loops:
             ring = shapely.Polygon(_ring(loop, 64))
             if not ring.is_valid:
-                raise InputError(f"geometry: the outline crosses or touches itself ({explain_validity(ring)})")
+                raise InputError(
+                    f"geometry: the outline crosses or touches itself ({explain_validity(ring)})"
+                )
         outer = shapely.Polygon(_ring(self.loops[0], 64))
         for loop in self.loops[1:]:
             if not self.exterior and outer.disjoint(shapely.Polygon(_ring(loop, 64))):
                 places = f"{shown(self.loops[0][0].start)} and {shown(loop[0].start)}"
-                raise InputError(f"geometry: two separate pieces, at {places}; a hole lies outside, or "
-                                 "each piece is to be a [[body]] of its own")  # fmt: skip
-        raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
+                raise InputError(
+                    f"geometry: two separate pieces, at {places}; a hole lies outside, or "
+                    "each piece is to be a [[body]] of its own"
+                )
+        raise InputError(
+            f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})"
+        )
 
 
 def as_outline(boundary: object, what: str) -> Outline:
@@ -254,7 +295,8 @@ def as_outline(boundary: object, what: str) -> Outline:
 
 
 def round_loops(counts: Sequence[int]) -> tuple[Index, Index]:
-    """Who comes before and who after each member of loops of so many members, numbered one loop after another."""
+    """Who comes before and who after each member of loops of so many members, numbered one loop
+    after another."""
     first = np.concatenate([[0], np.cumsum(counts)])
     before, after = np.arange(first[-1]) - 1, np.arange(first[-1]) + 1
     before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
@@ -262,9 +304,12 @@ def round_loops(counts: Sequence[int]) -> tuple[Index, Index]:
 
 
 def _ring(loop: Sequence[Side], points_per_arc: int) -> Array:
-    """Corners of the loop, with points along its arcs (the first of each side, the last one is the next side's)."""
+    """Corners of the loop, with points along its arcs (the first of each side, the last one is the
+    next side's)."""
     arcs = np.linspace(0.0, 1.0, points_per_arc)[:-1]
-    return np.vstack([side.start[None] if side.curvature == 0.0 else side.point(arcs) for side in loop])
+    return np.vstack(
+        [side.start[None] if side.curvature == 0.0 else side.point(arcs) for side in loop]
+    )
 
 
 def _joined(loop: tuple[Side, ...]) -> tuple[Side, ...]:
@@ -273,38 +318,55 @@ def _joined(loop: tuple[Side, ...]) -> tuple[Side, ...]:
     for side in loop[1:]:
         before = result[-1]
         alpha = before.half_angle + side.half_angle
-        if before.part != side.part or not _goes_on(before, side) or abs(alpha) > 0.25 * math.pi + RUNS_ON:
+        if (
+            before.part != side.part
+            or not _goes_on(before, side)
+            or abs(alpha) > 0.25 * math.pi + RUNS_ON
+        ):
             result.append(side)
             continue
         chord = float(np.hypot(*(side.end - before.start)))
-        result[-1] = Side(before.start, side.end, side.part, 2.0 * math.sin(alpha) / chord if alpha else 0.0)
+        result[-1] = Side(
+            before.start, side.end, side.part, 2.0 * math.sin(alpha) / chord if alpha else 0.0
+        )
     return tuple(result)
 
 
 def _goes_on(before: Side, side: Side) -> bool:
     """Whether a side has the direction and the curvature with which the one before it ends."""
     chords = [complex(*(one.end - one.start)) for one in (before, side)]
-    ends = chords[0] * cmath.exp(1j * before.half_angle), chords[1] * cmath.exp(-1j * side.half_angle)
+    ends = (
+        chords[0] * cmath.exp(1j * before.half_angle),
+        chords[1] * cmath.exp(-1j * side.half_angle),
+    )
     turn = abs(cmath.phase(ends[1] / ends[0]))
-    return turn < RUNS_ON and abs(before.curvature - side.curvature) * min(map(abs, chords)) < RUNS_ON
+    return (
+        turn < RUNS_ON and abs(before.curvature - side.curvature) * min(map(abs, chords)) < RUNS_ON
+    )
 
 
 def hull_scale(points: Array) -> float:
-    """1/24 of the perimeter of the convex hull of points (n, 2), see `Outline.log_length` [length]."""
+    """1/24 of the perimeter of the convex hull of points (n, 2), see `Outline.log_length`
+    [length]."""
     import shapely
 
     return float(shapely.MultiPoint(points).convex_hull.length) / HULL
 
 
-def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tuple[tuple[Side, ...], ...]:
-    """The loops with the largest first and counter-clockwise, the others (holes) clockwise; `exterior`: all clockwise."""
+def oriented(
+    loops: Sequence[Sequence[Side]], *, exterior: bool = False
+) -> tuple[tuple[Side, ...], ...]:
+    """The loops with the largest first and counter-clockwise, the others (holes) clockwise;
+    `exterior`: all clockwise."""
     areas = [signed_area(_ring(loop, 64)) for loop in loops]
     order = sorted(range(len(loops)), key=lambda k: -abs(areas[k]))
     turned = []
     for rank, k in enumerate(order):
         wanted = 1.0 if rank == 0 and not exterior else -1.0
         loop = list(loops[k])
-        turned.append(tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)]))
+        turned.append(
+            tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)])
+        )
     return tuple(turned)
 
 

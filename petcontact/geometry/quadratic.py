@@ -1,4 +1,5 @@
-"""Quadratic triangles and quadrilaterals in space: positions, derivatives, nearest points, folds."""
+"""Quadratic triangles and quadrilaterals in space: positions, derivatives, nearest points,
+folds."""
 
 from __future__ import annotations
 
@@ -9,18 +10,23 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..frozen import frozen
 
-REFERENCE = {3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
-             4: np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])}  # fmt: skip
+REFERENCE = {
+    3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+    4: np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]),
+}
 """Corners of the reference elements, by their number."""
-WALLS = {3: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]]), np.array([0.0, 0.0, 1.0])),
-         4: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(4))}  # fmt: skip
+WALLS = {
+    3: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]]), np.array([0.0, 0.0, 1.0])),
+    4: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(4)),
+}
 """Outward normals N and bounds c of the sides of the reference elements: inside is N ξ <= c."""
 SAMPLES = 5
 """Points in each direction at which a panel is looked at."""
 ACROSS = 0.2
 """Weight of the distance across a tangent plane in `QuadraticCells.bend`."""
 STEPS, SHORT, TIGHT = 20, 1e-9, 1e-12
-"""Newton's steps to a foot, the step with which they end, and the distance from a side within which a point is on it."""
+"""Newton's steps to a foot, the step with which they end, and the distance from a side within which
+a point is on it."""
 
 
 @functools.cache
@@ -30,14 +36,17 @@ def _shape_functions(corners: int) -> Array:
     points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), middle])
     powers = np.array([(i, j) for i in range(3) for j in range(3) if corners == 4 or i + j <= 2])
     result = np.zeros((9, len(points)))
-    result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(np.prod(points[:, None] ** powers, axis=2))
+    result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(
+        np.prod(points[:, None] ** powers, axis=2)
+    )
     # 0, 1, ½ and ¼ are what these are
     return np.asarray(np.round(4.0 * result) / 4.0)
 
 
 @functools.cache
 def samples(corners: int) -> Array:
-    """Points (q, 2) spread evenly over a reference element, its corners and the middles of its sides among them."""
+    """Points (q, 2) spread evenly over a reference element, its corners and the middles of its
+    sides among them."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + TIGHT])
@@ -65,8 +74,10 @@ def position(shape: Array, local: Array) -> tuple[Array, Array]:
     power = np.stack([np.ones_like(local), local, local**2], axis=-1)
     slope = np.stack([np.zeros_like(local), np.ones_like(local), 2.0 * local], axis=-1)
     xi, eta, along, up = power[..., 0, :], power[..., 1, :], slope[..., 0, :], slope[..., 1, :]
-    parts = [(a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ shape
-             for a, b in ((xi, eta), (along, eta), (xi, up))]  # fmt: skip
+    parts = [
+        (a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ shape
+        for a, b in ((xi, eta), (along, eta), (xi, up))
+    ]
     return parts[0], np.stack(parts[1:], axis=-2)
 
 
@@ -77,8 +88,8 @@ class QuadraticCells:
     Attributes
     ----------
     points : (n, 6 or 9, 3) array
-        Corners, counter-clockwise seen from outside the body, middles of the sides 01, 12, ..., and the middle of
-        quadrilaterals, in Gmsh's order [length].
+        Corners, counter-clockwise seen from outside the body, middles of the sides 01, 12, ..., and
+        the middle of quadrilaterals, in Gmsh's order [length].
     """
 
     points: Array
@@ -100,7 +111,8 @@ class QuadraticCells:
 
     @functools.cached_property
     def distortion(self) -> Array:
-        """Largest over smallest area factor of each panel, (n,) [-]; infinite where it is folded."""
+        """Largest over smallest area factor of each panel, (n,) [-]; infinite where it is
+        folded."""
         _, along = self.at(self.each(samples(self.n_corners)))
         area = np.cross(along[:, :, 0], along[:, :, 1])
         factor = np.sum(area * area.mean(axis=1, keepdims=True), axis=2)
@@ -112,9 +124,10 @@ class QuadraticCells:
     def bend(self) -> Array:
         """How far each panel leaves its tangent planes, (n,) [-].
 
-        The largest distance, over samples as feet, of corners and middles of sides from where the foot's tangent plane puts
-        them, over their distance from the foot. What lies across the plane counts a fifth: it moves the zeros of |y - foot|
-        across the ray, where they harm quadrature less than beyond its end.
+        The largest distance, over samples as feet, of corners and middles of sides from where the
+        foot's tangent plane puts them, over their distance from the foot. What lies across the
+        plane counts a fifth: it moves the zeros of |y - foot| across the ray, where they harm
+        quadrature less than beyond its end.
         """
         corners, feet = REFERENCE[self.n_corners], samples(self.n_corners)
         ends = np.concatenate([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])
@@ -127,7 +140,12 @@ class QuadraticCells:
         square = np.maximum(np.sum(off**2, axis=3) - (1.0 - ACROSS**2) * across**2, 0.0)
         reach = np.sum(flat**2, axis=3)
         return np.asarray(
-            np.sqrt(np.max(np.divide(square, reach, out=np.zeros_like(reach), where=reach > 0.0), axis=(1, 2)))
+            np.sqrt(
+                np.max(
+                    np.divide(square, reach, out=np.zeros_like(reach), where=reach > 0.0),
+                    axis=(1, 2),
+                )
+            )
         )
 
     def each(self, local: Array) -> Array:
@@ -135,11 +153,13 @@ class QuadraticCells:
         return np.broadcast_to(local, (len(self.points), *local.shape))
 
     def at(self, local: Array) -> tuple[Array, Array]:
-        """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q, 2, 3) [length]."""
+        """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q,
+        2, 3) [length]."""
         return position(self.shape, local)
 
     def nearest(self, x: Array) -> tuple[Array, Array]:
-        """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the distance (n,) [length].
+        """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the
+        distance (n,) [length].
 
         Newton's method from the nearest of a few points, along the sides once it has met them.
         """
@@ -154,7 +174,9 @@ class QuadraticCells:
             metric = np.einsum("nik,njk->nij", along, along)
             hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)
             # far from a minimum the metric alone leads downhill
-            convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (np.linalg.det(hessian) > 0.04 * np.linalg.det(metric))
+            convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (
+                np.linalg.det(hessian) > 0.04 * np.linalg.det(metric)
+            )
             hessian = np.where(convex[:, None, None], hessian, metric)
             step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
             active = self._active(foot, slope, step)
@@ -166,7 +188,9 @@ class QuadraticCells:
             step = np.where(count == 0, step, np.where(count == 1, slide, 0.0))
             rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
             room[active] = np.inf
-            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(axis=1)
+            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(
+                axis=1
+            )
             foot = foot + np.minimum(share, 1.0)[:, None] * step
             if np.abs(step).max(initial=0.0) < SHORT:
                 break
@@ -174,9 +198,11 @@ class QuadraticCells:
         return foot, np.linalg.norm(y - x, axis=1)
 
     def _active(self, foot: Array, slope: Array, step: Array) -> Mask:
-        """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's step would pass.
+        """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's
+        step would pass.
 
-        In a corner the sides share what pushes: those of a triangle are not at right angles in the reference coordinates.
+        In a corner the sides share what pushes: those of a triangle are not at right angles in the
+        reference coordinates.
         """
         walls, bounds = WALLS[self.n_corners]
         on, push, gram = foot @ walls.T >= bounds - TIGHT, -(slope @ walls.T), walls @ walls.T
@@ -194,4 +220,6 @@ class QuadraticCells:
         mixed = c[:, 1, 1] + 2.0 * (t * c[:, 1, 2] + s * c[:, 2, 1]) + 4.0 * s * t * c[:, 2, 2]
         first = 2.0 * (c[:, 2, 0] + t * (c[:, 2, 1] + t * c[:, 2, 2]))
         second = 2.0 * (c[:, 0, 2] + s * (c[:, 1, 2] + s * c[:, 2, 2]))
-        return np.stack([np.stack([first, mixed], axis=1), np.stack([mixed, second], axis=1)], axis=1)
+        return np.stack(
+            [np.stack([first, mixed], axis=1), np.stack([mixed, second], axis=1)], axis=1
+        )

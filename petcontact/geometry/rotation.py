@@ -14,7 +14,8 @@ Axial = float | Array
 
 
 def rotations(away: Array) -> Array:
-    """Displacement (m, d, d(d-1)/2) of points at `away` (m, d) from the centre for unit small rotations [length]."""
+    """Displacement (m, d, d(d-1)/2) of points at `away` (m, d) from the centre for unit small
+    rotations [length]."""
     planes = PLANES[away.shape[1]]
     result = np.zeros((*away.shape, len(planes)))
     for k, (i, j) in enumerate(planes):
@@ -33,7 +34,9 @@ def rigid_motions(away: Array) -> Array:
 
 def moment(x: Array, force: Array) -> Axial:
     """Moment about the origin of forces (m, d) at points (m, d)."""
-    return axial(np.array([x[:, i] @ force[:, j] - x[:, j] @ force[:, i] for i, j in PLANES[x.shape[1]]]))
+    return axial(
+        np.array([x[:, i] @ force[:, j] - x[:, j] @ force[:, i] for i, j in PLANES[x.shape[1]]])
+    )
 
 
 def axial(components: Array) -> Axial:

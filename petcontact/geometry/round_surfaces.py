@@ -1,4 +1,5 @@
-"""Spheres and cylinders: curved panels of grids of points on their parts, which are twice as fine."""
+"""Spheres and cylinders: curved panels of grids of points on their parts, which are twice as
+fine."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ FEWEST = 2
 CORE = 0.6
 """Half the width of the square in the middle of a disc over its radius."""
 RIM = 0.02
-"""Distance from the rim of a disc, over the size of a panel, within which its points belong on it."""
+"""Distance from the rim of a disc, over the size of a panel, within which its points belong on
+it."""
 ROUNDED = 0.15
 """By how much the corners of the square are drawn in: panels beside them are no wedges."""
 
@@ -33,8 +35,8 @@ class RoundSurface(Protocol):
     usual_size : float
         Of panels, where none is given [length].
     cells : callable
-        Of a size: pairs of the number of a part and points (n, 9, 3) of panels, corners, middles of the sides, middle; NaN
-        where triangles have none [length].
+        Of a size: pairs of the number of a part and points (n, 9, 3) of panels, corners, middles of
+        the sides, middle; NaN where triangles have none [length].
     """
 
     @property
@@ -87,7 +89,9 @@ class SphereSurface(SolidSurface):
     def onto(self, part: Index, points: Array) -> Array:
         """Along the radius."""
         away = points - self.centre
-        return np.asarray(self.centre + self.radius * away / np.linalg.norm(away, axis=-1, keepdims=True))
+        return np.asarray(
+            self.centre + self.radius * away / np.linalg.norm(away, axis=-1, keepdims=True)
+        )
 
 
 @frozen
@@ -143,21 +147,35 @@ class CylinderSurface(SolidSurface):
             yield 1, _quadrilaterals(self.end + disc @ across)
             yield 0, _quadrilaterals(self.start + (disc @ across).transpose(1, 0, 2))
         for turn in turns:
-            yield 2, _quadrilaterals(self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start))
+            yield (
+                2,
+                _quadrilaterals(
+                    self.start
+                    + (outer @ turn @ across)[:, None]
+                    + up[:, None] * (self.end - self.start)
+                ),
+            )
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Away from the axis, all points of the side and those on the rims of the discs; along it, those of the discs."""
+        """Away from the axis, all points of the side and those on the rims of the discs; along it,
+        those of the discs."""
         axis = (self.end - self.start) / self.height
         along = (points - self.start) @ axis
         away = points - self.start - along[..., None] * axis
         distance = np.linalg.norm(away, axis=-1, keepdims=True)
-        panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[..., None, None]
+        panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[
+            ..., None, None
+        ]
         face = np.reshape(part, (-1, *[1] * (points.ndim - 1)))
         outside = (face == 2) | (np.abs(distance - self.radius) < RIM * panel)
-        height = np.choose(face, [np.zeros_like(distance), np.full_like(distance, self.height), along[..., None]])
+        height = np.choose(
+            face, [np.zeros_like(distance), np.full_like(distance, self.height), along[..., None]]
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(outside, self.radius / distance, 1.0)
-        return np.asarray(self.start + np.where(np.isnan(away), np.nan, height * axis) + share * away)
+        return np.asarray(
+            self.start + np.where(np.isnan(away), np.nan, height * axis) + share * away
+        )
 
     def _across(self) -> Array:
         """Two unit vectors (2, 3) across the axis, right-handed with it."""
@@ -168,7 +186,8 @@ class CylinderSurface(SolidSurface):
 
 
 GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
-"""Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides, middle."""
+"""Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides,
+middle."""
 
 
 def _quadrilaterals(x: Array) -> Array:

@@ -1,4 +1,5 @@
-"""Closed surfaces of bodies in space: boxes, and facets, flat or curved, whose orientation and closedness are checked."""
+"""Closed surfaces of bodies in space: boxes, and facets, flat or curved, whose orientation and
+closedness are checked."""
 
 from __future__ import annotations
 
@@ -15,12 +16,20 @@ from .arcs import check_digits
 from .crossings import first_crossing, winding
 from .quadratic import QuadraticCells
 
-BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}
+BOX_PARTS = {
+    "left": (0, 0),
+    "right": (0, 1),
+    "front": (1, 0),
+    "back": (1, 1),
+    "bottom": (2, 0),
+    "top": (2, 1),
+}
 """Axis and side of each face of a box."""
 SLIVER = 1e-4
 """Smallest height of a facet over its longest edge."""
 TURNED = np.array([[2, 1, 0, 3, 4], [3, 2, 1, 0, 4]])
-"""Middles of the sides of triangles and quadrilaterals whose corners are run through in the other direction."""
+"""Middles of the sides of triangles and quadrilaterals whose corners are run through in the other
+direction."""
 SAME = 1e-10
 """Points closer than this fraction of the surface's size are one point given twice."""
 
@@ -38,7 +47,8 @@ class Boundary(Protocol):
     exterior : bool
         Whether the body is what lies outside.
     closed : bool
-        Whether it is all of the boundary of a finite body, on which tractions are in equilibrium with the loads inside.
+        Whether it is all of the boundary of a finite body, on which tractions are in equilibrium
+        with the loads inside.
     """
 
     @property
@@ -76,13 +86,15 @@ class SolidSurface:
     exact: ClassVar[bool] = False
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are where none is known."""
+        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are
+        where none is known."""
         return points
 
 
 @frozen
 class BoxSurface(SolidSurface):
-    """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
+    """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top
+    z+ [length]."""
 
     lower: Array
     upper: Array
@@ -112,8 +124,8 @@ class FacetSurface(SolidSurface):
         Number of each facet's part in `parts`.
     parts : tuple of str
     middles : (k, 5) int array, optional
-        Of curved facets the middles of the sides, from the one after the first corner on, and of quadrilaterals the point
-        in the middle; else -1.
+        Of curved facets the middles of the sides, from the one after the first corner on, and of
+        quadrilaterals the point in the middle; else -1.
     """
 
     points: Array
@@ -138,8 +150,8 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     Raises
     ------
     InputError
-        If it is open, facets meet more than in pairs, points are doubled, facets are slivers, folded or cross, or it
-        encloses separate pieces; one line that says
+        If it is open, facets meet more than in pairs, points are doubled, facets are slivers,
+        folded or cross, or it encloses separate pieces; one line that says
         where, beginning with `source`.
     """
     cells = np.column_stack([surface.facets, surface.middles])
@@ -165,8 +177,11 @@ def _check_points(points: Array, source: str) -> None:
     tree = scipy.spatial.cKDTree(points)
     pairs = tree.query_pairs(SAME * size, output_type="ndarray")
     if len(pairs):
-        raise InputError(f"{source}: {_text(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such pairs); "
-                         "join duplicate nodes (Gmsh: Coherence Mesh)")  # fmt: skip
+        raise InputError(
+            f"{source}: {_text(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "
+            f"pairs); "
+            "join duplicate nodes (Gmsh: Coherence Mesh)"
+        )
 
 
 def _check_shapes(points: Array, cells: Index, source: str) -> None:
@@ -181,16 +196,23 @@ def _check_shapes(points: Array, cells: Index, source: str) -> None:
     height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / longest[owner]
     worst = int(np.argmin(height / longest[owner]))
     if not height[worst] > SLIVER * longest[owner[worst]]:
-        raise InputError(f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, its height "
-                         f"below {SLIVER:g} of its longest edge")  # fmt: skip
+        raise InputError(
+            f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, "
+            f"its height "
+            f"below {SLIVER:g} of its longest edge"
+        )
     folded = folded_cells(points, cells)
     if len(folded):
-        raise InputError(f"{source}: the curved cell at {_text(corners[folded[0]].mean(axis=0))} is folded or turned inside "
-                         f"out between its nodes ({len(folded)} such cells)")  # fmt: skip
+        raise InputError(
+            f"{source}: the curved cell at {_text(corners[folded[0]].mean(axis=0))} is folded or "
+            f"turned inside "
+            f"out between its nodes ({len(folded)} such cells)"
+        )
 
 
 def folded_cells(points: Array, cells: Index) -> Index:
-    """Numbers of the curved cells whose area factor is zero or turns round somewhere, increasing."""
+    """Numbers of the curved cells whose area factor is zero or turns round somewhere,
+    increasing."""
     result = []
     for triangle, columns in ((True, [0, 1, 2, 4, 5, 6]), (False, list(range(9)))):
         mine = np.flatnonzero((cells[:, 4] >= 0) & ((cells[:, 3] < 0) == triangle))
@@ -200,7 +222,9 @@ def folded_cells(points: Array, cells: Index) -> Index:
 
 def _edges(facets: Index) -> tuple[Index, Index]:
     """Directed edges (e, 2) and their facets (e,)."""
-    following = np.where(np.roll(facets, -1, axis=1) >= 0, np.roll(facets, -1, axis=1), facets[:, :1])
+    following = np.where(
+        np.roll(facets, -1, axis=1) >= 0, np.roll(facets, -1, axis=1), facets[:, :1]
+    )
     real = facets >= 0
     owner = np.broadcast_to(np.arange(len(facets))[:, None], facets.shape)
     return np.column_stack([facets[real], following[real]]), owner[real]
@@ -222,25 +246,37 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
         what = "is open: one facet" if n == 1 else f"is no boundary of a body: {n} facets"
         edge = f"{_text(points[ends[k, 0]])} to {_text(points[ends[k, 1]])}"
         more = np.count_nonzero(count != 2)
-        raise InputError(f"{source}: the surface {what} at the edge from {edge}, two must meet ({more} such edges)")
+        raise InputError(
+            f"{source}: the surface {what} at the edge from {edge}, two must meet ({more} such "
+            f"edges)"
+        )
     one, other = owner[starts], owner[starts + 1]
-    way = np.where(middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T).T
+    way = np.where(
+        middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T
+    ).T
     apart = np.linalg.norm(way[starts] - way[starts + 1], axis=1)
     gaping = np.flatnonzero(apart > SAME * np.ptp(points, axis=0).max())
     if len(gaping):
         a, b = points[ends[starts[gaping[0]]]]
-        raise InputError(f"{source}: the surface is open at the edge from {_text(a)} to {_text(b)}: its two facets have "
-                         f"different points in the middle of it ({len(gaping)} such edges)")  # fmt: skip
+        raise InputError(
+            f"{source}: the surface is open at the edge from {_text(a)} to {_text(b)}: its two "
+            f"facets have "
+            f"different points in the middle of it ({len(gaping)} such edges)"
+        )
     agree = edges[starts, 0] != edges[starts + 1, 0]
     n = len(facets)
-    # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else opposite ones
+    # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else
+    # opposite ones
     rows = np.concatenate([one, one + n])
     columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
     graph_of = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
     count_of, label = scipy.sparse.csgraph.connected_components(graph_of)
     if np.any(label[:n] == label[n:]):
         k = int(np.argmax(label[:n] == label[n:]))
-        raise InputError(f"{source}: the surface has one side only (like a Moebius strip) at {_text(points[facets[k, 0]])}")
+        raise InputError(
+            f"{source}: the surface has one side only (like a Moebius strip) at "
+            f"{_text(points[facets[k, 0]])}"
+        )
     seen = np.full(count_of, -1)
     for k in range(n):
         # the first facet of a component stays as it is
@@ -267,10 +303,23 @@ def _components(facets: Index) -> Index:
     return np.asarray(np.unique(label, return_inverse=True)[1])
 
 
-CUTS = {(3, False): ((0, 1, 2),), (4, False): ((0, 1, 2), (0, 2, 3)),
-        (3, True): ((0, 4, 6), (4, 1, 5), (6, 5, 2), (4, 5, 6)),
-        (4, True): ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 8), (5, 6, 8), (6, 7, 8), (7, 4, 8))}  # fmt: skip
-"""Flat triangles that stand for a facet of some corners, curved or not, by its corners and middles."""
+CUTS = {
+    (3, False): ((0, 1, 2),),
+    (4, False): ((0, 1, 2), (0, 2, 3)),
+    (3, True): ((0, 4, 6), (4, 1, 5), (6, 5, 2), (4, 5, 6)),
+    (4, True): (
+        (0, 4, 7),
+        (4, 1, 5),
+        (5, 2, 6),
+        (6, 3, 7),
+        (4, 5, 8),
+        (5, 6, 8),
+        (6, 7, 8),
+        (7, 4, 8),
+    ),
+}
+"""Flat triangles that stand for a facet of some corners, curved or not, by its corners and
+middles."""
 
 
 def _triangles(cells: Index) -> tuple[Index, Index]:
@@ -291,8 +340,12 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     for body in range(int(bodies.max()) + 1):
         mine = bodies == body
         triangles = _triangles(cells[mine])[0]
-        inside = sum(winding(points[_triangles(cells[bodies == other])[0]], points[triangles[0, :1]])[0] > 0.5
-                     for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
+        inside = sum(
+            winding(points[_triangles(cells[bodies == other])[0]], points[triangles[0, :1]])[0]
+            > 0.5
+            for other in range(int(bodies.max()) + 1)
+            if other != body
+        )
         if not inside % 2:
             outer.append(points[triangles[0, 0]])
         a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
@@ -300,8 +353,11 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
         if (volume > 0.0) == bool(inside % 2):
             result[mine] = _reversed(cells[mine])
     if len(outer) > 1:
-        raise InputError(f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; a body is "
-                         "one piece: make a file and a [[body]] of each")  # fmt: skip
+        raise InputError(
+            f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; "
+            f"a body is "
+            "one piece: make a file and a [[body]] of each"
+        )
     return result
 
 

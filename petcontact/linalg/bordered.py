@@ -1,4 +1,5 @@
-"""Systems [[A, B], [C, 0]] with few columns B and rows C, A by its products, arrays of any shape for vectors."""
+"""Systems [[A, B], [C, 0]] with few columns B and rows C, A by its products, arrays of any shape
+for vectors."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ Map = Callable[[Array], Array]
 
 
 class Elimination:
-    """y and c with A y + B c = rhs and C y = work, by an inverse of A that need not be exact: C y = work whatever it is.
+    """y and c with A y + B c = rhs and C y = work, by an inverse of A that need not be exact: C y =
+    work whatever it is.
 
     Parameters
     ----------
@@ -39,7 +41,8 @@ class Elimination:
 
 
 class BorderedKrylov(SolverFront):
-    """A KSP of a prefix (GMRES unless the options say otherwise), preconditioned by an inverse of A.
+    """A KSP of a prefix (GMRES unless the options say otherwise), preconditioned by an inverse of
+    A.
 
     Parameters
     ----------
@@ -51,15 +54,26 @@ class BorderedKrylov(SolverFront):
         As of `Krylov`.
     """
 
-    def __init__(self, shape: tuple[int, ...], most: int, prefix: str, comm: Any = None, text: str = "") -> None:
+    def __init__(
+        self, shape: tuple[int, ...], most: int, prefix: str, comm: Any = None, text: str = ""
+    ) -> None:
         self._shape, self._n = shape, math.prod(shape)
         self._size = self._n + most
         self._solver = Krylov((self._size,), prefix, comm, text)
 
     def solve(
-        self, product: Map, inverse: Map, columns: Array, rows: Array, rhs: Array, work: Array, floor: float, rtol: float
-    ) -> tuple[Array, Array]:  # fmt: skip
-        """y and c as of `Elimination`; C y = work to round-off. `floor` is a residual that is round-off already."""
+        self,
+        product: Map,
+        inverse: Map,
+        columns: Array,
+        rows: Array,
+        rhs: Array,
+        work: Array,
+        floor: float,
+        rtol: float,
+    ) -> tuple[Array, Array]:
+        """y and c as of `Elimination`; C y = work to round-off. `floor` is a residual that is
+        round-off already."""
         n, q, shape = self._n, len(work), self._shape
         eliminated, flat = Elimination(inverse, columns, rows), rows.reshape(q, n)
 

@@ -1,4 +1,5 @@
-"""Solves with a dense matrix that is written anew now and then: by LAPACK, or by a KSP over any number of ranks."""
+"""Solves with a dense matrix that is written anew now and then: by LAPACK, or by a KSP over any
+number of ranks."""
 
 from __future__ import annotations
 
@@ -46,9 +47,15 @@ class LapackSolver:
         SolverError
             If the matrix is singular.
         """
-        lu, pivots, info = scipy.linalg.lapack.dgetrf(self._matrix.T, overwrite_a=True)  # of the transposed: no copy
+        lu, pivots, info = scipy.linalg.lapack.dgetrf(
+            self._matrix.T, overwrite_a=True
+        )  # of the transposed: no copy
         if info > 0:
-            raise SolverError("iterate", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
+            raise SolverError(
+                "iterate",
+                f"zero pivot in LU (row {info})",
+                "the matrix is singular: is the body fixed?",
+            )
         self._lu = lu, pivots
 
     def solve(self, rhs: Array) -> Array:
@@ -61,7 +68,9 @@ class LapackSolver:
         """
         solution = np.asarray(scipy.linalg.lapack.dgetrs(*self._lu, rhs, trans=1)[0])
         if not np.isfinite(solution).all():
-            raise SolverError("iterate", "the solution is not finite", "look at the data and the mesh")
+            raise SolverError(
+                "iterate", "the solution is not finite", "look at the data and the mesh"
+            )
         return solution
 
     def close(self) -> None:
@@ -103,7 +112,11 @@ class KspSolver(SolverFront):
         right.setArray(rhs[first:last])
         self._solver.solve(right, solution)
         own = np.array(solution.getArray(readonly=True))
-        return own if self._comm.getSize() == 1 else np.concatenate(self._comm.tompi4py().allgather(own))
+        return (
+            own
+            if self._comm.getSize() == 1
+            else np.concatenate(self._comm.tompi4py().allgather(own))
+        )
 
     def close(self) -> None:
         """Free every PETSc object."""

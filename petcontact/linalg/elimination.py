@@ -17,12 +17,16 @@ from ..runtime.threads import SMALL
 
 PANEL, BLOCK = 32, 128
 """Columns of native/lu.c."""
-_forth, _back = native.function("petcontact_lu", "ppiippppp"), native.function("petcontact_back", "piipiipp")
+_forth, _back = (
+    native.function("petcontact_lu", "ppiippppp"),
+    native.function("petcontact_back", "piipiipp"),
+)
 
 
 class Elimination:
-    """x = A⁻¹ (b s + B y): LU with some unknowns last, known after forward substitution and a small solve, at half the
-    price of all; the others follow from one back substitution for each y that asks for them.
+    """x = A⁻¹ (b s + B y): LU with some unknowns last, known after forward substitution and a small
+    solve, at half the price of all; the others follow from one back substitution for each y that
+    asks for them.
 
     Parameters
     ----------
@@ -61,7 +65,11 @@ class Elimination:
         self._by_panels = n <= SMALL and system.flags.f_contiguous and _routines() is not None
         half_solved, info = self._factored(system, rhs)
         if info > 0:
-            raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
+            raise SolverError(
+                "factor",
+                f"zero pivot in LU (row {info})",
+                "the matrix is singular: is the body fixed?",
+            )
         self._forward, self._load = half_solved[:, :m], half_solved[:, m:]
         self.influence, self.at_rest = np.split(self._corner_solved(half_solved), [m], axis=1)
 
@@ -79,7 +87,8 @@ class Elimination:
         return other
 
     def _factored(self, system: Array, rhs: Array) -> tuple[Array, int]:
-        """L⁻¹ P rhs in its place, with L and U in that of the system, and the row of a zero pivot, from 1 on, or 0."""
+        """L⁻¹ P rhs in its place, with L and U in that of the system, and the row of a zero pivot,
+        from 1 on, or 0."""
         if not self._by_panels:
             self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
             return self._half_solved(rhs), info
@@ -90,7 +99,11 @@ class Elimination:
         """As `_factored`, of a matrix that may be factored already."""
         assert _forth is not None
         (n, width), (factor, product) = rhs.shape, _routines() or (None, None)
-        rhs, info, work = np.asfortranarray(rhs), np.empty(1, dtype=np.int64), np.empty(PANEL * (BLOCK + n + width))
+        rhs, info, work = (
+            np.asfortranarray(rhs),
+            np.empty(1, dtype=np.int64),
+            np.empty(PANEL * (BLOCK + n + width)),
+        )
         matrix, columns, *others = map(native.pointer, (self._lu, rhs, self._swaps, info, work))
         _forth(matrix, columns, n, width, *others, None if factored else factor, product)
         return rhs, int(info[0])
@@ -100,14 +113,20 @@ class Elimination:
         if self._by_panels:
             return self._panel_by_panel(rhs, factored=True)[0]
         swapped = scipy.linalg.lapack.dlaswp(rhs, self._swaps, overwrite_a=True)
-        return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
+        return np.asarray(
+            scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1)
+        )
 
     def _corner_solved(self, half_solved: Array) -> Array:
         """The unknowns that are kept."""
         inner = len(self._order) - len(self._kept)
-        answer = self._back_solved(self._lu[inner:, inner:], half_solved[inner:])[self._kept - inner]
+        answer = self._back_solved(self._lu[inner:, inner:], half_solved[inner:])[
+            self._kept - inner
+        ]
         if not np.isfinite(answer).all():
-            raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
+            raise SolverError(
+                "factor", "the solution is not finite", "look at the data and the mesh"
+            )
         return np.asarray(answer)
 
     def _back_solved(self, upper: Array, half_solved: Array) -> Array:
@@ -122,7 +141,8 @@ class Elimination:
         return result
 
     def unknowns(self, shares: Array, y: Array) -> Array:
-        """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several columns."""
+        """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several
+        columns."""
         rhs = self._load @ shares + self._forward @ y
         result = np.empty_like(rhs)
         if rhs.ndim == 1:
@@ -134,7 +154,8 @@ class Elimination:
 
 @functools.cache
 def _routines() -> tuple[int, int] | None:
-    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; None where they are not, or take other integers."""
+    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; None where they are not, or
+    take other integers."""
     from scipy.linalg import cython_blas, cython_lapack
 
     capsules: list[Any] = [cython_lapack.__pyx_capi__["dgetrf"], cython_blas.__pyx_capi__["dgemm"]]
@@ -144,5 +165,7 @@ def _routines() -> tuple[int, int] | None:
     names = [name_of(capsule) for capsule in capsules]
     if _forth is None or any(b"int *" not in name for name in names):
         return None
-    factor, product = (address_of(capsule, name) for capsule, name in zip(capsules, names, strict=True))
+    factor, product = (
+        address_of(capsule, name) for capsule, name in zip(capsules, names, strict=True)
+    )
     return factor, product

@@ -1,7 +1,8 @@
 """Equations with I + ρS for many ρ: S in Hessenberg's form once, then O(n²) for each.
 
-S = Q H Qᵀ with Q orthogonal and H zero below its first subdiagonal costs about eight LUs; I + ρS = Q (I + ρH) Qᵀ is then
-solved by combining neighbouring columns (Henry, "The shifted Hessenberg system solve computation", 1994).
+S = Q H Qᵀ with Q orthogonal and H zero below its first subdiagonal costs about eight LUs; I + ρS =
+Q (I + ρH) Qᵀ is then solved by combining neighbouring columns (Henry, "The shifted Hessenberg
+system solve computation", 1994).
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ class HessenbergForm:
         y = rhs @ self._basis
         self._solve(rho, y)
         if not np.isfinite(y).all():
-            raise SolverError("iterate", "the solution is not finite", "look at the data and the mesh")
+            raise SolverError(
+                "iterate", "the solution is not finite", "look at the data and the mesh"
+            )
         x, product = np.array([y, y @ self._columns]) @ self._basis.T
         return x, product
 
@@ -51,7 +54,9 @@ class HessenbergForm:
         n = len(b)
         if _compiled is not None:
             work = np.empty(3 * n)
-            _compiled(native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work))
+            _compiled(
+                native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work)
+            )
             return
         carried, factor, swapped = rho * self._columns[-1], np.zeros(n), np.zeros(n, dtype=bool)
         carried[-1] += 1.0

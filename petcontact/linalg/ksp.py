@@ -1,4 +1,5 @@
-"""One KSP with petcontact's defaults: every linear solve goes through here, and none fails silently."""
+"""One KSP with petcontact's defaults: every linear solve goes through here, and none fails
+silently."""
 
 from __future__ import annotations
 
@@ -7,7 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, SolverError
-from ..runtime.petsc import given_options, has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.petsc import (
+    given_options,
+    has_scalapack,
+    options_error,
+    petsc,
+    reason_name,
+    solver_error,
+)
 from ..runtime.world import of_petsc
 from .row_layout import redistribute
 
@@ -18,14 +26,18 @@ EXACT = ("lu", "cholesky", "svd", "redundant")
 
 def is_asked_for(prefix: str) -> bool:
     """Whether options speak of the KSP of a prefix; -help is one, which lists what there is."""
-    return any(name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_")) for name in given_options())
+    return any(
+        name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_"))
+        for name in given_options()
+    )
 
 
 class LinearSolver:
     """A PETSc KSP over one operator that may be replaced, with checked outcomes.
 
-    It is created, and its options are read, when it is first needed: options of a KSP that never solves count as unused.
-    A preconditioner that does not solve by itself takes GMRES, unless another method is asked for.
+    It is created, and its options are read, when it is first needed: options of a KSP that never
+    solves count as unused. A preconditioner that does not solve by itself takes GMRES, unless
+    another method is asked for.
 
     Parameters
     ----------
@@ -44,17 +56,30 @@ class LinearSolver:
     Raises
     ------
     InputError
-        From the first solve, if an option has a value that PETSc refuses, or `preonly` goes with an inexact preconditioner.
+        From the first solve, if an option has a value that PETSc refuses, or `preonly` goes with an
+        inexact preconditioner.
     SolverError
         From the solves, if the KSP ends with a negative reason or the solution is not finite.
     """
 
     def __init__(
-        self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu",
+        self,
+        comm: Any,
+        prefix: str,
+        stage: str,
+        *,
+        in_place: bool = False,
+        ksp_type: str = "preonly",
+        pc_type: str = "lu",
         context: Any = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm, self._prefix, self._in_place, self._context = of_petsc(comm), prefix, in_place, context
+        self._comm, self._prefix, self._in_place, self._context = (
+            of_petsc(comm),
+            prefix,
+            in_place,
+            context,
+        )
         self._types = (ksp_type, pc_type)
         self._ksp: Any = None
         self._converted: Any = None
@@ -73,7 +98,11 @@ class LinearSolver:
     @property
     def kind(self) -> str:
         """KSP and PC by their types; empty as long as nothing was solved."""
-        return "" if self._ksp is None else f"KSP {self._ksp.getType()}, PC {self._ksp.getPC().getType()}"
+        return (
+            ""
+            if self._ksp is None
+            else f"KSP {self._ksp.getType()}, PC {self._ksp.getPC().getType()}"
+        )
 
     def _configure(self, ksp: Any) -> None:
         pc, database = ksp.getPC(), petsc().Options(self._prefix)
@@ -88,13 +117,18 @@ class LinearSolver:
         elif ksp.getType() == "preonly" and name not in EXACT:
             if database.hasName("ksp_type"):
                 raise InputError(
-                    f"-{self._prefix}ksp_type preonly: needs a preconditioner that solves by itself (-{self._prefix}pc_type "
+                    f"-{self._prefix}ksp_type preonly: needs a preconditioner that solves by "
+                    f"itself (-{self._prefix}pc_type "
                     f"lu); with -{self._prefix}pc_type {name} use -{self._prefix}ksp_type gmres"
                 )
             ksp.setType("gmres")
             ksp.setFromOptions()
         # any other KSP needs the matrix itself
-        if self._in_place and self._comm.getSize() == 1 and (ksp.getType(), name) == ("preonly", "lu"):
+        if (
+            self._in_place
+            and self._comm.getSize() == 1
+            and (ksp.getType(), name) == ("preonly", "lu")
+        ):
             if not database.hasName("pc_factor_mat_solver_type"):
                 pc.setFactorSolverType("petsc")
             if not database.hasName("pc_factor_in_place"):
@@ -103,11 +137,16 @@ class LinearSolver:
     def set_operator(self, matrix: Any) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve.
 
-        A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of PETSc does by itself.
-        Where PETSc lacks ScaLAPACK, or has not a row for each rank, every rank factors a copy.
+        A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of
+        PETSc does by itself. Where PETSc lacks ScaLAPACK, or has not a row for each rank, every
+        rank factors a copy.
         """
         self._drop_converted()
-        if self._comm.getSize() > 1 and matrix.getType() == "mpidense" and self.ksp.getPC().getType() == "lu":
+        if (
+            self._comm.getSize() > 1
+            and matrix.getType() == "mpidense"
+            and self.ksp.getPC().getType() == "lu"
+        ):
             if has_scalapack() and self._in_even_blocks(matrix.getSize()[0]):
                 self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
             else:
@@ -135,16 +174,20 @@ class LinearSolver:
             solution = rhs.duplicate()
             self._guard(lambda: (self.ksp.setUp(), self.ksp.getPC().matApply(rhs, solution)))
         if not np.isfinite(solution.norm()):
-            raise SolverError(self.stage, "the solution is not finite", "look at the data and the mesh")
+            raise SolverError(
+                self.stage, "the solution is not finite", "look at the data and the mesh"
+            )
         return solution
 
     def _in_even_blocks(self, count: int) -> bool:
-        """Whether ScaLAPACK can share out rows or columns: equal blocks, the last rank's may be smaller."""
+        """Whether ScaLAPACK can share out rows or columns: equal blocks, the last rank's may be
+        smaller."""
         size = int(self._comm.getSize())
         return (size - 1) * -(-count // size) <= count
 
     def _solve_converted(self, rhs: Any, solution: Any) -> None:
-        """ScaLAPACK's matrices have a layout of their own, whatever that of the matrix they came from."""
+        """ScaLAPACK's matrices have a layout of their own, whatever that of the matrix they came
+        from."""
         x, b = self._converted.createVecs()
         ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(b.getOwnershipRange())
         b.setArray(redistribute(rhs.getArray(readonly=True), ours, theirs, self._comm))
@@ -158,7 +201,12 @@ class LinearSolver:
         module = petsc()
         blocks = rhs.convert("scalapack", module.Mat())
         solution = blocks.duplicate()
-        self._guard(lambda: (self.ksp.setUp(), self.ksp.getPC().getFactorMatrix().matSolve(blocks, solution)))
+        self._guard(
+            lambda: (
+                self.ksp.setUp(),
+                self.ksp.getPC().getFactorMatrix().matSolve(blocks, solution),
+            )
+        )
         even = solution.convert("dense", module.Mat())
         result = rhs.duplicate()
         ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(even.getOwnershipRange())
@@ -203,20 +251,30 @@ class LinearSolver:
     def _check(self, solution: Any) -> None:
         self.reason = self.ksp.getConvergedReason()
         if self.reason < 0:
-            name = f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after {self.iterations} iterations"
+            name = (
+                f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after "
+                f"{self.iterations} iterations"
+            )
             ours = f"-{self._prefix}"
             # what is known by its products only has no LU
             by_products = self.ksp.getOperators()[0].getType() == "python"
-            other = "-bem_mat_type dense" if by_products else f"{ours}ksp_type preonly {ours}pc_type lu"
-            raise SolverError(self.stage, name, f"try {other}, or look with {ours}ksp_monitor_true_residual")
+            other = (
+                "-bem_mat_type dense" if by_products else f"{ours}ksp_type preonly {ours}pc_type lu"
+            )
+            raise SolverError(
+                self.stage, name, f"try {other}, or look with {ours}ksp_monitor_true_residual"
+            )
         if solution is not None and not np.isfinite(solution.norm()):
             raise SolverError(
-                self.stage, "the solution is not finite (KSP_DIVERGED_NANORINF)", "look at the data and the mesh"
+                self.stage,
+                "the solution is not finite (KSP_DIVERGED_NANORINF)",
+                "look at the data and the mesh",
             )
 
 
 def _use_in_place(pc: Any, prefix: str) -> None:
-    """petsc4py has no call for PCFactorSetUseInPlace: the option is set for this one PC and removed again."""
+    """petsc4py has no call for PCFactorSetUseInPlace: the option is set for this one PC and removed
+    again."""
     database = petsc().Options()
     key = f"{prefix}pc_factor_in_place"
     database.setValue(key, "true")

@@ -1,4 +1,5 @@
-"""A PETSc KSP over functions of whole vectors: the ranks share its vectors, or every rank iterates alike."""
+"""A PETSc KSP over functions of whole vectors: the ranks share its vectors, or every rank iterates
+alike."""
 
 from __future__ import annotations
 
@@ -32,7 +33,9 @@ class Krylov(SolverFront):
         What `-ksp_view` says of the matrix and of the preconditioner.
     """
 
-    def __init__(self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = "") -> None:
+    def __init__(
+        self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = ""
+    ) -> None:
         comm, size = of_petsc(OneRank() if comm is None else comm), math.prod(shape)
         self._shape, self._prefix, self._text = shape, prefix, text
         self._product: Callable[[Array], Array] = np.copy
@@ -43,7 +46,12 @@ class Krylov(SolverFront):
         self._matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
         self._matrix.setUp()
         self._solver = LinearSolver(
-            comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=_Preconditioner(self)
+            comm,
+            prefix,
+            "iterate",
+            ksp_type="gmres",
+            pc_type="python",
+            context=_Preconditioner(self),
         )
         self._x, self._b = self._matrix.createVecs()
 
@@ -60,9 +68,13 @@ class Krylov(SolverFront):
         viewer.printfASCII(f"    {self._text}\n")
 
     def solve(
-        self, product: Callable[[Array], Array], precondition: Callable[[Array], Array], rhs: Array,
-        floor: float, rtol: float,
-    ) -> Array:  # fmt: skip
+        self,
+        product: Callable[[Array], Array],
+        precondition: Callable[[Array], Array],
+        rhs: Array,
+        floor: float,
+        rtol: float,
+    ) -> Array:
         """x with product(x) = rhs; `floor` is a residual that is round-off already. Collective."""
         self._product, self._precondition = product, precondition
         self._b.setArray(rhs.ravel()[self._own])

@@ -1,4 +1,5 @@
-"""Points near others: few are compared with all, many are looked for in a tree, whose library takes 20 ms to load."""
+"""Points near others: few are compared with all, many are looked for in a tree, whose library takes
+20 ms to load."""
 
 from __future__ import annotations
 
@@ -13,7 +14,9 @@ FEW = 400_000
 """Pairs up to which all distances are computed: 5 ms and 7 MB."""
 
 
-def nearest(points: Array, places: Array, count: int = 1, reach: float = np.inf) -> tuple[Array, Index]:
+def nearest(
+    points: Array, places: Array, count: int = 1, reach: float = np.inf
+) -> tuple[Array, Index]:
     """The points next to some places, nearest first.
 
     Parameters
@@ -36,10 +39,16 @@ def nearest(points: Array, places: Array, count: int = 1, reach: float = np.inf)
     ([[1.0, 2.0]], [[0, 1]])
     """
     if len(points) * len(places) > FEW:
-        distance, number = scipy.spatial.cKDTree(points).query(places, k=range(1, count + 1), distance_upper_bound=reach)
+        distance, number = scipy.spatial.cKDTree(points).query(
+            places, k=range(1, count + 1), distance_upper_bound=reach
+        )
         return np.asarray(distance), np.asarray(number)
     square = squares(points, places)
-    number = np.argsort(square, axis=1, kind="stable")[:, :count] if count > 1 else square.argmin(axis=1)[:, None]
+    number = (
+        np.argsort(square, axis=1, kind="stable")[:, :count]
+        if count > 1
+        else square.argmin(axis=1)[:, None]
+    )
     distance = np.sqrt(np.take_along_axis(square, number, axis=1))
     beyond = distance >= reach
     return np.where(beyond, np.inf, distance), np.where(beyond, len(points), number)
@@ -50,13 +59,16 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
 
     Examples
     --------
-    >>> within(np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([[1.0, 0.0], [9.0, 0.0]]), np.array([2.0, 1.0]))
+    >>> points, others = np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([[1.0, 0.0], [9.0, 0.0]])
+    >>> within(points, others, np.array([2.0, 1.0]))
     (array([0, 0]), array([0, 1]))
     """
     if len(points) * len(places) > FEW:
         found = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
         counts = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
-        number = np.fromiter(itertools.chain.from_iterable(found), dtype=np.int64, count=int(counts.sum()))
+        number = np.fromiter(
+            itertools.chain.from_iterable(found), dtype=np.int64, count=int(counts.sum())
+        )
         return np.repeat(np.arange(len(places)), counts), number
     place, number = np.nonzero(squares(points, places) <= reach[:, None] ** 2)
     return place, number

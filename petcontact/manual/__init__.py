@@ -1,6 +1,7 @@
 """The manual: Markdown, a chapter a file, and configs to start from; installed with the package.
 
-A chapter is there as soon as its file is: ORDER only says which ones are read first. Folders hold pages of a chapter.
+A chapter is there as soon as its file is: ORDER only says which ones are read first. Folders hold
+pages of a chapter.
 """
 
 from __future__ import annotations
@@ -11,10 +12,33 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 ORDER = (
-    "tutorial", "installing", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods",
-    "options", "sweeps", "fields", "fatigue", "export", "python", "paper", "verification", "cases", "accuracy",
-    "speed", "reliability", "gallery", "glossary", "extending", "changes",
-)  # fmt: skip
+    "tutorial",
+    "installing",
+    "recipes",
+    "config",
+    "contact",
+    "loads",
+    "wear",
+    "space",
+    "operators",
+    "methods",
+    "options",
+    "sweeps",
+    "fields",
+    "fatigue",
+    "export",
+    "python",
+    "paper",
+    "verification",
+    "cases",
+    "accuracy",
+    "speed",
+    "reliability",
+    "gallery",
+    "glossary",
+    "extending",
+    "changes",
+)
 SUFFIX = ".md"
 
 
@@ -29,9 +53,13 @@ def chapter(topic: str) -> str:
 
 
 def topics() -> dict[str, str]:
-    """Chapters in the order in which one would read them, others after them by name; with their titles."""
+    """Chapters in the order in which one would read them, others after them by name; with their
+    titles."""
     found = sorted(_pages(files(__package__)))
-    order = [*(name for name in ORDER if name in found), *(name for name in found if name not in ORDER)]
+    order = [
+        *(name for name in ORDER if name in found),
+        *(name for name in found if name not in ORDER),
+    ]
     return {name: _title(name) for name in order}
 
 
@@ -40,12 +68,16 @@ def pages() -> dict[str, str]:
     found = dict(topics())
     for folder in files(__package__).iterdir():
         if folder.is_dir():
-            found |= {f"{folder.name}/{name}": _title(f"{folder.name}/{name}") for name in sorted(_pages(folder))}
+            found |= {
+                f"{folder.name}/{name}": _title(f"{folder.name}/{name}")
+                for name in sorted(_pages(folder))
+            }
     return found
 
 
 def places(words: str) -> dict[str, list[tuple[int, str]]]:
-    """Lines of all pages that have these words, in any case, with their numbers; by page, that with most of them first.
+    """Lines of all pages that have these words, in any case, with their numbers; by page, that with
+    most of them first.
 
     Where no line has a word that begins like them, those count that have them inside of one.
 
@@ -57,14 +89,23 @@ def places(words: str) -> dict[str, list[tuple[int, str]]]:
     found: dict[str, list[tuple[int, str]]] = {}
     for pattern in (rf"(?<![^\W_]){re.escape(words)}", re.escape(words)):
         wanted = re.compile(pattern, re.IGNORECASE)
-        found = {name: [(k, line.strip()) for k, line in each if wanted.search(line)] for name, each in lines.items()}
+        found = {
+            name: [(k, line.strip()) for k, line in each if wanted.search(line)]
+            for name, each in lines.items()
+        }
         if any(found.values()):
             break
-    return dict(sorted(((name, hits) for name, hits in found.items() if hits), key=lambda item: -len(item[1])))
+    return dict(
+        sorted(
+            ((name, hits) for name, hits in found.items() if hits), key=lambda item: -len(item[1])
+        )
+    )
 
 
 def _pages(folder: Traversable) -> Iterator[str]:
-    return (path.name.removesuffix(SUFFIX) for path in folder.iterdir() if path.name.endswith(SUFFIX))
+    return (
+        path.name.removesuffix(SUFFIX) for path in folder.iterdir() if path.name.endswith(SUFFIX)
+    )
 
 
 def _title(name: str) -> str:

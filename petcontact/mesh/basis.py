@@ -33,7 +33,7 @@ def gauss(order: int) -> tuple[Array, Array]:
     """
     if order < 0:
         raise ValueError(f"order {order}: elements have order 0 or more")
-    nodes: tuple[Array, Array] = np.polynomial.legendre.leggauss(order + 1)  # type: ignore[no-untyped-call]
+    nodes: tuple[Array, Array] = np.polynomial.legendre.leggauss(order + 1)
     xi, weight = nodes
     xi.setflags(write=False)
     weight.setflags(write=False)
@@ -81,18 +81,20 @@ def lagrange(order: int, s: Array) -> Array:
 def lagrange_slopes(order: int, s: Array) -> Array:
     """Derivatives L_b'(s) of the same polynomials, (p+1, k)."""
     legendre_series = lagrange_coefficients(order).T
-    slopes = np.polynomial.legendre.legder(legendre_series)  # type: ignore[no-untyped-call]
+    slopes = np.polynomial.legendre.legder(legendre_series)
     return np.asarray(slopes.T @ legendre(max(order - 1, 0), np.asarray(s, dtype=np.float64)))
 
 
 @functools.cache
 def best_slopes(order: int) -> Array:
-    """Where the slope of a polynomial through the p+1 Gauss points is accurate to one order more than elsewhere.
+    """Where the slope of a polynomial through the p+1 Gauss points is accurate to one order more
+    than elsewhere.
 
-    The p zeros of P'_{p+1}: the error of the interpolation is P_{p+1} times a smooth function, up to higher orders.
+    The p zeros of P'_{p+1}: the error of the interpolation is P_{p+1} times a smooth function, up
+    to higher orders.
     """
     last = np.eye(order + 2)[order + 1]
-    zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))  # type: ignore[no-untyped-call]
+    zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))
     found: Array = np.sort(np.real(zeros))
     found.setflags(write=False)
     return found

@@ -15,7 +15,8 @@ from .pairs.ray_casting import Faces
 
 @frozen
 class Batch:
-    """Elements of one kind as the kernels see them, with the numbers of their nodes (element after element)."""
+    """Elements of one kind as the kernels see them, with the numbers of their nodes (element after
+    element)."""
 
     elements: Any
     nodes: Index
@@ -33,7 +34,8 @@ class BoundaryMesh(Protocol):
     smooth_normal : (n, d) array
         Normals of the smooth surface that the elements stand for, along which bodies touch.
     weight : (n,) array
-        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length^(d-1)].
+        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary
+        [length^(d-1)].
     element : (n,) array
         The element of each node.
     first_node : (n_elements + 1,) array
@@ -94,7 +96,8 @@ class BoundaryMesh(Protocol):
         ...
 
     def variables(self, nodes: Index) -> dict[str, Array]:
-        """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on curves."""
+        """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on
+        curves."""
         ...
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
@@ -106,12 +109,13 @@ class BoundaryMesh(Protocol):
         ...
 
     def basis_at(self, element: Index, place: Array) -> Any:
-        """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array (q, n)."""
+        """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array
+        (q, n)."""
         ...
 
     def lower_degree(self, kind: int, less: int = 1) -> Array:
-        """Polynomials of one degree `less`, or of two, at least constants: a basis (k, r), at the k nodes of an element of a
-        kind; of order 1 or more."""
+        """Polynomials of one degree `less`, or of two, at least constants: a basis (k, r), at the k
+        nodes of an element of a kind; of order 1 or more."""
         ...
 
     def batches(self) -> list[Batch]:
@@ -147,7 +151,8 @@ class Collocated:
 
     @property
     def n_nodes(self) -> int:
-        """Number of collocation nodes; the elastic system has as many unknowns a node as there are dimensions."""
+        """Number of collocation nodes; the elastic system has as many unknowns a node as there are
+        dimensions."""
         return len(self.element)
 
     @property
@@ -157,7 +162,8 @@ class Collocated:
 
     @property
     def corner_nodes(self) -> Index:
-        """Nodes of elements at corners whose unknowns are powers of the distance, not polynomials."""
+        """Nodes of elements at corners whose unknowns are powers of the distance, not
+        polynomials."""
         return np.empty(0, dtype=np.int64)
 
     @functools.cached_property
@@ -181,5 +187,9 @@ def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:
         for first in range(0, len(batch.elements.index), step):
             # all of a kind are those of the mesh, which keep what was found out about them
             whole = step >= len(batch.elements.index)
-            elements = batch.elements if whole else mesh.elements(batch.elements.index[first : first + step])
+            elements = (
+                batch.elements
+                if whole
+                else mesh.elements(batch.elements.index[first : first + step])
+            )
             yield Batch(elements, batch.nodes[first * per_element : (first + step) * per_element])

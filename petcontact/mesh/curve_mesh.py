@@ -1,4 +1,5 @@
-"""Meshes of curves: elements of any order on straight sides and arcs, their nodes, weights and normals."""
+"""Meshes of curves: elements of any order on straight sides and arcs, their nodes, weights and
+normals."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ from .pairs.curves import Curves
 
 @frozen
 class CurveMesh(Collocated):
-    """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of a plane body.
+    """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of
+    a plane body.
 
     Attributes
     ----------
@@ -35,19 +37,22 @@ class CurveMesh(Collocated):
     order : (n_elements,) array
         Order p of each element: p+1 nodes.
     part, line : (n_elements,) arrays
-        Number of the part in `part_names`; number of the straight line that the element lies on, -1 on arcs.
+        Number of the part in `part_names`; number of the straight line that the element lies on, -1
+        on arcs.
     side_start : (n_elements,) array
         Arc length along the part at the start of the element [length].
     part_names : tuple of str
     unit_length : float
-        Length that the kernel's logarithm is measured in (`Outline.log_length`); where it is not known, that of the
-        nodes, since any will do where the boundary tractions are in equilibrium [length].
+        Length that the kernel's logarithm is measured in (`Outline.log_length`); where it is not
+        known, that of the nodes, since any will do where the boundary tractions are in equilibrium
+        [length].
     direction : (n_elements, 2) array
-        Unit vectors along the chords. Those of tiny elements lose digits in the difference of their ends: they are better
-        known from the side, and by default from the ends.
+        Unit vectors along the chords. Those of tiny elements lose digits in the difference of their
+        ends: they are better known from the side, and by default from the ends.
     power : (n_elements,) array
-        λ > 0 of constant elements at a corner whose unknown displacements are r^λ, and tractions r^(λ-1), r being the
-        distance from their start, -λ from their end; 0 of polynomials, and by default (`bem.kelvin2d.corner_elements`).
+        λ > 0 of constant elements at a corner whose unknown displacements are r^λ, and tractions
+        r^(λ-1), r being the distance from their start, -λ from their end; 0 of polynomials, and by
+        default (`bem.kelvin2d.corner_elements`).
     x, normal : (n, 2) arrays
         Nodes and outward unit normals.
     weight : (n,) array
@@ -88,20 +93,33 @@ class CurveMesh(Collocated):
         for order in np.unique(self.order).tolist():
             nodes = first[:-1][self.order == order, None] + np.arange(order + 1)
             xi[nodes], reference_weight[nodes] = gauss(order)
-        power = np.where(self.order == 0, self.power, 0.0) if len(self.power) else np.zeros(len(counts))
+        power = (
+            np.where(self.order == 0, self.power, 0.0) if len(self.power) else np.zeros(len(counts))
+        )
         corner = np.flatnonzero(power)
-        xi[first[corner]] = np.sign(power[corner]) * (2.0 * corner_node(np.abs(power[corner])) - 1.0)
+        xi[first[corner]] = np.sign(power[corner]) * (
+            2.0 * corner_node(np.abs(power[corner])) - 1.0
+        )
         chord = self.end - self.start
         size = np.hypot(*chord.T)
         angle = half_angles(size, self.curvature)
         length = arc_lengths(size, angle)
         direction = self.direction if len(self.direction) else chord / size[:, None]
-        x, normal = on_arcs(self.start[element], self.end[element], angle[element], xi, direction[element])
+        x, normal = on_arcs(
+            self.start[element], self.end[element], angle[element], xi, direction[element]
+        )
         values = {
-            "direction": direction, "power": power,
-            "element": element, "first_node": first, "xi": xi, "half_angle": angle, "length": length,
-            "x": x, "normal": normal, "weight": 0.5 * length[element] * reference_weight,
-        }  # fmt: skip
+            "direction": direction,
+            "power": power,
+            "element": element,
+            "first_node": first,
+            "xi": xi,
+            "half_angle": angle,
+            "length": length,
+            "x": x,
+            "normal": normal,
+            "weight": 0.5 * length[element] * reference_weight,
+        }
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.unit_length == 0.0:
@@ -132,14 +150,20 @@ class CurveMesh(Collocated):
         return np.asarray(np.stack([-normal[:, 1], normal[:, 0]], axis=1)[:, None])
 
     def variables(self, nodes: Index) -> dict[str, Array]:
-        """What expressions may name: x, y, nx, ny and the arc length s along the part, (m,) each."""
+        """What expressions may name: x, y, nx, ny and the arc length s along the part, (m,)
+        each."""
         (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
         """What expressions may name at fractions (q,) of the arc lengths of elements (q,)."""
-        x, normal = on_arcs(self.start[element], self.end[element], self.half_angle[element], 2.0 * place - 1.0,
-                            self.direction[element])  # fmt: skip
+        x, normal = on_arcs(
+            self.start[element],
+            self.end[element],
+            self.half_angle[element],
+            2.0 * place - 1.0,
+            self.direction[element],
+        )
         arc_length = self.side_start[element] + place * self.length[element]
         return {"x": x[:, 0], "y": x[:, 1], "nx": normal[:, 0], "ny": normal[:, 1], "s": arc_length}
 
@@ -154,7 +178,8 @@ class CurveMesh(Collocated):
         return legendre(max(kind - less, 0), gauss(kind)[0]).T
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
-        """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""
+        """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse
+        array (q, n)."""
         xi, orders = 2.0 * place - 1.0, self.order[element]
         ends = np.concatenate([[0], np.cumsum(orders + 1)])
         columns, entries = np.empty(ends[-1], dtype=np.int64), np.empty(ends[-1])
@@ -163,17 +188,25 @@ class CurveMesh(Collocated):
             nodes, row = self.first_node[element[chosen]][:, None] + k, ends[chosen][:, None] + k
             near = np.abs(xi[chosen][:, None] - self.xi[nodes]) < COINCIDE
             columns[row] = nodes
-            entries[row] = np.where(near.any(axis=1, keepdims=True), near, lagrange(order, xi[chosen]).T)
-        result = scipy.sparse.csr_array((entries, columns, ends), shape=(len(element), self.n_nodes))
+            entries[row] = np.where(
+                near.any(axis=1, keepdims=True), near, lagrange(order, xi[chosen]).T
+            )
+        result = scipy.sparse.csr_array(
+            (entries, columns, ends), shape=(len(element), self.n_nodes)
+        )
         result.eliminate_zeros()
         return result
 
     def elements(self, numbers: Index) -> Elements:
         """The kernels' view of elements of one order."""
         return Elements(
-            start=self.start[numbers], end=self.end[numbers], curvature=self.curvature[numbers],
-            order=int(self.order[numbers[0]]), line=self.line[numbers], index=numbers,
-        )  # fmt: skip
+            start=self.start[numbers],
+            end=self.end[numbers],
+            curvature=self.curvature[numbers],
+            order=int(self.order[numbers[0]]),
+            line=self.line[numbers],
+            index=numbers,
+        )
 
     def targets(self, nodes: Index | slice) -> Targets:
         """The kernels' view of collocation nodes."""
@@ -201,34 +234,49 @@ class CurveMesh(Collocated):
         return list(np.split(np.arange(self.n_elements), ends))
 
     def neighbours(self) -> tuple[Index, Index]:
-        """The element before and the element after each one round its loop, two (n_elements,) arrays."""
+        """The element before and the element after each one round its loop, two (n_elements,)
+        arrays."""
         return round_loops([len(loop) for loop in self.loops()])
 
     @functools.cached_property
     def _even_arcs(self) -> Index:
-        """The elements before and after each one that is a constant arc between two like it, -2 for the others."""
+        """The elements before and after each one that is a constant arc between two like it, -2 for
+        the others."""
         if not ((self.order == 0) & (self.curvature != 0.0)).any():
             return np.full((2, self.n_elements), -2)
         pair = np.array(self.neighbours())
-        even = np.all((self.order == 0) & (self.curvature != 0.0) & (self.order[pair] == 0)
-                      & np.isclose(self.curvature[pair], self.curvature, rtol=1e-6, atol=0.0)
-                      & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0), axis=0)  # fmt: skip
+        even = np.all(
+            (self.order == 0)
+            & (self.curvature != 0.0)
+            & (self.order[pair] == 0)
+            & np.isclose(self.curvature[pair], self.curvature, rtol=1e-6, atol=0.0)
+            & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0),
+            axis=0,
+        )
         return np.where(even, pair, -2)
 
     def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
         """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""
-        return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi, self.direction[number])
+        return on_arcs(
+            self.start[number],
+            self.end[number],
+            self.half_angle[number],
+            xi,
+            self.direction[number],
+        )
 
     def on_elements(self, numbers: Index, xi: Array) -> tuple[Array, Array]:
         """Points (m, k, 2) of m elements at the same k places ξ and outward normals there."""
         each, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
-        points, normals = on_arcs(self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers)))
+        points, normals = on_arcs(
+            self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers))
+        )
         return points.reshape(shape), normals.reshape(shape)
 
 
 def corner_node(power: Any) -> Any:
-    """Distance of the node from the corner where an element has the power λ, over its length: λ^(1/(1-λ)), where r^(λ-1) is
-    its own mean over the element."""
+    """Distance of the node from the corner where an element has the power λ, over its length:
+    λ^(1/(1-λ)), where r^(λ-1) is its own mean over the element."""
     return power ** (1.0 / (1.0 - power))
 
 
@@ -246,7 +294,10 @@ def as_curve(mesh: BoundaryMesh) -> CurveMesh:
 
 
 def build_mesh(
-    outline: Outline, breaks: Sequence[Array], orders: Sequence[Index], powers: Sequence[tuple[float, float]] = ()
+    outline: Outline,
+    breaks: Sequence[Array],
+    orders: Sequence[Index],
+    powers: Sequence[tuple[float, float]] = (),
 ) -> CurveMesh:
     """The mesh with given break points on each side.
 
@@ -275,16 +326,28 @@ def build_mesh(
     for last, count, pair in zip(itertools.accumulate(counts), counts, powers, strict=False):
         for place, exponent in ((last - count, pair[0]), (last - 1, -pair[1])):
             power[place] = exponent if exponent and order[place] == 0 else power[place]
-    curvature, part = [side.curvature for side in outline.sides], [names.index(side.part) for side in outline.sides]
+    curvature, part = (
+        [side.curvature for side in outline.sides],
+        [names.index(side.part) for side in outline.sides],
+    )
     return CurveMesh(
-        start=np.concatenate(start), end=np.concatenate(end), curvature=np.repeat(curvature, counts), order=order,
-        part=np.repeat(part, counts), line=np.repeat(line_numbers(outline), counts), side_start=np.concatenate(side_start),
-        part_names=names, unit_length=outline.log_length, direction=np.concatenate(direction), power=power,
-    )  # fmt: skip
+        start=np.concatenate(start),
+        end=np.concatenate(end),
+        curvature=np.repeat(curvature, counts),
+        order=order,
+        part=np.repeat(part, counts),
+        line=np.repeat(line_numbers(outline), counts),
+        side_start=np.concatenate(side_start),
+        part_names=names,
+        unit_length=outline.log_length,
+        direction=np.concatenate(direction),
+        power=power,
+    )
 
 
 def line_numbers(outline: Outline) -> list[int]:
-    """Number of the straight line of each side, -1 for arcs; consecutive collinear sides lie on one line."""
+    """Number of the straight line of each side, -1 for arcs; consecutive collinear sides lie on one
+    line."""
     numbers: list[int] = []
     for loop in outline.loops:
         reference = None
@@ -305,5 +368,9 @@ def _collinear(first: Side, later: Side) -> bool:
     direction, chord = first.end - first.start, later.end - later.start
     offset = later.end - first.start
     off_line = abs(direction[0] * offset[1] - direction[1] * offset[0])
-    return bool(off_line <= 1e-13 * float(direction @ direction) + 4e-16 * np.abs(later.end).max() * np.hypot(*direction)
-                and direction @ chord > 0.0)  # fmt: skip
+    return bool(
+        off_line
+        <= 1e-13 * float(direction @ direction)
+        + 4e-16 * np.abs(later.end).max() * np.hypot(*direction)
+        and direction @ chord > 0.0
+    )

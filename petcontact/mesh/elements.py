@@ -17,7 +17,8 @@ class Elements:
     start, end : (n, 2) arrays
         End points, the body on the left [length].
     curvature : (n,) array
-        0 for straight elements, 1/R for arcs that turn left, -1/R for arcs that turn right, at most half a circle.
+        0 for straight elements, 1/R for arcs that turn left, -1/R for arcs that turn right, at most
+        half a circle.
     order : int
         p, 0 to 5: p+1 nodes at the Gauss points.
     line : (n,) int array
@@ -36,7 +37,12 @@ class Elements:
     def take(self, chosen: Index) -> Elements:
         """The elements with these numbers."""
         return Elements(
-            self.start[chosen], self.end[chosen], self.curvature[chosen], self.order, self.line[chosen], self.index[chosen]
+            self.start[chosen],
+            self.end[chosen],
+            self.curvature[chosen],
+            self.order,
+            self.line[chosen],
+            self.index[chosen],
         )
 
     @property
@@ -54,11 +60,13 @@ class Targets:
     point : (m, 2) array
         [length]
     line, element : (m,) int arrays
-        Number of the straight line that the point lies on and of the element that it is a node of, or -1.
+        Number of the straight line that the point lies on and of the element that it is a node of,
+        or -1.
     xi : (m,) array
         Local coordinate on its own element, in (-1, 1).
     before, after : (m,) int arrays, optional
-        Numbers of the constant arcs of the same length and curvature before and after the point's own element, or -2.
+        Numbers of the constant arcs of the same length and curvature before and after the point's
+        own element, or -2.
     """
 
     point: Array

@@ -1,4 +1,5 @@
-"""Where the elements of each side begin and end: uniform, or graded geometrically towards singular points."""
+"""Where the elements of each side begin and end: uniform, or graded geometrically towards singular
+points."""
 
 from __future__ import annotations
 
@@ -34,12 +35,14 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
     Raises
     ------
     InputError
-        If an element size names a part that does not exist, a graded point lies off the boundary, or there were more
-        than a million nodes.
+        If an element size names a part that does not exist, a graded point lies off the boundary,
+        or there were more than a million nodes.
     """
     unknown = sorted(set(options.element_sizes) - set(outline.parts))
     if unknown:
-        raise InputError(f"mesh.element_sizes.{unknown[0]}: no such part; parts are {', '.join(outline.parts)}")
+        raise InputError(
+            f"mesh.element_sizes.{unknown[0]}: no such part; parts are {', '.join(outline.parts)}"
+        )
     corners = singular_ends(outline)
     _check_count(outline, options, sum(map(sum, corners)))
     given = points_on_sides(outline, options)
@@ -52,18 +55,26 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
             breaks.append(uniform_breaks(side, size if size is not None else side.length))
         smallest = float(np.diff(breaks[-1]).min())
         if smallest < SMALLEST_ELEMENT:
-            raise InputError(f"mesh: an element of {smallest:.1g} of part {side.part!r} is lost in round-off; "
-                             "use fewer levels or a grading nearer to 1")  # fmt: skip
+            raise InputError(
+                f"mesh: an element of {smallest:.1g} of part {side.part!r} is lost in round-off; "
+                "use fewer levels or a grading nearer to 1"
+            )
     order = options.resolved_order
     return build_mesh(outline, breaks, [np.full(len(b) - 1, order) for b in breaks])
 
 
 def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> None:
-    sizes = [options.element_sizes.get(side.part, options.element_size) or side.length for side in outline.sides]
+    sizes = [
+        options.element_sizes.get(side.part, options.element_size) or side.length
+        for side in outline.sides
+    ]
     count = sum(side.length / size for side, size in zip(outline.sides, sizes, strict=True))
     count = (count + options.levels * graded_ends * options.graded) * (options.resolved_order + 1)
     if not count <= LARGEST_MESH:
-        raise InputError(f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use larger ones")
+        raise InputError(
+            f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use "
+            f"larger ones"
+        )
 
 
 def uniform_breaks(side: Side, size: float) -> Array:
@@ -72,35 +83,50 @@ def uniform_breaks(side: Side, size: float) -> Array:
 
 
 def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
-    """Whether a mesh is graded towards the start and the end of each side: at corners and where parts meet.
+    """Whether a mesh is graded towards the start and the end of each side: at corners and where
+    parts meet.
 
-    A smooth joint inside a part is none, nor are the vertices of a polyline that stands for a curve.
+    A smooth joint inside a part is none, nor are the vertices of a polyline that stands for a
+    curve.
     """
-    return at_ends(outline, lambda before, after: before.part != after.part or abs(turn(before, after)) > CORNER)
+    return at_ends(
+        outline,
+        lambda before, after: before.part != after.part or abs(turn(before, after)) > CORNER,
+    )
 
 
 def at_ends(outline: Outline, joint: Callable[[Side, Side], T]) -> list[tuple[T, T]]:
     """Of each side, what a function of two sides that meet says of its start and of its end."""
     result: list[tuple[T, T]] = []
     for loop in outline.loops:
-        joints = [joint(before, after) for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)]
+        joints = [
+            joint(before, after) for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)
+        ]
         result += zip(joints, [*joints[1:], joints[0]], strict=True)
     return result
 
 
 def turn(before: Side, after: Side) -> float:
-    """Angle from the tangent of a side to that of the next one where they meet, positive at a convex corner [rad]."""
+    """Angle from the tangent of a side to that of the next one where they meet, positive at a
+    convex corner [rad]."""
     a, b = (side.end - side.start for side in (before, after))
-    between = math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
+    between = (
+        math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
+    )
     return math.remainder(between, 2.0 * math.pi)
 
 
-def graded_breaks(side: Side, given: Array, ends: tuple[bool, bool], size: float | None, options: MeshOptions) -> Array:
-    """Elements that shrink by the ratio towards the singular ends of the side and the given points on it."""
+def graded_breaks(
+    side: Side, given: Array, ends: tuple[bool, bool], size: float | None, options: MeshOptions
+) -> Array:
+    """Elements that shrink by the ratio towards the singular ends of the side and the given points
+    on it."""
     inner = given[(given > 0.0) & (given < 1.0)]
     marks = np.concatenate([[0.0], inner, [1.0]])
     singular = [ends[0] or 0.0 in given, *[True] * len(inner), ends[1] or 1.0 in given]
-    graded = np.concatenate([[0.0], options.resolved_grading ** np.arange(options.levels, -1.0, -1.0)])
+    graded = np.concatenate(
+        [[0.0], options.resolved_grading ** np.arange(options.levels, -1.0, -1.0)]
+    )
     pieces = [np.array([0.0])]
     for k, (a, b) in enumerate(itertools.pairwise(marks)):
         length = b - a
@@ -119,7 +145,8 @@ def graded_breaks(side: Side, given: Array, ends: tuple[bool, bool], size: float
 
 
 def _largest(side: Side, size: float | None) -> float:
-    """Largest element, as a fraction of the side; an element of an arc turns by 30 degrees at most."""
+    """Largest element, as a fraction of the side; an element of an arc turns by 30 degrees at
+    most."""
     return min(math.inf if size is None else size / side.length, largest_turn(side))
 
 
@@ -132,7 +159,10 @@ def largest_turn(side: Side) -> float:
 def _split(points: Array, largest: float) -> Array:
     """Cut elements longer than `largest` into equal ones."""
     counts = np.maximum(1, np.ceil(np.diff(points) / largest - 1e-9)).astype(int)
-    cut = [a + (b - a) * np.arange(n) / n for a, b, n in zip(points[:-1], points[1:], counts, strict=True)]
+    cut = [
+        a + (b - a) * np.arange(n) / n
+        for a, b, n in zip(points[:-1], points[1:], counts, strict=True)
+    ]
     return np.append(np.concatenate(cut), points[-1])
 
 
@@ -143,10 +173,16 @@ def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
         projections = [_project(side, np.array(point)) for side in outline.sides]
         nearest = min(distance for distance, _ in projections)
         if nearest > 1e-6 * outline.diameter:
-            raise InputError(f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary")
+            raise InputError(
+                f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary"
+            )
         for fractions, (distance, fraction) in zip(found, projections, strict=True):
-            snapped = float(np.round(fraction)) if abs(fraction - np.round(fraction)) < 1e-9 else fraction
-            if distance <= nearest + 1e-9 * outline.diameter and all(abs(snapped - other) > 1e-9 for other in fractions):
+            snapped = (
+                float(np.round(fraction)) if abs(fraction - np.round(fraction)) < 1e-9 else fraction
+            )
+            if distance <= nearest + 1e-9 * outline.diameter and all(
+                abs(snapped - other) > 1e-9 for other in fractions
+            ):
                 fractions.append(snapped)
     return [np.array(sorted(fractions)) for fractions in found]
 

@@ -1,8 +1,8 @@
 """Meshes graded geometrically towards marked points, with orders that grow away from them.
 
-An adaptive mesh is described by its marks (points of each side where the solution is not smooth, the ends of the side
-among them, with the size of the smallest element there) and by a `Grading`. Refining means a better grading, smaller
-elements at the marks, moved or new marks.
+An adaptive mesh is described by its marks (points of each side where the solution is not smooth,
+the ends of the side among them, with the size of the smallest element there) and by a `Grading`.
+Refining means a better grading, smaller elements at the marks, moved or new marks.
 """
 
 from __future__ import annotations
@@ -25,12 +25,14 @@ from .grading import largest_turn
 NEIGHBOUR = 4.0
 """Largest ratio of the lengths of two elements that meet."""
 SLOPE = 0.7
-"""Orders gained from one element to the next away from a mark: elements next to it are small and need no high order."""
+"""Orders gained from one element to the next away from a mark: elements next to it are small and
+need no high order."""
 FALL = 2.0
-"""Orders that elements may lose, at most, from one to the next towards a mark, from the full one of the longest."""
+"""Orders that elements may lose, at most, from one to the next towards a mark, from the full one of
+the longest."""
 NEAR = 1.2
-"""Largest ratio of an element's length to its distance from sides that it has no corner with, on the coarsest meshes: the
-field of a side that is nearer than that is not smooth on it."""
+"""Largest ratio of an element's length to its distance from sides that it has no corner with, on
+the coarsest meshes: the field of a side that is nearer than that is not smooth on it."""
 
 
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
@@ -49,7 +51,8 @@ class Grading:
     ratio : float
         Ratio in (0, 1) of neighbouring elements.
     largest : float
-        Length of the largest elements, relative to NEAR times their distance from other sides, and to 30 degrees of an arc.
+        Length of the largest elements, relative to NEAR times their distance from other sides, and
+        to 30 degrees of an arc.
     """
 
     order: int
@@ -66,9 +69,11 @@ class Marks:
     position : (k,) array
         Arc length along the side, increasing from 0 to its length [length].
     size : (k,) array
-        Length of the smallest elements at each point, infinite where the mesh is not graded towards it [length].
+        Length of the smallest elements at each point, infinite where the mesh is not graded towards
+        it [length].
     powers : pair of float
-        λ where the first and the last element are powers of the distance to the end, 0 where they are polynomials.
+        λ where the first and the last element are powers of the distance to the end, 0 where they
+        are polynomials.
     """
 
     position: Array
@@ -77,7 +82,11 @@ class Marks:
 
 
 def graded_mesh(
-    outline: Outline, marks: list[Marks], grading: Grading, largest: list[float], resolve: Resolve | None = None
+    outline: Outline,
+    marks: list[Marks],
+    grading: Grading,
+    largest: list[float],
+    resolve: Resolve | None = None,
 ) -> CurveMesh:
     """A mesh graded towards marks.
 
@@ -91,7 +100,8 @@ def graded_mesh(
     largest : list of float, one a side
         Length that no element of the side exceeds [length].
     resolve : callable, optional
-        Number of a side, its breaks (as fractions) and orders to finer ones that resolve what is known there.
+        Number of a side, its breaks (as fractions) and orders to finer ones that resolve what is
+        known there.
     """
     pieces = [graded_side(points, grading) for points in marks]
     breaks = [p[0] / side.length for p, side in zip(pieces, outline.sides, strict=True)]
@@ -121,7 +131,8 @@ def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
         left = _steps(reach, float(size[k]), grading.ratio) if graded[0] else np.zeros(1)
         right = _steps(reach, float(size[k + 1]), grading.ratio) if graded[1] else np.zeros(1)
         if graded.any():
-            # where both are graded they meet in the middle, which is one point; where one is, the other is an end
+            # where both are graded they meet in the middle, which is one point; where one is, the
+            # other is an end
             points = np.concatenate([a + left, (b - right)[-2::-1]])
             orders += [_orders(len(left) - 1, grading), _orders(len(right) - 1, grading)[::-1]]
         else:
@@ -137,14 +148,18 @@ def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
 
 
 def _of_corner(orders: Index, grading: Grading) -> None:
-    """A constant element at a corner where every distance matters alike, and full orders beside it, in place."""
-    growing = int(np.argmax(orders >= grading.order)) if np.any(orders >= grading.order) else len(orders)
+    """A constant element at a corner where every distance matters alike, and full orders beside it,
+    in place."""
+    growing = (
+        int(np.argmax(orders >= grading.order)) if np.any(orders >= grading.order) else len(orders)
+    )
     orders[:growing] = grading.order
     orders[0] = 0
 
 
 def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
-    """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
+    """The marks with elements no larger than fits the shorter interval on either side of each, or a
+    share of that."""
     interval = marks.position[1:] - marks.position[:-1]
     shorter = np.concatenate([interval[:1], np.minimum(interval[:-1], interval[1:]), interval[-1:]])
     fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
@@ -172,7 +187,8 @@ def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
     if count.max() == 1:
         return breaks, orders
     begins, width, pieces, before = (
-        np.repeat(values, count) for values in (breaks[:-1], np.diff(breaks), count, np.cumsum(count) - count)
+        np.repeat(values, count)
+        for values in (breaks[:-1], np.diff(breaks), count, np.cumsum(count) - count)
     )
     cut = begins + width * (np.arange(len(begins)) - before) / pieces
     return np.append(cut, breaks[-1]), np.repeat(orders, count)
@@ -187,7 +203,9 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
         while True:
             length = np.concatenate([np.diff(breaks[k]) * outline.sides[k].length for k in sides])
             around = np.concatenate([length[-1:], length, length[:1]])
-            count = np.where(length > NEIGHBOUR * (1.0 + 1e-9) * np.minimum(around[:-2], around[2:]), 2, 1)
+            count = np.where(
+                length > NEIGHBOUR * (1.0 + 1e-9) * np.minimum(around[:-2], around[2:]), 2, 1
+            )
             if count.max() == 1:
                 break
             ends = np.cumsum([0, *(len(orders[k]) for k in sides)])
@@ -196,13 +214,17 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
 
 
 def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
-    """Distances (n,) of the middles of elements from the sides that theirs has no corner with [length]."""
+    """Distances (n,) of the middles of elements from the sides that theirs has no corner with
+    [length]."""
     sides = outline.sides
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
     counts, numbers = [len(points) for points in middles], np.arange(len(sides))
     cloud, side = np.concatenate([*middles, *ends]), np.repeat(numbers, counts)
-    points, owner = cloud[: len(side)], np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
+    points, owner = (
+        cloud[: len(side)],
+        np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])]),
+    )
     bounds = list(itertools.pairwise(itertools.accumulate(counts, initial=0)))
     before, after = outline.neighbours
     if len(points) * len(cloud) <= FEW:
@@ -212,14 +234,17 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
         limits = np.sqrt(apart.min(axis=1))
         return [limits[a:b] for a, b in bounds]
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
-    # most points next to an element are of its own side and of those next to it: look further until one is of another
+    # most points next to an element are of its own side and of those next to it: look further until
+    # one is of another
     for first in range(0, len(points), CHUNK):
         left, k = np.arange(first, min(first + CHUNK, len(points))), 16
         while len(left):
             k = min(4 * k, len(cloud))
             found = tree.query(points[left], k=k)[1].reshape(len(left), k)
             own = side[left][:, None]
-            other = (owner[found] != own) & (owner[found] != before[own]) & (owner[found] != after[own])
+            other = (
+                (owner[found] != own) & (owner[found] != before[own]) & (owner[found] != after[own])
+            )
             seen = other.any(axis=1)
             away = points[left[seen]] - cloud[found[seen, np.argmax(other[seen], axis=1)]]
             limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))

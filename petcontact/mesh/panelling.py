@@ -1,4 +1,5 @@
-"""Panels on surfaces: grids on the faces of boxes, finer towards edges and corners, and the facets of other surfaces."""
+"""Panels on surfaces: grids on the faces of boxes, finer towards edges and corners, and the facets
+of other surfaces."""
 
 from __future__ import annotations
 
@@ -13,13 +14,16 @@ from .surface_mesh import SurfaceMesh
 
 
 def graded(count: int, exponent: float) -> Array:
-    """Fractions (count + 1,) from 0 to 1, their distance from the nearer end growing with a power of the number."""
+    """Fractions (count + 1,) from 0 to 1, their distance from the nearer end growing with a power
+    of the number."""
     t = np.arange(count + 1) / count
     left = 0.5 * (2.0 * np.minimum(t, 1.0 - t)) ** exponent
     return np.where(t <= 0.5, left, 1.0 - left)
 
 
-def box_mesh(box: BoxSurface, size_of: Callable[[str], float], order: int, exponent: float) -> SurfaceMesh:
+def box_mesh(
+    box: BoxSurface, size_of: Callable[[str], float], order: int, exponent: float
+) -> SurfaceMesh:
     """A grid on each face of a box.
 
     Parameters
@@ -33,8 +37,11 @@ def box_mesh(box: BoxSurface, size_of: Callable[[str], float], order: int, expon
         1 for equal panels; greater for panels that shrink towards the edges.
     """
     extent = box.upper - box.lower
-    lines = [graded(max(1, round(float(extent[c]) / size_of(name))), exponent)
-             for name, face in BOX_PARTS.items() for c in face_axes(*face)]  # fmt: skip
+    lines = [
+        graded(max(1, round(float(extent[c]) / size_of(name))), exponent)
+        for name, face in BOX_PARTS.items()
+        for c in face_axes(*face)
+    ]
     return box_of_lines(box, lines, [np.full(len(line) - 1, order) for line in lines])
 
 
@@ -45,7 +52,8 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
     ----------
     box : BoxSurface
     lines : 12 arrays (n + 1,)
-        Fractions from 0 to 1 along the two axes of each face, in the order of `BOX_PARTS` and `face_axes`.
+        Fractions from 0 to 1 along the two axes of each face, in the order of `BOX_PARTS` and
+        `face_axes`.
     orders : 12 arrays (n,)
         A panel has the smaller of the orders along its two axes.
     """
@@ -57,7 +65,9 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
         grid = np.empty((len(along[0]), len(along[1]), 3))
         grid[..., u], grid[..., v] = np.meshgrid(*along, indexing="ij")
         grid[..., axis] = (box.lower, box.upper)[side][axis]
-        cells = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
+        cells = np.stack(
+            [grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2
+        ).reshape(-1, 4, 3)
         corners.append(cells)
         part.append(np.full(len(cells), number))
         order.append(np.minimum.outer(orders[2 * number], orders[2 * number + 1]).ravel())
@@ -80,7 +90,13 @@ def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
         cells.append(x)
         parts.append(np.full(len(x), part))
     points = np.concatenate(cells)
-    return SurfaceMesh(points[:, :4], np.full(len(points), order), np.concatenate(parts), surface.parts, points[:, 4:])
+    return SurfaceMesh(
+        points[:, :4],
+        np.full(len(points), order),
+        np.concatenate(parts),
+        surface.parts,
+        points[:, 4:],
+    )
 
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:

@@ -1,4 +1,5 @@
-"""Flat panels of order 0 to 3 in space: quadrilaterals and triangles, interior nodes, polynomials of the plane as bases."""
+"""Flat panels of order 0 to 3 in space: quadrilaterals and triangles, interior nodes, polynomials
+of the plane as bases."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ HIGHEST_ORDER = 3
 _TRIANGLE_ORBITS = {
     0: ((1.0 / 3.0, 1.0 / 3.0),),
     1: ((1.0 / 6.0, 1.0 / 6.0),),
-    # degree 4 (Dunavant, IJNME 21, 1985) and degree 5: the weights are the integrals of the basis and positive
+    # degree 4 (Dunavant, IJNME 21, 1985) and degree 5: the weights are the integrals of the basis
+    # and positive
     2: ((0.091576213509770743, 0.091576213509770743), (0.44594849091596489, 0.44594849091596489)),
     3: ((1.0 / 3.0, 1.0 / 3.0), (0.055, 0.055), (0.07020314414956398, 0.29501595385862195)),
 }
@@ -23,7 +25,8 @@ _TRIANGLE_ORBITS = {
 
 @functools.cache
 def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
-    """Nodes of the square [-1, 1]² or of the triangle with corners (0, 0), (1, 0), (0, 1), and exponents of its monomials.
+    """Nodes of the square [-1, 1]² or of the triangle with corners (0, 0), (1, 0), (0, 1), and
+    exponents of its monomials.
 
     Parameters
     ----------
@@ -35,12 +38,15 @@ def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
     Returns
     -------
     nodes : (k, 2) array
-        (p+1)² Gauss points, the second coordinate running fastest, or (p+1)(p+2)/2 points of a triangle.
+        (p+1)² Gauss points, the second coordinate running fastest, or (p+1)(p+2)/2 points of a
+        triangle.
     exponents : (k, 2) int array
         (a, b) of ξ^a η^b: a, b <= p on quadrilaterals, a + b <= p on triangles.
     """
     limit = order if corners == 3 else 2 * order
-    exponents = np.array([(a, b) for a in range(order + 1) for b in range(order + 1) if a + b <= limit])
+    exponents = np.array(
+        [(a, b) for a in range(order + 1) for b in range(order + 1) if a + b <= limit]
+    )
     if corners == 4:
         xi = gauss(order)[0]
         nodes = np.stack(np.meshgrid(xi, xi, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -49,7 +55,11 @@ def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
         for a, b in _TRIANGLE_ORBITS[order]:
             c = 1.0 - a - b
             permutations = ((a, b), (b, c), (c, a), (b, a), (c, b), (a, c))
-            points += [p for k, p in enumerate(permutations) if not any(np.allclose(p, q) for q in permutations[:k])]
+            points += [
+                p
+                for k, p in enumerate(permutations)
+                if not any(np.allclose(p, q) for q in permutations[:k])
+            ]
         nodes = np.array(points)
     for array in (nodes, exponents):
         array.setflags(write=False)
@@ -90,7 +100,8 @@ class Panels:
     polygon : (n, c, 2) array
         Corners in local coordinates [-].
     coefficients : (n, k, k) array
-        Basis function b is Σ_m coefficients[b, m] ξ^a η^b of local coordinates, with the exponents of `reference_nodes`.
+        Basis function b is Σ_m coefficients[b, m] ξ^a η^b of local coordinates, with the exponents
+        of `reference_nodes`.
     """
 
     corners: Array
@@ -124,7 +135,8 @@ class Panels:
 
     @property
     def shape(self) -> Array:
-        """Positions as polynomials of local coordinates, like those of `QuadraticCells`: (n, 9, 3) [length]."""
+        """Positions as polynomials of local coordinates, like those of `QuadraticCells`: (n, 9, 3)
+        [length]."""
         result = np.zeros((len(self.index), 9, 3))
         result[:, 0], result[:, [3, 1]] = self.centre, self.size[:, None, None] * self.frame[:, :2]
         return result
@@ -138,9 +150,15 @@ class Panels:
     def take(self, chosen: Index | slice) -> Panels:
         """The panels with these numbers."""
         return Panels(
-            self.corners[chosen], self.order, self.index[chosen], self.centre[chosen], self.frame[chosen],
-            self.size[chosen], self.polygon[chosen], self.coefficients[chosen],
-        )  # fmt: skip
+            self.corners[chosen],
+            self.order,
+            self.index[chosen],
+            self.centre[chosen],
+            self.frame[chosen],
+            self.size[chosen],
+            self.polygon[chosen],
+            self.coefficients[chosen],
+        )
 
     def basis(self, local: Array) -> Array:
         """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
@@ -151,26 +169,34 @@ class Panels:
         return _mapped(self.polygon, reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:
-        """Of one point a panel, (n, 3): local coordinates (n, 2) of its foot on the panel's plane, its distance from that
-        [length], and how far inside the panel the foot is, over `size`, negative outside."""
+        """Of one point a panel, (n, 3): local coordinates (n, 2) of its foot on the panel's plane,
+        its distance from that [length], and how far inside the panel the foot is, over `size`,
+        negative outside."""
         away = x - self.centre
         local = np.einsum("ncd,nd->nc", self.frame[:, :2], away) / self.size[:, None]
         edge = np.roll(self.polygon, -1, axis=1) - self.polygon
         to = local[:, None] - self.polygon
-        inside = (edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0]) / np.linalg.norm(edge, axis=2)
+        inside = (edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0]) / np.linalg.norm(
+            edge, axis=2
+        )
         return local, np.abs(np.sum(away * self.frame[:, 2], axis=1)), inside.min(axis=1)
 
     def basis_slopes(self, local: Array) -> Array:
-        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
-        return np.asarray(np.einsum("nqmc,nbm->nqbc", monomial_slopes(local, self.exponents), self.coefficients))
+        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q,
+        2)."""
+        return np.asarray(
+            np.einsum("nqmc,nbm->nqbc", monomial_slopes(local, self.exponents), self.coefficients)
+        )
 
     def tangent_vectors(self, local: Array) -> Array:
-        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
+        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2)
+        [length]."""
         vectors = self.size[:, None, None] * self.frame[:, :2]
         return np.broadcast_to(vectors[:, None], (*local.shape[:2], 2, 3))
 
     def rule(self, points: tuple[int, int]) -> tuple[Array, Array]:
-        """A tensor Gauss rule on each panel, a triangle being a quadrilateral with two corners in one.
+        """A tensor Gauss rule on each panel, a triangle being a quadrilateral with two corners in
+        one.
 
         Parameters
         ----------
@@ -186,19 +212,31 @@ class Panels:
         """
         local, area = rule_points(self.polygon, points)
         x = self.centre[:, None] + self.size[:, None, None] * (local @ self.frame[:, :2])
-        return x, (self.basis(local) * (area * self.size[:, None] ** 2)[..., None]).transpose(0, 2, 1)
+        return x, (self.basis(local) * (area * self.size[:, None] ** 2)[..., None]).transpose(
+            0, 2, 1
+        )
 
 
 def rule_points(polygon: Array, points: tuple[int, int]) -> tuple[Array, Array]:
     """Points (n, q, 2) and weights (n, q) of a tensor Gauss rule on polygons (n, 3 or 4, 2)."""
     (xi, wx), (eta, wy) = gauss(points[0] - 1), gauss(points[1] - 1)
     s, t = (c.ravel() for c in np.meshgrid(xi, eta, indexing="ij"))
-    a, b, c, d = (polygon[:, k % polygon.shape[1], None] for k in ((0, 1, 2, 2) if polygon.shape[1] == 3 else range(4)))
+    a, b, c, d = (
+        polygon[:, k % polygon.shape[1], None]
+        for k in ((0, 1, 2, 2) if polygon.shape[1] == 3 else range(4))
+    )
     s, t = s[:, None], t[:, None]
-    local = 0.25 * ((1 - s) * (1 - t) * a + (1 + s) * (1 - t) * b + (1 + s) * (1 + t) * c + (1 - s) * (1 + t) * d)
+    local = 0.25 * (
+        (1 - s) * (1 - t) * a
+        + (1 + s) * (1 - t) * b
+        + (1 + s) * (1 + t) * c
+        + (1 - s) * (1 + t) * d
+    )
     along = 0.25 * ((1 - t) * (b - a) + (1 + t) * (c - d))
     up = 0.25 * ((1 - s) * (d - a) + (1 + s) * (c - b))
-    return local, (along[..., 0] * up[..., 1] - along[..., 1] * up[..., 0]) * np.outer(wx, wy).ravel()
+    return local, (along[..., 0] * up[..., 1] - along[..., 1] * up[..., 0]) * np.outer(
+        wx, wy
+    ).ravel()
 
 
 def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array, Array]:
@@ -221,9 +259,17 @@ def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array
     """
     centre = corners.mean(axis=1)
     diagonal = (corners[:, 2] - corners[:, 0], corners[:, -1] - corners[:, 1])
-    normal = np.cross(*diagonal) if corners.shape[1] == 4 else np.cross(corners[:, 1] - corners[:, 0], diagonal[0])
+    normal = (
+        np.cross(*diagonal)
+        if corners.shape[1] == 4
+        else np.cross(corners[:, 1] - corners[:, 0], diagonal[0])
+    )
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    first = corners[:, 1] - corners[:, 0] + (corners[:, 2] - corners[:, 3] if corners.shape[1] == 4 else 0.0)
+    first = (
+        corners[:, 1]
+        - corners[:, 0]
+        + (corners[:, 2] - corners[:, 3] if corners.shape[1] == 4 else 0.0)
+    )
     first -= np.sum(first * normal, axis=1, keepdims=True) * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     frame = np.stack([first, np.cross(normal, first), normal], axis=1)
@@ -233,16 +279,21 @@ def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array
     nodes, exponents = reference_nodes(corners.shape[1], order)
     local = _mapped(polygon, nodes)
     coefficients = np.linalg.inv(monomials(local, exponents)).transpose(0, 2, 1)
-    panels = Panels(corners, order, index, centre, frame, size, polygon, np.ascontiguousarray(coefficients))
+    panels = Panels(
+        corners, order, index, centre, frame, size, polygon, np.ascontiguousarray(coefficients)
+    )
     weight = panels.rule((order + 2, order + 2))[1].sum(axis=2)
     return panels, centre[:, None] + size[:, None, None] * (local @ frame[:, :2]), weight
 
 
 def _mapped(polygon: Array, nodes: Array) -> Array:
-    """Reference nodes in local coordinates, (n, k, 2): bilinear on quadrilaterals, affine on triangles."""
+    """Reference nodes in local coordinates, (n, k, 2): bilinear on quadrilaterals, affine on
+    triangles."""
     s, t = nodes.T
     if polygon.shape[1] == 3:
         shape = np.stack([1.0 - s - t, s, t])
     else:
-        shape = 0.25 * np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
+        shape = 0.25 * np.stack(
+            [(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]
+        )
     return np.asarray(np.einsum("cq,ncj->nqj", shape, polygon))

@@ -22,7 +22,9 @@ LARGEST_ORDER = 5
 def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
     """Vertices, elements and what else the mesh is made of."""
     _write(mesh, group)
-    group.create_dataset("part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype())
+    group.create_dataset(
+        "part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype()
+    )
     group.attrs["unit_length"] = mesh.unit_length
 
 
@@ -64,8 +66,9 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
         If its elements are neither lines nor panels, or its arrays do not fit each other.
     """
     kinds: dict[tuple[int, int], tuple[tuple[str, ...], Any]] = {
-        (2, 2): (CURVE_ARRAYS, _curve), (3, 4): (SURFACE_ARRAYS, _surface)
-    }  # fmt: skip
+        (2, 2): (CURVE_ARRAYS, _curve),
+        (3, 4): (SURFACE_ARRAYS, _surface),
+    }
     vertices, elements = group["vertices"][()], group["elements"][()]
     shown = f"{source}: mesh/vertices has shape {vertices.shape}, mesh/elements {elements.shape}"
     count = len(elements)
@@ -73,44 +76,82 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
     kind = (vertices.shape[1], elements.shape[1])
     demand(kind in kinds, shown)
     keys, build = kinds[kind]
-    arrays = {key: group[key][()] for key in (*keys, *(key for key in CURVE_OPTIONAL if key in group))}
+    arrays = {
+        key: group[key][()] for key in (*keys, *(key for key in CURVE_OPTIONAL if key in group))
+    }
     names = tuple(name.decode() for name in group["part_names"][()])
     for name, values in arrays.items():
-        demand(values.shape == (count,), f"{source}: mesh/{name} has shape {values.shape}, not ({count},)")
+        demand(
+            values.shape == (count,),
+            f"{source}: mesh/{name} has shape {values.shape}, not ({count},)",
+        )
     demand_range(arrays["order"], LARGEST_ORDER + 1, f"{source}: mesh/order")
     demand_range(arrays["part"], len(names), f"{source}: mesh/part")
-    arrays |= {key: group[key][()] for key in SURFACE_OPTIONAL if build is _surface and key in group}
-    mesh: BoundaryMesh = build(vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source)
+    arrays |= {
+        key: group[key][()] for key in SURFACE_OPTIONAL if build is _surface and key in group
+    }
+    mesh: BoundaryMesh = build(
+        vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
+    )
     return mesh
 
 
-def _curve(vertices: Any, elements: Any, arrays: Any, names: tuple[str, ...], unit_length: float, source: str) -> CurveMesh:
+def _curve(
+    vertices: Any,
+    elements: Any,
+    arrays: Any,
+    names: tuple[str, ...],
+    unit_length: float,
+    source: str,
+) -> CurveMesh:
     demand_range(elements, len(vertices), f"{source}: mesh/elements")
     powers = arrays.get("power", np.zeros(1))
-    demand(powers.dtype.kind == "f" and bool(np.all(np.abs(powers) < 1.0)), f"{source}: mesh/power must be below 1")
+    demand(
+        powers.dtype.kind == "f" and bool(np.all(np.abs(powers) < 1.0)),
+        f"{source}: mesh/power must be below 1",
+    )
     start, end = vertices[elements[:, 0]], vertices[elements[:, 1]]
     demand(bool(np.all(np.any(start != end, axis=1))), f"{source}: mesh: an element has no length")
     return CurveMesh(start=start, end=end, part_names=names, unit_length=unit_length, **arrays)
 
 
 def _surface(
-    vertices: Any, elements: Any, arrays: Any, names: tuple[str, ...], unit_length: float, source: str
+    vertices: Any,
+    elements: Any,
+    arrays: Any,
+    names: tuple[str, ...],
+    unit_length: float,
+    source: str,
 ) -> SurfaceMesh:
     demand_range(elements + 1, len(vertices) + 1, f"{source}: mesh/elements")
-    demand(bool(np.all(elements[:, :3] >= 0)), f"{source}: mesh/elements has a panel of fewer than three corners")
+    demand(
+        bool(np.all(elements[:, :3] >= 0)),
+        f"{source}: mesh/elements has a panel of fewer than three corners",
+    )
     demand_range(arrays["order"], HIGHEST_ORDER + 1, f"{source}: mesh/order")
     count, middles = len(elements), arrays.get("middles", np.full((len(elements), 5), -1))
-    demand(middles.shape == (count, 5), f"{source}: mesh/middles has shape {middles.shape}, not ({count}, 5)")
+    demand(
+        middles.shape == (count, 5),
+        f"{source}: mesh/middles has shape {middles.shape}, not ({count}, 5)",
+    )
     demand_range(middles + 1, len(vertices) + 1, f"{source}: mesh/middles")
     whole = np.where(elements[:, 3:] < 0, np.arange(5) < 3, True)
-    demand(bool(np.all((middles >= 0) == (whole & (middles[:, :1] >= 0)))), f"{source}: mesh/middles has gaps")
-    corners, between = (np.where(numbers[..., None] >= 0, vertices[numbers], np.nan) for numbers in (elements, middles))
+    demand(
+        bool(np.all((middles >= 0) == (whole & (middles[:, :1] >= 0)))),
+        f"{source}: mesh/middles has gaps",
+    )
+    corners, between = (
+        np.where(numbers[..., None] >= 0, vertices[numbers], np.nan)
+        for numbers in (elements, middles)
+    )
     return SurfaceMesh(corners, arrays["order"], arrays["part"], names, between)
 
 
 def demand_range(values: Any, count: int, name: str) -> None:
     """Refuse what are no whole numbers from 0 to count - 1."""
-    whole = values.dtype.kind in "iu" and (not values.size or (values.min() >= 0 and values.max() < count))
+    whole = values.dtype.kind in "iu" and (
+        not values.size or (values.min() >= 0 and values.max() < count)
+    )
     demand(bool(whole), f"{name} must be whole numbers below {count}")
 
 

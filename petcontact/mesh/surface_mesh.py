@@ -1,4 +1,5 @@
-"""Surface meshes in space: panels of order 0 to 3, flat or curved, nodes inside; meshes need not match across edges."""
+"""Surface meshes in space: panels of order 0 to 3, flat or curved, nodes inside; meshes need not
+match across edges."""
 
 from __future__ import annotations
 
@@ -37,8 +38,9 @@ class SurfaceMesh(Collocated):
         Number of the part in `part_names`.
     part_names : tuple of str
     middles : (n_elements, 5, 3) array, optional
-        Of curved panels the middles of the sides, from the one after the first corner on, and of quadrilaterals the point
-        in the middle; NaN on flat panels, and where triangles have none [length].
+        Of curved panels the middles of the sides, from the one after the first corner on, and of
+        quadrilaterals the point in the middle; NaN on flat panels, and where triangles have none
+        [length].
     """
 
     corners: Array
@@ -68,14 +70,28 @@ class SurfaceMesh(Collocated):
             corners = 3 if number & TRIANGLE else 4
             nodes = first[mine][:, None] + np.arange(counts[mine[0]])
             if number & CURVED:
-                points = np.concatenate([self.corners[mine, :corners], middles[mine, : 2 * corners - 3]], axis=1)
-                groups[number], x[nodes], weight[nodes], normal[nodes] = make_curved_panels(points, number % TRIANGLE, mine)
+                points = np.concatenate(
+                    [self.corners[mine, :corners], middles[mine, : 2 * corners - 3]], axis=1
+                )
+                groups[number], x[nodes], weight[nodes], normal[nodes] = make_curved_panels(
+                    points, number % TRIANGLE, mine
+                )
             else:
-                flat, x[nodes], weight[nodes] = make_panels(self.corners[mine, :corners], number % TRIANGLE, mine)
+                flat, x[nodes], weight[nodes] = make_panels(
+                    self.corners[mine, :corners], number % TRIANGLE, mine
+                )
                 groups[number], normal[nodes] = flat, flat.frame[:, None, 2]
         element = np.repeat(np.arange(len(counts)), counts)
-        values = {"middles": middles, "x": x, "normal": normal, "weight": weight, "element": element,
-                  "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
+        values = {
+            "middles": middles,
+            "x": x,
+            "normal": normal,
+            "weight": weight,
+            "element": element,
+            "first_node": first,
+            "kind": kind,
+            "_groups": groups,
+        }
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -90,7 +106,8 @@ class SurfaceMesh(Collocated):
 
     @property
     def boxes(self) -> tuple[Array, Array]:
-        """Least and largest coordinates of the points of each panel, (n_elements, 3) each [length]."""
+        """Least and largest coordinates of the points of each panel, (n_elements, 3) each
+        [length]."""
         points = np.concatenate([self.corners, self.middles], axis=1)
         return np.nanmin(points, axis=1), np.nanmax(points, axis=1)
 
@@ -102,7 +119,9 @@ class SurfaceMesh(Collocated):
     def reordered(self, elements: Index) -> SurfaceMesh:
         """The mesh of the panels `elements`, in their order."""
         corners, middles = self.corners[elements], self.middles[elements]
-        return SurfaceMesh(corners, self.order[elements], self.part[elements], self.part_names, middles)
+        return SurfaceMesh(
+            corners, self.order[elements], self.part[elements], self.part_names, middles
+        )
 
     def tangents(self, nodes: Index) -> Array:
         """Orthonormal tangents at nodes, (m, 2, 3)."""
@@ -110,7 +129,8 @@ class SurfaceMesh(Collocated):
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:
-        """Orthonormal tangents (m, 2, 3) to unit vectors: near the two coordinate axes that they are farthest from."""
+        """Orthonormal tangents (m, 2, 3) to unit vectors: near the two coordinate axes that they
+        are farthest from."""
         away = np.abs(normal).argmax(axis=1)
         axes = np.eye(3)
         i, j = np.where(away == 0, 1, 0), np.where(away == 2, 1, 2)
@@ -130,13 +150,18 @@ class SurfaceMesh(Collocated):
         """What expressions may name at local coordinates (q, 2) of panels (q,)."""
         panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
-        return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
+        return {
+            **dict(zip("xyz", x.T, strict=True)),
+            **dict(zip(("nx", "ny", "nz"), normal.T, strict=True)),
+        }
 
     @staticmethod
     def lower_degree(kind: int, less: int = 1) -> Array:
         """See `BoundaryMesh.lower_degree`."""
         corners, order = (3 if kind & TRIANGLE else 4), kind % TRIANGLE
-        return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, max(order - less, 0))[1])
+        return monomials(
+            reference_nodes(corners, order)[0], reference_nodes(corners, max(order - less, 0))[1]
+        )
 
     @property
     def places(self) -> Array:
@@ -149,8 +174,12 @@ class SurfaceMesh(Collocated):
 
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""
-        return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
-                for panels in self._groups.values()]  # fmt: skip
+        return [
+            Batch(
+                panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel()
+            )
+            for panels in self._groups.values()
+        ]
 
     def faces(self, *parts: str) -> tuple[Index, PanelFaces]:
         """Numbers of the panels of parts, and these as panels that may be faced."""
@@ -158,8 +187,13 @@ class SurfaceMesh(Collocated):
         return numbers, PanelFaces.of(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
-        """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q, n)."""
-        rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+        """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q,
+        n)."""
+        rows, columns, entries = (
+            [np.empty(0, dtype=np.int64)],
+            [np.empty(0, dtype=np.int64)],
+            [np.empty(0)],
+        )
         for number in np.unique(self.kind[element]):
             chosen = np.flatnonzero(self.kind[element] == number)
             panels = self.elements(element[chosen])
@@ -168,10 +202,14 @@ class SurfaceMesh(Collocated):
             hit = gap.min(axis=1) < COINCIDE
             basis[hit] = gap[hit] < COINCIDE
             rows.append(np.repeat(chosen, panels.n_nodes))
-            columns.append((self.first_node[element[chosen]][:, None] + np.arange(panels.n_nodes)).ravel())
+            columns.append(
+                (self.first_node[element[chosen]][:, None] + np.arange(panels.n_nodes)).ravel()
+            )
             entries.append(basis.ravel())
         triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-        result = scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(len(element), self.n_nodes)))
+        result = scipy.sparse.csr_array(
+            scipy.sparse.coo_array(triples, shape=(len(element), self.n_nodes))
+        )
         result.eliminate_zeros()
         return result
 
@@ -185,11 +223,17 @@ class SurfaceMesh(Collocated):
         return self.x[nodes]
 
     def triangles(self) -> Array:
-        """Flat triangles (t, 3, 3) that stand for the panels, those of curved ones between all their points [length]."""
+        """Flat triangles (t, 3, 3) that stand for the panels, those of curved ones between all
+        their points [length]."""
         points = np.concatenate([self.corners, self.middles], axis=1)
         triangle, curved = self.kind & TRIANGLE > 0, self.kind & CURVED > 0
-        return np.concatenate([points[(triangle == (corners == 3)) & (curved == bent)][:, cut].reshape(-1, 3, 3)
-                               for (corners, bent), cuts in CUTS.items() for cut in cuts])  # fmt: skip
+        return np.concatenate(
+            [
+                points[(triangle == (corners == 3)) & (curved == bent)][:, cut].reshape(-1, 3, 3)
+                for (corners, bent), cuts in CUTS.items()
+                for cut in cuts
+            ]
+        )
 
     def points(self, x: Array) -> Array:
         """The kernels' view of points (m, 3) that are nodes of no element."""

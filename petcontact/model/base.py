@@ -36,7 +36,8 @@ Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=Fa
 NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]
 Share = Annotated[float, pydantic.Field(strict=True, ge=0.0, le=1.0)]
 Coordinate = Annotated[
-    float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
+    float,
+    pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False),
 ]
 Point = tuple[Coordinate, Coordinate]
 SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
@@ -48,23 +49,36 @@ LONGEST_EXPRESSION = 500
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
     """One check instead of a union, whose report would name every branch."""
-    if callable(value) or (isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION):
+    if callable(value) or (
+        isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION
+    ):
         return value  # type: ignore[no-any-return]
     if _is_number(value):
         return float(value)
     if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
         return tuple(map(float, value))
-    raise ValueError(f"must be a finite number or an expression in quotes (from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}, "
-                     f"at most {LONGEST_EXPRESSION} characters)")  # fmt: skip
+    raise ValueError(
+        f"must be a finite number or an expression in quotes (from {-LARGEST_NUMBER:g} to "
+        f"{LARGEST_NUMBER:g}, "
+        f"at most {LONGEST_EXPRESSION} characters)"
+    )
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
+    return (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and abs(value) <= LARGEST_NUMBER
+    )
 
 
 def _in_file(value: Any) -> Any:
     """What a result file says of an expression: a function has no text."""
-    return f"<function {getattr(value, '__name__', type(value).__name__)}>" if callable(value) else value
+    return (
+        f"<function {getattr(value, '__name__', type(value).__name__)}>"
+        if callable(value)
+        else value
+    )
 
 
 def something(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
@@ -79,7 +93,9 @@ def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
 
     def check(value: Any) -> Any:
         if value is not None and value not in list(names):
-            allowed = " or ".join(filter(None, [", ".join(map(repr, [*names][:-1])), repr([*names][-1])]))
+            allowed = " or ".join(
+                filter(None, [", ".join(map(repr, [*names][:-1])), repr([*names][-1])])
+            )
             raise pydantic_core.PydanticKnownError("literal_error", {"expected": allowed})
         return value
 
@@ -87,12 +103,13 @@ def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
 
 
 Expression = Annotated[
-    float | str | tuple[float, ...] | Callable[..., Any], pydantic.PlainValidator(_expression),
+    float | str | tuple[float, ...] | Callable[..., Any],
+    pydantic.PlainValidator(_expression),
     pydantic.PlainSerializer(_in_file, when_used="json"),
     pydantic.WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]}),
-]  # fmt: skip
-"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python also a function of some of
-these by name, or one value a node of the part."""
+]
+"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python
+also a function of some of these by name, or one value a node of the part."""
 
 
 def _plain(value: Any) -> Any:
@@ -104,30 +121,47 @@ def _plain(value: Any) -> Any:
 
 @dataclass_transform(field_specifiers=(pydantic.Field,))
 class _OneLine(ModelMetaclass):
-    """Turns pydantic's report into an `InputError` of one line, for the outermost model only; values may be given by place.
+    """Turns pydantic's report into an `InputError` of one line, for the outermost model only;
+    values may be given by place.
 
-    Nested models are built inside pydantic's core and not through this call, so that the place of a mistake in
-    the whole input is known when the line is written.
+    Nested models are built inside pydantic's core and not through this call, so that the place of a
+    mistake in the whole input is known when the line is written.
     """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        kwargs = {name.removesuffix("_") if keyword.iskeyword(name[:-1]) else name: value for name, value in kwargs.items()}
-        kwargs = {name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()}
+        kwargs = {
+            name.removesuffix("_") if keyword.iskeyword(name[:-1]) else name: value
+            for name, value in kwargs.items()
+        }
+        kwargs = {
+            name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()
+        }
         return _checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
 
     @property
     def __signature__(cls: Any) -> inspect.Signature:
-        """Fields by place or by name, as values may be given; `help` and editors show it. `from` is `from_` in Python."""
+        """Fields by place or by name, as values may be given; `help` and editors show it. `from` is
+        `from_` in Python."""
         kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
         fields = [(bool(field.kw_only), name, field) for name, field in cls.model_fields.items()]
-        texts = {name: text for base in reversed(cls.__mro__) for name, text in vars(base).get("__annotations__", {}).items()
-                 }  # fmt: skip
-        return inspect.Signature([
-            inspect.Parameter(name + "_" * keyword.iskeyword(name), kinds[by_name],
-                              default=inspect.Parameter.empty if field.is_required() else
-                              field.get_default(call_default_factory=True), annotation=texts[name])
-            for by_name, name, field in sorted(fields, key=lambda item: item[0])
-        ])  # fmt: skip
+        texts = {
+            name: text
+            for base in reversed(cls.__mro__)
+            for name, text in vars(base).get("__annotations__", {}).items()
+        }
+        return inspect.Signature(
+            [
+                inspect.Parameter(
+                    name + "_" * keyword.iskeyword(name),
+                    kinds[by_name],
+                    default=inspect.Parameter.empty
+                    if field.is_required()
+                    else field.get_default(call_default_factory=True),
+                    annotation=texts[name],
+                )
+                for by_name, name, field in sorted(fields, key=lambda item: item[0])
+            ]
+        )
 
     @__signature__.setter
     def __signature__(cls, value: Any) -> None:
@@ -139,7 +173,9 @@ class _OneLine(ModelMetaclass):
             return {}
         names = [name for name, field in cls.model_fields.items() if not field.kw_only]
         if len(values) > len(names):
-            raise InputError(f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values")
+            raise InputError(
+                f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values"
+            )
         for name in names[: len(values)]:
             if name in named:
                 raise InputError(f"{cls.__name__}: {name} is given twice")
@@ -199,25 +235,36 @@ def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> A
 
 
 def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
-    """The first mistake of a report as `key: what is allowed, got what was given`, and how many more there are."""
+    """The first mistake of a report as `key: what is allowed, got what was given`, and how many
+    more there are."""
     found = error.errors(include_url=False)
     wrong_entries = {m["loc"][:-k] for m in found for k in range(1, len(m["loc"]))}
     # an array whose entries are wrong is also called too short
     mistakes = [m for m in found if m["type"] != "too_short" or m["loc"] not in wrong_entries]
-    # a mistyped key is unknown and, under its right name, missing: the first of the two says what happened
+    # a mistyped key is unknown and, under its right name, missing: the first of the two says what
+    # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
     first, more = telling[0], len(telling) - 1
     text = _mistake(first, cls, data)
-    return " ".join(text.split()) + (f" (and {more} more mistake{'s' if more > 1 else ''})" if more else "")
+    return " ".join(text.split()) + (
+        f" (and {more} more mistake{'s' if more > 1 else ''})" if more else ""
+    )
 
 
 def _mistake(mistake: Any, cls: type, data: Any) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {_shown(mistake['input'])}"
     if kind == "extra_forbidden":
-        models = [model.model_fields for model in _models_at(cls, loc[:-1]) if loc[-1] not in model.model_fields]
+        models = [
+            model.model_fields
+            for model in _models_at(cls, loc[:-1])
+            if loc[-1] not in model.model_fields
+        ]
         keys = sorted({name for fields in models for name in fields})
-        return f"{_key(loc, data)}: unknown key{nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
+        return (
+            f"{_key(loc, data)}: unknown "
+            f"key{nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
+        )
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
         tags = sorted({model.model_fields[name].default for model in _models_at(cls, loc)})
@@ -230,9 +277,13 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
-    message = str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
+    message = (
+        str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
+    )
     if kind == "literal_error":
-        given += nearest(mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
+        given += nearest(
+            mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", ")
+        )
     # a model's own check names its values itself
     own_check = kind == "value_error" and isinstance(mistake["input"], dict)
     return ": ".join(filter(None, [_key(loc, data), message + ("" if own_check else given)]))
@@ -250,19 +301,41 @@ def _allowed(kind: str, message: str) -> str:
 
 
 _WORDS = (
-    ("Input should be", "must be"), ("should have", "must have"), (" after validation", ""),
-    ("a valid integer", "an integer"), ("valid ", ""), ("Tuple", "array"), ("String", "text"),
-)  # fmt: skip
+    ("Input should be", "must be"),
+    ("should have", "must have"),
+    (" after validation", ""),
+    ("a valid integer", "an integer"),
+    ("valid ", ""),
+    ("Tuple", "array"),
+    ("String", "text"),
+)
 
 
 SYNONYMS = {
-    "mu": "friction_coefficient", "friction": "friction_coefficient", "g": "friction_bound", "bound": "friction_bound",
-    "E": "young_modulus", "nu": "poisson_ratio", "h": "element_size", "size": "element_size",
-    "p": "order", "type": "condition",
-    "frictional": "contact", "tresca": "contact", "coulomb": "contact", "clamped": "displacement", "fixed": "displacement",
-    "dirichlet": "displacement", "neumann": "traction", "load": "traction", "free": "traction", "cylinder": "outline",
-    "circle": "outline", "block": "rectangle", "cuboid": "box",
-}  # fmt: skip
+    "mu": "friction_coefficient",
+    "friction": "friction_coefficient",
+    "g": "friction_bound",
+    "bound": "friction_bound",
+    "E": "young_modulus",
+    "nu": "poisson_ratio",
+    "h": "element_size",
+    "size": "element_size",
+    "p": "order",
+    "type": "condition",
+    "frictional": "contact",
+    "tresca": "contact",
+    "coulomb": "contact",
+    "clamped": "displacement",
+    "fixed": "displacement",
+    "dirichlet": "displacement",
+    "neumann": "traction",
+    "load": "traction",
+    "free": "traction",
+    "cylinder": "outline",
+    "circle": "outline",
+    "block": "rectangle",
+    "cuboid": "box",
+}
 """What others call it."""
 
 
@@ -276,7 +349,8 @@ def nearest(given: Any, names: list[str]) -> str:
 
 
 def _key(loc: list[int | str], data: Any) -> str:
-    """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the data."""
+    """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the
+    data."""
     text, here = "", data
     for step in loc:
         if isinstance(step, int):
@@ -299,12 +373,22 @@ def _shown(value: Any) -> str:
 
 
 def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
-    """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among a union's."""
+    """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among
+    a union's."""
     models = [cls]
     for step in loc:
-        following = [m for model in models if isinstance(step, str) and step in model.model_fields
-                     for m in models_in(model.model_fields[step].annotation)]  # fmt: skip
-        named = [m for m in models if isinstance(step, str) and step in [field.default for field in m.model_fields.values()]]
+        following = [
+            m
+            for model in models
+            if isinstance(step, str) and step in model.model_fields
+            for m in models_in(model.model_fields[step].annotation)
+        ]
+        named = [
+            m
+            for m in models
+            if isinstance(step, str)
+            and step in [field.default for field in m.model_fields.values()]
+        ]
         models = following or named or models
     return models
 

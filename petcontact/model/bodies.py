@@ -1,4 +1,5 @@
-"""What a problem is made of: bodies with material, shape, mesh and conditions, and the pairs of parts that may touch."""
+"""What a problem is made of: bodies with material, shape, mesh and conditions, and the pairs of
+parts that may touch."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
 
 
 class Units(Model):
-    """The `[units]` table: names that figures and files write; nothing is converted, any consistent units will do.
+    """The `[units]` table: names that figures and files write; nothing is converted, any consistent
+    units will do.
 
     Attributes
     ----------
@@ -36,8 +38,13 @@ class Units(Model):
         return f"{self.stress}/{self.length}" if self.stress and self.length else None
 
     def stress_times(self, power: int) -> str | None:
-        """Stress times a power of length, 1 to 3: a force (per thickness) has power dim - 1, an energy dim."""
-        return f"{self.stress}·{self.length}{' ²³'[power - 1].strip()}" if self.stress and self.length else None
+        """Stress times a power of length, 1 to 3: a force (per thickness) has power dim - 1, an
+        energy dim."""
+        return (
+            f"{self.stress}·{self.length}{' ²³'[power - 1].strip()}"
+            if self.stress and self.length
+            else None
+        )
 
 
 class Material(Model):
@@ -78,15 +85,20 @@ class Material(Model):
 
     @property
     def thermal_stress(self) -> float:
-        """β = Eα/(1-2ν), in plane stress Eα/(1-ν): without strain a rise of temperature T makes the stress -βT I
-        [stress/temperature]."""
+        """β = Eα/(1-2ν), in plane stress Eα/(1-ν): without strain a rise of temperature T makes the
+        stress -βT I [stress/temperature]."""
         shape = 1.0 - self.poisson_ratio * (1.0 if self.plane == "stress" else 2.0)
         return self.young_modulus * (self.thermal_expansion or 0.0) / shape
 
     @property
     def plane_strain_ratio(self) -> float:
-        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane stress."""
-        return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
+        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane
+        stress."""
+        return (
+            self.poisson_ratio / (1.0 + self.poisson_ratio)
+            if self.plane == "stress"
+            else self.poisson_ratio
+        )
 
 
 class Displacement(Model):
@@ -150,7 +162,8 @@ class Symmetry(Model):
 
 
 class Periodic(Model):
-    """Two sides of a plane body of which one is the other moved along: u(partner) = u(part) + jump, with opposite tractions.
+    """Two sides of a plane body of which one is the other moved along: u(partner) = u(part) + jump,
+    with opposite tractions.
 
     Attributes
     ----------
@@ -177,17 +190,23 @@ def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) ->
     """Refuse friction of parts that are bonded."""
     if normal == "bonded" and not (coefficient is None and bound is None):
         key = "friction_bound" if coefficient is None else "friction_coefficient"
-        raise ValueError(f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"')
+        raise ValueError(
+            f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"'
+        )
 
 
 def no_wear_unless_unilateral(normal: Normal, coefficient: object) -> None:
     """Refuse wear of parts that have no gap which it opens."""
     if coefficient is not None and normal != "unilateral":
-        raise ValueError(f'wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "unilateral"')
+        raise ValueError(
+            f"wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "
+            f'"unilateral"'
+        )
 
 
 class Contact(Model):
-    """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
+    """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound
+    caps), or is zero.
 
     Attributes
     ----------
@@ -226,12 +245,19 @@ class Contact(Model):
 
     @property
     def plain(self) -> bool:
-        """Whether it is the contact of the paper: bilateral without a gap, with a given friction bound."""
+        """Whether it is the contact of the paper: bilateral without a gap, with a given friction
+        bound."""
         return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
 
 
-Condition = Annotated[Displacement | Traction | Symmetry | Periodic | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Solid | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
+Condition = Annotated[
+    Displacement | Traction | Symmetry | Periodic | Contact,
+    pydantic.Field(discriminator="condition"),
+]
+Geometry = Annotated[
+    Rectangle | Polygon | SideBySide | Solid | Gmsh | Superelement,
+    pydantic.Field(discriminator="shape"),
+]
 
 
 class Body(Model):
@@ -282,16 +308,19 @@ class Pair(Model):
     normal : {"unilateral", "bilateral", "bonded"}
         May open, stays closed but may slip, or neither.
     gap : "geometry" or expression
-        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s, in space
-        x, y, z, nx, ny, nz. "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
+        Initial gap [length]: the distance along the direction, or an expression in the secondary's
+        x, y, nx, ny, s, in space x, y, z, nx, ny, nz. "geometry" is 0 against an obstacle, and
+        where the contact is bilateral or bonded.
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
     friction_coefficient : expression, optional
         µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
     friction_bound : expression, optional
-        g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is frictionless.
+        g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is
+        frictionless.
     wear_coefficient : expression, optional
-        k >= 0 of Archard's law, where unilateral, of both sides together: worn depth = k ∫ p |dw| [1/stress].
+        k >= 0 of Archard's law, where unilateral, of both sides together: worn depth = k ∫ p |dw|
+        [1/stress].
     wear_share : float
         Of it the secondary's, in [0, 1]; the primary has the rest [-].
     """

@@ -17,7 +17,8 @@ from .solver_options import Bem, MeshOptions, Method
 
 LARGEST_FILE = 4_000_000
 DEEPEST = 16
-"""Levels of arrays and tables, and parts of a dotted key: what tomllib does with more grows with their square."""
+"""Levels of arrays and tables, and parts of a dotted key: what tomllib does with more grows with
+their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
@@ -32,7 +33,9 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         If the file cannot be read or is not TOML; one line that names it.
     """
     try:
-        with open(path, "rb") as file:  # on the command line a pipe will do: `petcontact solve <(...)`
+        with open(
+            path, "rb"
+        ) as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
@@ -53,16 +56,23 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If it is not TOML, or small to write and large to read: keys of very many parts, arrays in arrays in arrays.
+        If it is not TOML, or small to write and large to read: keys of very many parts, arrays in
+        arrays in arrays.
     """
     plain = TEXT.sub("_", text)
-    depth = np.cumsum(np.array([(c in "[{") - (c in "]}") for c in re.findall(r"[\[\]{}]", plain)], dtype=np.int64))
+    depth = np.cumsum(
+        np.array(
+            [(c in "[{") - (c in "]}") for c in re.findall(r"[\[\]{}]", plain)], dtype=np.int64
+        )
+    )
     if LONG_KEY.search(plain) or depth.max(initial=0) > DEEPEST:
         raise InputError(f"{source}: nested deeper than {DEEPEST} levels, this is no config")
     try:
         return tomllib.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError(f"{source}: not valid TOML ({str(error) or 'nested too deeply'})") from None
+        raise InputError(
+            f"{source}: not valid TOML ({str(error) or 'nested too deeply'})"
+        ) from None
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:
@@ -82,13 +92,17 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Proble
     return parse_problem(read_toml(path), str(path), overrides or {}, Path(path).parent)
 
 
-def parse_problem(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Problem:
+def parse_problem(
+    data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path
+) -> Problem:
     """A problem from plain data; files that it names are taken relative to `folder`."""
     for key, value in overrides.items():
         set_key(data, whole_key(key), value, source)
     data = _found_in(data, folder)
     if isinstance(data.get("body"), list):
-        data["body"] = [_found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]]
+        data["body"] = [
+            _found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]
+        ]
     problem: Problem = parse(Problem, data, source)
     return problem
 
@@ -106,15 +120,20 @@ KEYS = frozenset((*OneBody.model_fields, *Problem.model_fields))
 
 
 def whole_key(key: str) -> str:
-    """The dotted key of a bare one of [method], [mesh] or [bem], as in `element_size`; any other key as it is."""
+    """The dotted key of a bare one of [method], [mesh] or [bem], as in `element_size`; any other
+    key as it is."""
     if "." in key or key in KEYS:
         return key
     sections: dict[str, type[Model]] = {"method": Method, "mesh": MeshOptions, "bem": Bem}
-    return next((f"{section}.{key}" for section, model in sections.items() if key in model.model_fields), key)
+    return next(
+        (f"{section}.{key}" for section, model in sections.items() if key in model.model_fields),
+        key,
+    )
 
 
 def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
-    """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in `boundary.0.value`."""
+    """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in
+    `boundary.0.value`."""
     *tables, last = key.split(".")
     if len(tables) > DEEPEST:
         raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
@@ -134,5 +153,7 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
 
 def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
     if not (name.isdecimal() and int(name) < len(entries)):
-        raise InputError(f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}")
+        raise InputError(
+            f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}"
+        )
     return int(name)

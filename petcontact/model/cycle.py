@@ -17,7 +17,9 @@ MOST = 10**12
 
 def _jump(value: Any) -> int | str:
     """One check instead of a union, whose report would name every branch."""
-    if value == "auto" or (isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= MOST):
+    if value == "auto" or (
+        isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= MOST
+    ):
         return value  # type: ignore[no-any-return]
     raise ValueError(f'must be a whole number from 1 to {MOST}, or "auto"')
 
@@ -34,7 +36,8 @@ class Cycle(Model):
     jump : int or "auto"
         Cycles taken at once; "auto" keeps the change of p in a jump below the tolerance.
     tolerance : float
-        With jump = "auto": largest change of p in a jump over p, in L2 of the contacts that wear [-].
+        With jump = "auto": largest change of p in a jump over p, in L2 of the contacts that wear
+        [-].
     """
 
     first: str
@@ -53,7 +56,8 @@ def cycle_steps(problem: Any) -> range:
 
 
 def check_cycle(problem: Any, cycle: Cycle) -> None:
-    """Whether the steps of a cycle exist, lead back to where they ended the first time, and wear something.
+    """Whether the steps of a cycle exist, lead back to where they ended the first time, and wear
+    something.
 
     Raises
     ------
@@ -63,29 +67,49 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
     names = [step.name for step in problem.step]
     for key in ("first", "last"):
         if names.count(name := getattr(cycle, key)) != 1:
-            hint = nearest(name, names) or "; steps are " + (", ".join(filter(None, names)) or "none with a name")
-            trouble = f"no step {name!r}{hint}" if name not in names else f"{names.count(name)} steps are called {name!r}"
+            hint = nearest(name, names) or "; steps are " + (
+                ", ".join(filter(None, names)) or "none with a name"
+            )
+            trouble = (
+                f"no step {name!r}{hint}"
+                if name not in names
+                else f"{names.count(name)} steps are called {name!r}"
+            )
             raise ValueError(f"cycle.{key}: {trouble}")
     steps = cycle_steps(problem)
     if not steps:
         raise ValueError(f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
     laws = [*problem.contact, *(condition for body in problem.body for condition in body.boundary)]
     if all(getattr(law, "wear_coefficient", None) is None for law in laws):
-        raise ValueError("cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient")
+        raise ValueError(
+            "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient"
+        )
     again = problem.step[steps[0] - 1 : steps[-1]]
     ends = _ends(problem.model_copy(update={"step": problem.step[: steps[-1]] + again}))
     for k, number in enumerate(steps):
         if ends[steps[-1] + k] != ends[number - 1]:
-            raise ValueError(f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second time; all that "
-                             "steps of a cycle change has to be brought back by its other steps")  # fmt: skip
+            raise ValueError(
+                f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
+                f"time; all that "
+                "steps of a cycle change has to be brought back by its other steps"
+            )
     if all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]):
-        raise ValueError(f"cycle: does not close: from the second time on nothing moves in step {names[steps[0] - 1]!r}; "
-                         "a cycle has a step to and one back")  # fmt: skip
+        raise ValueError(
+            f"cycle: does not close: from the second time on nothing moves in step "
+            f"{names[steps[0] - 1]!r}; "
+            "a cycle has a step to and one back"
+        )
 
 
 def _ends(problem: Any) -> list[Any]:
     """All that steps may change, at the end of each step."""
-    bodies = [each for b in range(len(problem.body))
-              for each in (problem.conditions(b), loads_by_step(problem, b), forces_by_step(problem, b))]  # fmt: skip
-    obstacles = [list(itertools.accumulate(problem.step, changed_obstacle, initial=o))[1:] for o in problem.obstacle]
+    bodies = [
+        each
+        for b in range(len(problem.body))
+        for each in (problem.conditions(b), loads_by_step(problem, b), forces_by_step(problem, b))
+    ]
+    obstacles = [
+        list(itertools.accumulate(problem.step, changed_obstacle, initial=o))[1:]
+        for o in problem.obstacle
+    ]
     return [list(end) for end in zip(*bodies, *obstacles, strict=True)]

@@ -1,4 +1,5 @@
-"""Load steps: what changes, one after the other, every value reached linearly in its step; and what they move, obstacles."""
+"""Load steps: what changes, one after the other, every value reached linearly in its step; and what
+they move, obstacles."""
 
 from __future__ import annotations
 
@@ -26,7 +27,11 @@ Increments = Annotated[int | Literal["auto"], pydantic.BeforeValidator(_incremen
 
 
 def _number(value: Any) -> float:
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < float("inf"):
+    if (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and abs(value) < float("inf")
+    ):
         return float(value)
     raise ValueError("must be a finite number or an array of them, one a component")
 
@@ -35,24 +40,30 @@ def _freedom(value: Any) -> float | str:
     try:
         return "free" if isinstance(value, str) and value == "free" else _number(value)
     except ValueError:
-        raise ValueError('must be a finite number or "free", or an array of them, one a component') from None
+        raise ValueError(
+            'must be a finite number or "free", or an array of them, one a component'
+        ) from None
 
 
 def _components(one: Callable[[Any], Any]) -> pydantic.BeforeValidator:
-    """One check of a number or an array instead of a union, whose report would name every branch."""
+    """One check of a number or an array instead of a union, whose report would name every
+    branch."""
     return pydantic.BeforeValidator(
         lambda value: tuple(map(one, value)) if isinstance(value, (list, tuple)) else one(value)
-    )  # fmt: skip
+    )
 
 
-Motions = Annotated[float | Literal["free"] | tuple[float | Literal["free"], ...], _components(_freedom)]
+Motions = Annotated[
+    float | Literal["free"] | tuple[float | Literal["free"], ...], _components(_freedom)
+]
 """A number or "free" for every component, or an array of them."""
 Loads = Annotated[float | tuple[float, ...], _components(_number)]
 """A number for every component, or an array of them."""
 
 
 def spread(value: Any, count: int, key: str) -> list[Any]:
-    """The `count` components of a vector that is given by them, or by one number where this is 0 or "free".
+    """The `count` components of a vector that is given by them, or by one number where this is 0 or
+    "free".
 
     Raises
     ------
@@ -70,7 +81,8 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
 
 
 class Obstacle(Model):
-    """A rigid body without a mesh: it moves by given components, or by those that are "free" under its force and moment.
+    """A rigid body without a mesh: it moves by given components, or by those that are "free" under
+    its force and moment.
 
     One number stands for every component where it is 0 or "free".
 
@@ -98,7 +110,8 @@ class Obstacle(Model):
     moment: Loads = 0.0
 
     def motions(self, d: int) -> list[Any]:
-        """Displacement and rotation in d dimensions, component by component, each a number or "free".
+        """Displacement and rotation in d dimensions, component by component, each a number or
+        "free".
 
         Raises
         ------
@@ -191,7 +204,8 @@ class Step(Model):
     name : str
         For verdict, files and figures.
     increments : int or "auto"
-        Equal increments; "auto" begins with one and halves where the solver fails or the path error is too large.
+        Equal increments; "auto" begins with one and halves where the solver fails or the path error
+        is too large.
     boundary, obstacle, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
@@ -215,20 +229,36 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     old = body.condition(change.part)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
-        hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
-        raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
+        hint = (
+            nearest(change.part, names)
+            or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
+        )
+        raise ValueError(
+            f"{key}.part: no displacement or traction condition on {change.part!r}{hint}"
+        )
     if isinstance(old, Periodic):
-        if not all(isinstance(component, float) for component in change.value or ("",)) or len(change.value) != 2:
-            raise ValueError(f"{key}.value: the condition of {change.part!r} is periodic, give its jump, two numbers")
+        if (
+            not all(isinstance(component, float) for component in change.value or ("",))
+            or len(change.value) != 2
+        ):
+            raise ValueError(
+                f"{key}.value: the condition of {change.part!r} is periodic, give its jump, two "
+                f"numbers"
+            )
         return Periodic(old.part, old.partner, change.value)
     if isinstance(old, Traction):
         return Traction(part=old.part, value=change.value, pressure=change.pressure)
     if change.pressure is not None:
         components = ", ".join(("ux", "uy", "uz")[: len(old.value)])
-        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [{components}]")
+        raise ValueError(
+            f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = "
+            f"[{components}]"
+        )
     if len(change.value) != len(old.value):
-        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
-                         f"got {len(change.value)}")  # fmt: skip
+        raise ValueError(
+            f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
+            f"got {len(change.value)}"
+        )
     return Displacement(part=old.part, value=change.value)
 
 
@@ -255,7 +285,9 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
 
     def once(here: str, what: str, *name: str) -> None:
         if (what, *name) in found:
-            raise ValueError(f"{here}: {what} {'.'.join(name)!r} is changed twice in this step; change it once")
+            raise ValueError(
+                f"{here}: {what} {'.'.join(name)!r} is changed twice in this step; change it once"
+            )
         found.add((what, *name))
 
     for k, change in enumerate(step.boundary):
@@ -268,13 +300,17 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
         check_material(here, body_of(loads, here), loads)
     for k, other in enumerate(step.obstacle):
         if other.name not in obstacles:
-            hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
+            hint = nearest(other.name, obstacles) or "; obstacles are " + (
+                ", ".join(obstacles) or "none"
+            )
             raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
         once(f"{key}.obstacle[{k}].name", "obstacle", other.name)
     forces = [force.name for body in bodies for force in body.point_force if force.name]
     for k, force in enumerate(step.point_force):
         if force.name not in forces:
-            hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
+            hint = nearest(force.name, forces) or "; point forces with a name are " + (
+                ", ".join(forces) or "none"
+            )
             raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
         once(f"{key}.point_force[{k}].name", "point force", force.name)
 
@@ -283,6 +319,10 @@ def changed_obstacle(obstacle: Obstacle, step: Step) -> Obstacle:
     """An obstacle with what a step changes of it."""
     for change in step.obstacle:
         if change.name == obstacle.name:
-            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
-            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
+            given = {
+                key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")
+            }
+            obstacle = obstacle.model_copy(
+                update={key: value for key, value in given.items() if value is not None}
+            )
     return obstacle

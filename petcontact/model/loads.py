@@ -1,4 +1,5 @@
-"""Loads inside a body: point forces; weight, rotation and temperature of its volume; and how load steps change them."""
+"""Loads inside a body: point forces; weight, rotation and temperature of its volume; and how load
+steps change them."""
 
 from __future__ import annotations
 
@@ -71,9 +72,16 @@ class VolumeLoads(Model):
     @property
     def needs(self) -> list[tuple[str, str]]:
         """Keys of loads that are given, and the key of the material that each needs."""
-        given = {"acceleration": any(component != 0.0 for component in self.acceleration or ()),
-                 "angular_velocity": self.angular_velocity != 0.0, "temperature": self.temperature != 0.0}  # fmt: skip
-        return [(key, "thermal_expansion" if key == "temperature" else "density") for key, here in given.items() if here]
+        given = {
+            "acceleration": any(component != 0.0 for component in self.acceleration or ()),
+            "angular_velocity": self.angular_velocity != 0.0,
+            "temperature": self.temperature != 0.0,
+        }
+        return [
+            (key, "thermal_expansion" if key == "temperature" else "density")
+            for key, here in given.items()
+            if here
+        ]
 
     @property
     def is_none(self) -> bool:
@@ -81,13 +89,15 @@ class VolumeLoads(Model):
         return not self.needs and not any(component != 0.0 for component in self.force or ())
 
     def vectors(self) -> list[tuple[str, tuple[Any, ...]]]:
-        """Keys and values of what has as many components as the body has dimensions, where given."""
+        """Keys and values of what has as many components as the body has dimensions, where
+        given."""
         values = {key: getattr(self, key) for key in ("acceleration", "force", "centre", "axis")}
         return [(key, value) for key, value in values.items() if value is not None]
 
 
 class LoadsChange(VolumeLoads):
-    """New volume loads of a body; what is not named stays. Loads are reached linearly: of a rotation its force.
+    """New volume loads of a body; what is not named stays. Loads are reached linearly: of a
+    rotation its force.
 
     Attributes
     ----------
@@ -122,7 +132,9 @@ def loads_by_step(problem: Any, number: int) -> list[VolumeLoads]:
     for step in problem.step or (None,):
         for change in step.loads if step else ():
             if (change.body or problem.body[0].name) == name:
-                now = now.model_copy(update={key: getattr(change, key) for key in change.model_fields_set - {"body"}})
+                now = now.model_copy(
+                    update={key: getattr(change, key) for key in change.model_fields_set - {"body"}}
+                )
         result.append(now)
     return result
 

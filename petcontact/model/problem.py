@@ -1,4 +1,5 @@
-"""The problem: bodies, obstacles, contacts, load steps, and how it is solved. A file of one body is a spelling of it."""
+"""The problem: bodies, obstacles, contacts, load steps, and how it is solved. A file of one body is
+a spelling of it."""
 
 from __future__ import annotations
 
@@ -55,7 +56,8 @@ class Setting(Model):
     bem : Bem
         How the boundary operators are stored.
     petsc : dict
-        PETSc options without the leading dash; `-options_file` and the command line have precedence.
+        PETSc options without the leading dash; `-options_file` and the command line have
+        precedence.
     """
 
     title: str = ""
@@ -103,8 +105,8 @@ OWN = tuple(name for name in OneBody.model_fields if name not in Setting.model_f
 class Problem(Setting):
     """A contact problem of several bodies, and how it is solved: one TOML file with [[body]].
 
-    A problem of one body may be given and read without its `Body`: by `material`, `geometry`, `mesh`, `boundary`,
-    `point_force` and `loads` of its own. The body is called "body" then.
+    A problem of one body may be given and read without its `Body`: by `material`, `geometry`,
+    `mesh`, `boundary`, `point_force` and `loads` of its own. The body is called "body" then.
 
     Attributes
     ----------
@@ -132,12 +134,25 @@ class Problem(Setting):
     if TYPE_CHECKING:
 
         def __init__(
-            self, title: str = ..., *, units: Units = ..., body: Sequence[Body] = ..., material: Material = ...,
-            geometry: Geometry = ..., mesh: MeshOptions = ..., boundary: Sequence[Condition] = ...,
-            point_force: Sequence[PointForce] = ..., loads: VolumeLoads | None = ..., obstacle: Sequence[Obstacle] = ...,
-            contact: Sequence[Pair] = ..., step: Sequence[Step] = ..., cycle: Cycle | None = ...,
-            method: Method = ..., bem: Bem = ..., petsc: Mapping[str, Any] = ...,
-        ) -> None: ...  # fmt: skip
+            self,
+            title: str = ...,
+            *,
+            units: Units = ...,
+            body: Sequence[Body] = ...,
+            material: Material = ...,
+            geometry: Geometry = ...,
+            mesh: MeshOptions = ...,
+            boundary: Sequence[Condition] = ...,
+            point_force: Sequence[PointForce] = ...,
+            loads: VolumeLoads | None = ...,
+            obstacle: Sequence[Obstacle] = ...,
+            contact: Sequence[Pair] = ...,
+            step: Sequence[Step] = ...,
+            cycle: Cycle | None = ...,
+            method: Method = ...,
+            bem: Bem = ...,
+            petsc: Mapping[str, Any] = ...,
+        ) -> None: ...
 
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:
@@ -147,18 +162,23 @@ class Problem(Setting):
     @pydantic.model_validator(mode="wrap")
     @classmethod
     def _with_bodies(cls, data: Any, build: pydantic.ModelWrapValidatorHandler[Problem]) -> Problem:
-        """What is said of one body moved into a [[body]]; where that is refused, `OneBody` names keys as they were given."""
+        """What is said of one body moved into a [[body]]; where that is refused, `OneBody` names
+        keys as they were given."""
         if not isinstance(data, dict):
             return build(data)
         if "body" in data:
             for key in filter(data.__contains__, OWN):
-                raise ValueError(f"{key}: belongs to a body; where there is [[body]] it stands in each of them")
+                raise ValueError(
+                    f"{key}: belongs to a body; where there is [[body]] it stands in each of them"
+                )
             return build(data)
         one = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
         try:
             if not data.keys() & {"boundary", "contact"}:
                 raise ValueError("boundary: this key is required")
-            return build({**{name: value for name, value in data.items() if name not in OWN}, "body": (one,)})
+            return build(
+                {**{name: value for name, value in data.items() if name not in OWN}, "body": (one,)}
+            )
         except ValueError:
             OneBody.model_validate(data)
             raise
@@ -178,11 +198,16 @@ class Problem(Setting):
             if there not in obstacles:
                 there = self.side(f"contact[{k}].primary", pair.primary, obstacles)
             if here == there:
-                raise ValueError(f"contact[{k}].primary: {pair.primary!r} is the secondary side itself")
+                raise ValueError(
+                    f"contact[{k}].primary: {pair.primary!r} is the secondary side itself"
+                )
             first = stated.setdefault(frozenset((here, there)), pair.name)
             if first != pair.name:
-                raise ValueError(f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact already, "
-                                 f"as {first!r}; each would carry a part of the pressure")  # fmt: skip
+                raise ValueError(
+                    f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact "
+                    f"already, "
+                    f"as {first!r}; each would carry a part of the pressure"
+                )
         for k, body in enumerate(self.body):
             if body.loads is not None:
                 check_material("loads" if self._is_flat else f"body[{k}].loads", body, body.loads)
@@ -192,8 +217,9 @@ class Problem(Setting):
             check_cycle(self, self.cycle)
         return self
 
-    def side(self, key: str, text: str, obstacles: list[str] = []) -> tuple[int, str]:  # noqa: B006 (read only)
-        """Number of the body and name of the part that "body.part" means; of a single body "part" will do."""
+    def side(self, key: str, text: str, obstacles: Sequence[str] = ()) -> tuple[int, str]:
+        """Number of the body and name of the part that "body.part" means; of a single body "part"
+        will do."""
         bodies = [body.name for body in self.body]
         name, dot, part = text.partition(".")
         if not dot and len(bodies) == 1 and text not in bodies:
@@ -206,9 +232,11 @@ class Problem(Setting):
             raise ValueError(f"{key}: {what}, got {text!r}{hint}")
         return bodies.index(name), part
 
-    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
-        """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
-        stays the same object."""
+    def conditions(
+        self, number: int
+    ) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
+        """Conditions of a body by part at the end of each step (of one, where there are none); what
+        a step leaves alone stays the same object."""
         body, names = self.body[number], [body.name for body in self.body]
         known = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
         result = []
@@ -216,7 +244,10 @@ class Problem(Setting):
             for k, change in enumerate(step.boundary if step else ()):
                 if (change.body or names[0]) == body.name:
                     now = body.model_copy(update={"boundary": tuple(known.values())})
-                    known = {**known, change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]")}
+                    known = {
+                        **known,
+                        change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]"),
+                    }
             result.append(known)
         return result
 
@@ -253,11 +284,14 @@ class Problem(Setting):
     def _one(self, key: str) -> Body:
         if len(self.body) > 1:
             names = ", ".join(repr(body.name) for body in self.body)
-            raise AttributeError(f"{key}: the problem has the bodies {names}; take .body[0].{key} or that of another")
+            raise AttributeError(
+                f"{key}: the problem has the bodies {names}; take .body[0].{key} or that of another"
+            )
         return self.body[0]
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy with other values, which are not checked; keys of a body are those of the one body."""
+        """A copy with other values, which are not checked; keys of a body are those of the one
+        body."""
         changes = dict(update or {})
         own = {key: changes.pop(key) for key in OWN if key in changes}
         if own:
@@ -269,7 +303,9 @@ class Problem(Setting):
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
             place = "" if self._is_flat else f"body[{k}]."
-            if not adaptive or body.geometry.outline().dim == 2:  # in space they make the first mesh
+            if (
+                not adaptive or body.geometry.outline().dim == 2
+            ):  # in space they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 
@@ -278,13 +314,22 @@ class Problem(Setting):
         return len(self.body) == 1 and self.body[0].name == ONE_BODY
 
     def toml(self) -> str:
-        """The whole problem as TOML, defaults filled in; one body called "body" stands at the top of the file."""
-        data = {key: value for key, value in self.model_dump(mode="json", exclude_none=True).items() if value != []}
+        """The whole problem as TOML, defaults filled in; one body called "body" stands at the top
+        of the file."""
+        data = {
+            key: value
+            for key, value in self.model_dump(mode="json", exclude_none=True).items()
+            if value != []
+        }
         bodies = data.pop("body")
         title, units = data.pop("title"), data.pop("units")
         own = {"body": bodies}
         if self._is_flat:
-            own = {key: value for key, value in bodies[0].items() if key != "name" and (value != [] or key == "boundary")}
+            own = {
+                key: value
+                for key, value in bodies[0].items()
+                if key != "name" and (value != [] or key == "boundary")
+            }
         return tomli_w.dumps({"title": title, "units": units, **own, **data})
 
     def __repr__(self) -> str:
@@ -305,6 +350,24 @@ def _distinct(key: str, names: list[str]) -> None:
 
 
 __all__ = [
-    "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Cycle", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
-    "OneBody", "Pair", "Periodic", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
-]  # fmt: skip
+    "ONE_BODY",
+    "OWN",
+    "Body",
+    "Condition",
+    "Contact",
+    "Cycle",
+    "Displacement",
+    "Geometry",
+    "Material",
+    "Normal",
+    "Obstacle",
+    "OneBody",
+    "Pair",
+    "Periodic",
+    "PointForce",
+    "Problem",
+    "Symmetry",
+    "Traction",
+    "VolumeLoads",
+    "changed_condition",
+]

@@ -1,4 +1,5 @@
-"""What a config may say, read from its models: a reference in Markdown and a JSON Schema for editors."""
+"""What a config may say, read from its models: a reference in Markdown and a JSON Schema for
+editors."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
     Parameters
     ----------
     models : mapping of str to type of Model
-        What the file may be, each by the key that identifies it; the last one, with the key "", is the default.
+        What the file may be, each by the key that identifies it; the last one, with the key "", is
+        the default.
     """
     keys, definitions = models_json_schema([(model, "validation") for model in models.values()])
     for model in {model for root in models.values() for _, model in _places(root)}:
@@ -48,17 +50,21 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
 
 
 def markdown(models: dict[str, type[Model]]) -> str:
-    """One table a model: key, what it takes, default, meaning; what several files share is printed once."""
+    """One table a model: key, what it takes, default, meaning; what several files share is printed
+    once."""
     definitions = json_schema(models)["$defs"]
     places: dict[type[Model], str] = {}
     for key, root in reversed(models.items()):
         for place, model in _places(root):
             places.setdefault(model, place or f"Top of the file{f', with `{key}`' if key else ''}")
-    return "\n".join(_table(place, model, definitions[model.__name__]) for model, place in places.items())
+    return "\n".join(
+        _table(place, model, definitions[model.__name__]) for model, place in places.items()
+    )
 
 
 def _places(cls: type[Model], place: str = "") -> list[tuple[str, type[Model]]]:
-    """Each model below a model, with the name of its TOML table; a model that may stand at several places stands once."""
+    """Each model below a model, with the name of its TOML table; a model that may stand at several
+    places stands once."""
     found: list[tuple[str, type[Model]]] = [(place, cls)]
     for name, field in cls.model_fields.items():
         inner = models_in(field.annotation)
@@ -75,7 +81,10 @@ def _places(cls: type[Model], place: str = "") -> list[tuple[str, type[Model]]]:
 def _tag(model: type[Model]) -> str:
     """` shape = "rectangle"`: the key that chooses one of several models."""
     for name, field in model.model_fields.items():
-        if typing.get_origin(field.annotation) is typing.Literal and len(typing.get_args(field.annotation)) == 1:
+        if (
+            typing.get_origin(field.annotation) is typing.Literal
+            and len(typing.get_args(field.annotation)) == 1
+        ):
             return f' {name} = "{field.default}"'
     return ""
 
@@ -93,7 +102,14 @@ def _summary(model: type[Model]) -> str:
 
 def _table(place: str, model: type[Model], entry: dict[str, Any]) -> str:
     head = f"## `{place}`" if place.startswith("[") else f"## {place}"
-    lines = [head, "", _summary(model), "", "| key | takes | default | meaning |", "| --- | --- | --- | --- |"]
+    lines = [
+        head,
+        "",
+        _summary(model),
+        "",
+        "| key | takes | default | meaning |",
+        "| --- | --- | --- | --- |",
+    ]
     for name, item in entry["properties"].items():
         required = name in entry.get("required", ())
         default = "required" if required else _shown(item.get("default"))
@@ -109,17 +125,35 @@ def _takes(item: dict[str, Any]) -> str:
     if "$ref" in item or "discriminator" in item:
         return "table"
     if "anyOf" in item or "oneOf" in item:
-        kinds = [_takes(one) for one in item.get("anyOf") or item["oneOf"] if one.get("type") != "null"]
-        return "number or expression" if kinds == ["number", "text"] else " or ".join(dict.fromkeys(kinds))
+        kinds = [
+            _takes(one) for one in item.get("anyOf") or item["oneOf"] if one.get("type") != "null"
+        ]
+        return (
+            "number or expression"
+            if kinds == ["number", "text"]
+            else " or ".join(dict.fromkeys(kinds))
+        )
     kind = item.get("type", "")
     if kind == "array":
         count = len(item["prefixItems"]) if "prefixItems" in item else 0
         inner = _takes(item["prefixItems"][0] if count else item.get("items", {}))
         return f"{count} × {inner}" if count else f"list of {inner}"
-    bounds = [f"{sign} {item[key]:g}" for key, sign in (("exclusiveMinimum", ">"), ("minimum", "≥"),
-                                                         ("exclusiveMaximum", "<"), ("maximum", "≤"))
-              if abs(item.get(key, np.inf)) < 1e50]  # fmt: skip
-    word = {"string": "text", "integer": "whole number", "boolean": "true or false", "object": "table"}.get(kind, kind)
+    bounds = [
+        f"{sign} {item[key]:g}"
+        for key, sign in (
+            ("exclusiveMinimum", ">"),
+            ("minimum", "≥"),
+            ("exclusiveMaximum", "<"),
+            ("maximum", "≤"),
+        )
+        if abs(item.get(key, np.inf)) < 1e50
+    ]
+    word = {
+        "string": "text",
+        "integer": "whole number",
+        "boolean": "true or false",
+        "object": "table",
+    }.get(kind, kind)
     return " ".join([word, ", ".join(bounds)]).strip()
 
 

@@ -1,4 +1,5 @@
-"""How a problem is discretised and solved: the mesh, the kind of operator, the method and its parameters."""
+"""How a problem is discretised and solved: the mesh, the kind of operator, the method and its
+parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +11,12 @@ import pydantic
 from ..runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
-METHODS = {"projection": "projection", "operator-robin": "operator_robin", "semismooth-newton": "newton", "tao": "tao"}
+METHODS = {
+    "projection": "projection",
+    "operator-robin": "operator_robin",
+    "semismooth-newton": "newton",
+    "tao": "tao",
+}
 """Methods by name, and the module of contact/methods/ whose `build` makes each."""
 DEFAULT_METHOD = "semismooth-newton"
 RULES = {
@@ -40,12 +46,19 @@ def _option(value: Any) -> bool | int | float | str:
 
 
 def _option_name(name: Any) -> str:
-    if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
+    if (
+        isinstance(name, str)
+        and name[:1].isalpha()
+        and name.isascii()
+        and name.replace(".", "_").isidentifier()
+    ):
         return name
     raise ValueError("must be the name of a PETSc option without its dash")
 
 
-def checked_options(table: Mapping[str, bool | int | float | str]) -> dict[str, bool | int | float | str]:
+def checked_options(
+    table: Mapping[str, bool | int | float | str],
+) -> dict[str, bool | int | float | str]:
     """Options of PETSc that a config may set."""
     if reason := refused_in_config(table):
         raise ValueError(reason)
@@ -68,7 +81,8 @@ class Method(Model):
     Attributes
     ----------
     name : key of METHODS, optional
-        The method; by default the projection method of the paper where a rule is named, else the default of the package.
+        The method; by default the projection method of the paper where a rule is named, else the
+        default of the package.
     rule : key of RULES, optional
         How ρ changes (projection method only).
     rho : float
@@ -116,12 +130,18 @@ class Method(Model):
         """Keys that are given, and that the method and its rule do not read."""
         name = self.resolved_name
         readers = {name, (self.rule or DEFAULT_RULE) if name == "projection" else name}
-        return [key for key, names in READ_BY.items() if key in self.model_fields_set and not readers & {*names}
-                and getattr(self, key) is not None]  # fmt: skip
+        return [
+            key
+            for key, names in READ_BY.items()
+            if key in self.model_fields_set
+            and not readers & {*names}
+            and getattr(self, key) is not None
+        ]
 
 
 class Bem(Model):
-    """The `[bem]` table: how the boundary operators are stored; the same keys exist as `-bem_...` options.
+    """The `[bem]` table: how the boundary operators are stored; the same keys exist as `-bem_...`
+    options.
 
     Attributes
     ----------
@@ -132,8 +152,9 @@ class Bem(Model):
     hodlr_leaf : int
         Largest number of nodes in a dense diagonal block.
     quadrature_tol : float, optional
-        Relative error of the integrals over panels in space, by default 1e-11 on flat and 1e-9 on curved ones, which leave
-        1e-8 of the kernels; 1e-11 leaves 2e-10. The plane's integrals are closed forms [-].
+        Relative error of the integrals over panels in space, by default 1e-11 on flat and 1e-9 on
+        curved ones, which leave 1e-8 of the kernels; 1e-11 leaves 2e-10. The plane's integrals are
+        closed forms [-].
     """
 
     mat_type: Literal["auto", "dense", "hodlr", "hmatrix"] = "auto"
@@ -157,24 +178,28 @@ class MeshOptions(Model):
     element_sizes : dict of part name to float
         h of single parts, over `element_size`.
     order : int, optional
-        Order of the elements, 0 (constant, as in the paper; the default where `element_size` is given) to 5.
+        Order of the elements, 0 (constant, as in the paper; the default where `element_size` is
+        given) to 5.
     grading : float, optional
-        Ratio in (0, 1) of neighbouring elements where the mesh is graded geometrically towards corners, ends of parts
-        and `graded_points`; by default no grading where `element_size` is given, else 0.35.
+        Ratio in (0, 1) of neighbouring elements where the mesh is graded geometrically towards
+        corners, ends of parts and `graded_points`; by default no grading where `element_size` is
+        given, else 0.35.
     levels : int
         Number of graded elements towards each such point.
     graded_points : list of points
-        Further points of the boundary to grade towards [length]. On contact parts of adaptive solves they are a first
-        guess of transition points.
+        Further points of the boundary to grade towards [length]. On contact parts of adaptive
+        solves they are a first guess of transition points.
     accuracy : float, optional
-        Where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the estimated relative
-        error is below this [-]; of u_t of one body in bilateral contact (1e-4 by default), else of pressure and shear
-        (1e-2); in space 2e-2. Surfaces from files are refined only where it is given.
+        Where neither sizes nor order nor grading are given, the solve is adaptive: it refines until
+        the estimated relative error is below this [-]; of u_t of one body in bilateral contact
+        (1e-4 by default), else of pressure and shear (1e-2); in space 2e-2. Surfaces from files are
+        refined only where it is given.
     exponent : float, optional
-        In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
-        for equal ones.
-        Of the other keys `element_size` (a quarter of the shortest edge by default), `element_sizes`, `order` (0 to 3, by
-        default 2) and `accuracy` count in space; on surfaces from files the facets are the panels.
+        In space: panels on the faces of a box shrink towards the edges with this power of their
+        number, by default 1.4; 1 for equal ones.
+        Of the other keys `element_size` (a quarter of the shortest edge by default),
+        `element_sizes`, `order` (0 to 3, by default 2) and `accuracy` count in space; on surfaces
+        from files the facets are the panels.
     """
 
     element_size: Positive | None = None
@@ -188,17 +213,27 @@ class MeshOptions(Model):
 
     @property
     def automatic(self) -> bool:
-        """Whether nothing is said of sizes, order and grading: order and grading follow `accuracy`."""
-        return self.element_size is None and not self.element_sizes and self.order is None and self.grading is None
+        """Whether nothing is said of sizes, order and grading: order and grading follow
+        `accuracy`."""
+        return (
+            self.element_size is None
+            and not self.element_sizes
+            and self.order is None
+            and self.grading is None
+        )
 
     def ignored(self, *, adaptive: bool) -> list[str]:
-        """Keys with another value than by default that a solve on this mesh, or an adaptive one, does not read."""
+        """Keys with another value than by default that a solve on this mesh, or an adaptive one,
+        does not read."""
         unread = {"levels", "graded_points"} if not self.graded else set()
         unread |= {"accuracy"} if not self.automatic else set()
         if adaptive:
             unread = set(MeshOptions.model_fields) - {"graded_points", "accuracy"}
-        return [key for key, field in MeshOptions.model_fields.items()
-                if key in unread and getattr(self, key) != field.get_default(call_default_factory=True)]  # fmt: skip
+        return [
+            key
+            for key, field in MeshOptions.model_fields.items()
+            if key in unread and getattr(self, key) != field.get_default(call_default_factory=True)
+        ]
 
     @property
     def graded(self) -> bool:
@@ -207,7 +242,8 @@ class MeshOptions(Model):
 
     @property
     def resolved_order(self) -> int:
-        """The order, its default filled in: 0 on uniform meshes as in the paper, 3 on graded ones."""
+        """The order, its default filled in: 0 on uniform meshes as in the paper, 3 on graded
+        ones."""
         if self.order is not None:
             return self.order
         return 0 if self.element_size is not None else 3

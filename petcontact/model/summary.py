@@ -8,18 +8,30 @@ from .bodies import Body, Contact, Pair
 
 
 def summary(problem: Any) -> list[tuple[str, str]]:
-    """What a `Problem` consists of: a name and a line for each body, obstacle, contact and step, and for the method."""
+    """What a `Problem` consists of: a name and a line for each body, obstacle, contact and step,
+    and for the method."""
     rows = [(f"body {body.name}", _body(body)) for body in problem.body]
     for obstacle in problem.obstacle:
-        given = [f"{key} {_value(getattr(obstacle, key))}" for key in ("displacement", "rotation", "force", "moment")
-                 if key in obstacle.model_fields_set]  # fmt: skip
+        given = [
+            f"{key} {_value(getattr(obstacle, key))}"
+            for key in ("displacement", "rotation", "force", "moment")
+            if key in obstacle.model_fields_set
+        ]
         rows.append((f"obstacle {obstacle.name}", ", ".join(given) or "fixed"))
-    rows += [(f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {_law(pair)}") for pair in problem.contact]
+    rows += [
+        (f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {_law(pair)}")
+        for pair in problem.contact
+    ]
     for k, step in enumerate(problem.step, 1):
-        changed = [*(c.part for c in step.boundary), *(c.name for c in (*step.obstacle, *step.point_force))]
+        changed = [
+            *(c.part for c in step.boundary),
+            *(c.name for c in (*step.obstacle, *step.point_force)),
+        ]
         changed += ["loads"] * bool(step.loads)
         count = f"{step.increments} increment{'s' * (step.increments != 1)}"
-        rows.append((f"step {step.name or k}", f"{count}; changes {', '.join(changed) or 'nothing'}"))
+        rows.append(
+            (f"step {step.name or k}", f"{count}; changes {', '.join(changed) or 'nothing'}")
+        )
     return [*rows, ("method", problem.method.resolved_name)]
 
 
@@ -28,14 +40,20 @@ def html_table(caption: str, rows: list[tuple[str, str]]) -> str:
     cell = "<t{0} style='text-align:left'>{1}</t{0}>"
     import html
 
-    lines = ("".join(cell.format(*pair) for pair in zip("hd", map(html.escape, row), strict=True)) for row in rows)
-    return f"<table><caption>{html.escape(caption)}</caption>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+    lines = (
+        "".join(cell.format(*pair) for pair in zip("hd", map(html.escape, row), strict=True))
+        for row in rows
+    )
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<table><caption>{html.escape(caption)}</caption>{body}</table>"
 
 
 def _body(body: Body) -> str:
     """Shape, material and the conditions of the parts."""
-    parts = {kind: [c.part for c in body.boundary if c.condition == kind]
-             for kind in ("displacement", "traction", "symmetry", "periodic")}  # fmt: skip
+    parts = {
+        kind: [c.part for c in body.boundary if c.condition == kind]
+        for kind in ("displacement", "traction", "symmetry", "periodic")
+    }
     given = [f"{kind} on {', '.join(names)}" for kind, names in parts.items() if names]
     given += [f"contact on {c.part}, {_law(c)}" for c in body.boundary if isinstance(c, Contact)]
     given += [f"{len(body.point_force)} point forces"] * bool(body.point_force)
@@ -47,14 +65,21 @@ def _body(body: Body) -> str:
 
 def _law(law: Contact | Pair) -> str:
     names = {"friction_coefficient": "friction coefficient", "friction_bound": "friction bound"}
-    given = [f"{name} {_value(getattr(law, key))}" for key, name in names.items() if getattr(law, key) is not None]
+    given = [
+        f"{name} {_value(getattr(law, key))}"
+        for key, name in names.items()
+        if getattr(law, key) is not None
+    ]
     return ", ".join([law.normal, *(given or ["frictionless"] * (law.normal != "bonded"))])
 
 
 def _value(value: Any) -> str:
-    """A number, an expression or a few of them; a function or an array of many values by its kind."""
+    """A number, an expression or a few of them; a function or an array of many values by its
+    kind."""
     if callable(value):
         return f"by {getattr(value, '__name__', 'a function')}"
     if isinstance(value, tuple):
-        return f"[{', '.join(map(_value, value))}]" if len(value) <= 3 else f"by {len(value)} values"
+        return (
+            f"[{', '.join(map(_value, value))}]" if len(value) <= 3 else f"by {len(value)} values"
+        )
     return f"{value:g}" if isinstance(value, float) else str(value)

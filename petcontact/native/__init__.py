@@ -1,13 +1,14 @@
-"""Kernels compiled from the C files beside this one, where a compiler was at hand; numpy serves everywhere else.
+"""Kernels compiled from the C files beside this one, where a compiler was at hand; numpy serves
+everywhere else.
 
 A caller asks for a function by name and falls back on numpy when there is none:
 
     integrals = native.function("petcontact_plane_integrals", "pipipp")   # once, at import
     if integrals is not None: ...
 
-The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it pointers, with Python's
-lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off,
-PETCONTACT_NATIVE=FILE takes another build of it.
+The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it
+pointers, with Python's lock released. Its digits are the same on every machine (`elementary.h`).
+PETCONTACT_NATIVE=0 switches it off, PETCONTACT_NATIVE=FILE takes another build of it.
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ import numpy as np
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
 INTERFACE = 0xE37ADF14
-"""`petcontact_interface` of the C files beside this one; a library of others expects other arguments."""
+"""`petcontact_interface` of the C files beside this one; a library of others expects other
+arguments."""
 FILLER = "pipippp"
-"""Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""
+"""Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and
+two blocks."""
 Compiled = Callable[..., None]
 AnyArray = np.ndarray[Any, np.dtype[Any]]
 _byte_of: Callable[[Any], Any] = ctypes.c_char.from_buffer
@@ -47,8 +50,11 @@ def _library() -> ctypes.CDLL | None:
     if interface is not None:
         interface.restype = ctypes.c_int64
     if interface is None or interface() != INTERFACE:
-        print(f"petcontact: {path} was built from other C files and is not used; scripts/setup builds it again",
-              file=sys.stderr)  # fmt: skip
+        print(
+            f"petcontact: {path} was built from other C files and is not used; scripts/setup "
+            f"builds it again",
+            file=sys.stderr,
+        )
         return None
     return found
 
@@ -72,23 +78,30 @@ def function(name: str, arguments: str) -> Compiled | None:
 
 @functools.cache
 def address(name: str) -> int | None:
-    """Where a function of the library begins, for other functions of it to call; None where there is none."""
+    """Where a function of the library begins, for other functions of it to call; None where there
+    is none."""
     found: Any = getattr(_library(), name, None)
     return None if found is None else ctypes.cast(found, ctypes.c_void_p).value
 
 
 def pointer(array: AnyArray | None) -> int | None:
-    """The address of an array's first number; the caller keeps it alive, and sees to its type and strides."""
+    """The address of an array's first number; the caller keeps it alive, and sees to its type and
+    strides."""
     if array is None:
         return None
     try:
         return _address_of(_byte_of(array))
-    except (TypeError, ValueError, BufferError):  # not contiguous, read-only, or empty: three times as slow
+    except (
+        TypeError,
+        ValueError,
+        BufferError,
+    ):  # not contiguous, read-only, or empty: three times as slow
         return int(array.__array_interface__["data"][0])
 
 
 class Record:
-    """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of the members."""
+    """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of
+    the members."""
 
     def __init__(self, *members: AnyArray | int | float | None) -> None:
         self.arrays = [member for member in members if isinstance(member, np.ndarray)]
@@ -113,4 +126,6 @@ def describe() -> str:
         level(ctypes.addressof(name))
         return f"compiled ({name.value.decode()})"
     switched_off = os.environ.get(VARIABLE, "1") == "0"
-    return f"numpy ({VARIABLE}=0)" if switched_off else "numpy (not compiled, or from other C files)"
+    return (
+        f"numpy ({VARIABLE}=0)" if switched_off else "numpy (not compiled, or from other C files)"
+    )

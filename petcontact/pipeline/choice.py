@@ -20,40 +20,48 @@ SMALLEST = 1200
 SMALLEST_SURFACE = 700
 """The same in space."""
 WORTH = 2.0
-"""Dense surfaces, which hold more digits, may cost so much more. Two bodies of 738 nodes each, 441 in contact, pressed and
-pushed, took 1.4 s dense and 2.4 s compressed (1e-4), of 1008 nodes 3.4 and 3.4 s, of 1485 nodes 8.3 and 6.1 s."""
+"""Dense surfaces, which hold more digits, may cost so much more. Two bodies of 738 nodes each, 441
+in contact, pressed and pushed, took 1.4 s dense and 2.4 s compressed (1e-4), of 1008 nodes 3.4 and
+3.4 s, of 1485 nodes 8.3 and 6.1 s."""
 LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
-# Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes of 1000 to 3600 nodes.
+# Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes
+# of 1000 to 3600 nodes.
 ENTRY, FLOP = 1.4e-7, 1.4e-10
 """A dense system of n unknowns over two takes ENTRY n² + FLOP n³, in space as in the plane."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
-"""A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
+"""A compressed one takes so much a node: of elements of about one length on few curves; graded, or
+of many holes."""
 SURFACE = 1.2e-3
-"""The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took 1e-3 to 1.6e-3."""
+"""The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took
+1e-3 to 1.6e-3."""
 DIGIT = 1.4
-"""A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3, 9.0 s at 1e-4, 5760 11.7 s
-at 1e-6."""
+"""A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3,
+9.0 s at 1e-4, 5760 11.7 s at 1e-6."""
 IN_SPACE = 2.0
 """Dense systems in space take so much longer than plane ones as large: their kernels cost more."""
 INCREMENT = (0.2, 0.4)
-"""Time of an increment over that of the elimination, dense and compressed, in space: 0.35 to 0.6 of pairs of 1485 to 8253
-nodes each, 0.3 to 0.5 of one body and of pairs of 2970 to 30 042 nodes in all."""
+"""Time of an increment over that of the elimination, dense and compressed, in space: 0.35 to 0.6 of
+pairs of 1485 to 8253 nodes each, 0.3 to 0.5 of one body and of pairs of 2970 to 30 042 nodes in
+all."""
 FREE = 0.13
-"""More for each rigid motion of a compressed body that only contact holds, which is a column of the preconditioner in every
-Newton step: 1.1 to 1.5 times the elimination with three and six motions."""
+"""More for each rigid motion of a compressed body that only contact holds, which is a column of the
+preconditioner in every Newton step: 1.1 to 1.5 times the elimination with three and six motions."""
 SHARED, ALONE = 3e-5, 600
-"""The same a node on straight stretches of equal elements, beyond the first of each, whose clusters share their blocks."""
+"""The same a node on straight stretches of equal elements, beyond the first of each, whose clusters
+share their blocks."""
 IN_PLANE = 1.0
-"""Time of an increment over that of the elimination in the plane: 0.3 by Newton's method, 0.8 to 2.6 by projection."""
+"""Time of an increment over that of the elimination in the plane: 0.3 by Newton's method, 0.8 to
+2.6 by projection."""
 CURVE_NODE, SHARED_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 2e3, 6e4, 7e4
-"""Memory of compressed operators of curves (on stretches as above), and of surfaces with their preconditioner, a node, and
-more a node in contact [bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
+"""Memory of compressed operators of curves (on stretches as above), and of surfaces with their
+preconditioner, a node, and more a node in contact [bytes]; measured ones of 2970 to 29 160 nodes,
+of tolerance 1e-3 and 1e-4, were within a fifth."""
 TIGHTEST, LOOSEST = 1e-6, 1e-3
 """Tolerances of compressed surfaces that an adaptive solve chooses."""
 FINER = 5e-3
-"""Such a tolerance over the wanted error of tractions: elastic residuals are about as large as tolerances, errors of p from
-them some times larger."""
+"""Such a tolerance over the wanted error of tractions: elastic residuals are about as large as
+tolerances, errors of p from them some times larger."""
 NEWTON = 5
 """Matrices of the size of S that a Newton step holds, S among them."""
 OVERHEAD = 5e7
@@ -84,7 +92,10 @@ def shared_nodes(mesh: CurveMesh) -> int:
     """Nodes whose clusters of compressed operators share the blocks of others."""
     from ..compliance.body.stretches import repeated, runs
 
-    counts = [int(mesh.first_node[last] - mesh.first_node[first]) for first, last in runs(mesh, repeated(mesh))]
+    counts = [
+        int(mesh.first_node[last] - mesh.first_node[first])
+        for first, last in runs(mesh, repeated(mesh))
+    ]
     return sum(max(0, count - ALONE) for count in counts)
 
 
@@ -98,8 +109,11 @@ def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     return compressed_seconds(mesh) * float(DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4))
 
 
-def solve_seconds(bem: Bem, meshes: Sequence[BoundaryMesh], increments: int, motions: int = 0) -> float:
-    """Processor time [s] of elimination and some increments of bodies of which contact alone holds so many motions."""
+def solve_seconds(
+    bem: Bem, meshes: Sequence[BoundaryMesh], increments: int, motions: int = 0
+) -> float:
+    """Processor time [s] of elimination and some increments of bodies of which contact alone holds
+    so many motions."""
     large = [is_compressed(bem, mesh) for mesh in meshes]
     seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
     share = INCREMENT[any(large)] + FREE * motions * any(large) if meshes[0].dim == 3 else IN_PLANE
@@ -115,10 +129,12 @@ def compressed_memory(mesh: BoundaryMesh, contact: int) -> float:
 
 
 def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) -> float:
-    """Predicted peak of dense elimination and of a Newton step [bytes]; measured ones were within a tenth.
+    """Predicted peak of dense elimination and of a Newton step [bytes]; measured ones were within a
+    tenth.
 
-    Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while they are made once more the
-    columns and S; a Newton step holds S of all `total` contact unknowns, the block of closed ones, and its factors.
+    Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while
+    they are made once more the columns and S; a Newton step holds S of all `total` contact
+    unknowns, the block of closed ones, and its factors.
     """
     stays = sum(q * q + m * q + 2 * m * m for q, m in zip(unknowns, contact, strict=True))
     made = max((m * q + m * m for q, m in zip(unknowns, contact, strict=True)), default=0)
@@ -126,32 +142,55 @@ def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) ->
 
 
 def check_memory(
-    unknowns: Sequence[int], contact: Sequence[int], total: int, copies: int = 1, compressed: float = 0.0
+    unknowns: Sequence[int],
+    contact: Sequence[int],
+    total: int,
+    copies: int = 1,
+    compressed: float = 0.0,
 ) -> float:
-    """The memory that dense bodies, on each of `copies` ranks, and compressed ones take together [bytes].
+    """The memory that dense bodies, on each of `copies` ranks, and compressed ones take together
+    [bytes].
 
     Raises
     ------
     InputError
         If the predicted peak is larger than the memory.
     """
-    needed, there = compressed + (copies * dense_memory(unknowns, contact, total) if unknowns else 0.0), physical_memory()
+    needed, there = (
+        compressed + (copies * dense_memory(unknowns, contact, total) if unknowns else 0.0),
+        physical_memory(),
+    )
     if needed > there and not unknowns:
-        raise InputError(f"mesh: the compressed operators of all bodies take about {needed / 1e9:.3g} GB, this machine has "
-                         f"{there / 1e9:.3g}; use larger elements")  # fmt: skip
+        raise InputError(
+            f"mesh: the compressed operators of all bodies take about {needed / 1e9:.3g} GB, this "
+            f"machine has "
+            f"{there / 1e9:.3g}; use larger elements"
+        )
     if needed > there:
-        raise InputError(f"mesh: dense operators of {sum(unknowns)} unknowns, {total} of contact, take "
-                         f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or compression "
-                         "where there is one")  # fmt: skip
+        raise InputError(
+            f"mesh: dense operators of {sum(unknowns)} unknowns, {total} of contact, take "
+            f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or "
+            f"compression "
+            "where there is one"
+        )
     return needed
 
 
-def needed_memory(bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int) -> float:
-    """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`, in k directions each."""
+def needed_memory(
+    bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int
+) -> float:
+    """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`,
+    in k directions each."""
     small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
-    large = sum(compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small)
-    return check_memory([meshes[b].x.size for b in small], [directions * contact[b] for b in small],
-                        directions * total if small else 0, compressed=large)  # fmt: skip
+    large = sum(
+        compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small
+    )
+    return check_memory(
+        [meshes[b].x.size for b in small],
+        [directions * contact[b] for b in small],
+        directions * total if small else 0,
+        compressed=large,
+    )
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
@@ -164,9 +203,15 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     """
     curve = isinstance(mesh, CurveMesh)
     if bem.mat_type == "hodlr" and not curve:
-        raise InputError('bem.mat_type: "hodlr" compresses boundaries of plane bodies; choose "auto", "hmatrix" or "dense"')
+        raise InputError(
+            'bem.mat_type: "hodlr" compresses boundaries of plane bodies; choose "auto", "hmatrix" '
+            'or "dense"'
+        )
     if bem.mat_type == "hmatrix" and curve:
-        raise InputError('bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or "dense"')
+        raise InputError(
+            'bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or '
+            '"dense"'
+        )
     if bem.mat_type != "auto":
         return bem.mat_type != "dense"
     if mesh.n_nodes <= (SMALLEST if curve else SMALLEST_SURFACE):
@@ -174,7 +219,9 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     dense, compressed = dense_seconds(mesh.n_nodes, mesh.dim), compressed_seconds(mesh)
     if curve:
         return compressed < dense
-    whole, parts = (seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True))
+    whole, parts = (
+        seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True)
+    )
     return WORTH * parts < whole
 
 
@@ -184,15 +231,21 @@ def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
     return any(is_compressed(bem, mesh) for mesh in meshes)
 
 
-def suitable_bem(bem: Bem, secondaries: Sequence[tuple[int, str]], meshes: Iterable[BoundaryMesh]) -> Bem:
-    """`[bem]`; dense where no storage is named and a part in space is the secondary of two contacts, for which compressed
-    surfaces are not made. `secondaries` are the numbers of bodies and the parts of all contacts."""
-    twice = len(set(secondaries)) < len(secondaries) and not all(isinstance(mesh, CurveMesh) for mesh in meshes)
+def suitable_bem(
+    bem: Bem, secondaries: Sequence[tuple[int, str]], meshes: Iterable[BoundaryMesh]
+) -> Bem:
+    """`[bem]`; dense where no storage is named and a part in space is the secondary of two
+    contacts, for which compressed surfaces are not made. `secondaries` are the numbers of bodies
+    and the parts of all contacts."""
+    twice = len(set(secondaries)) < len(secondaries) and not all(
+        isinstance(mesh, CurveMesh) for mesh in meshes
+    )
     return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:
-    """Tolerance of compressed surfaces for an error of the solution; NaN where one is given, which then stays [-]."""
+    """Tolerance of compressed surfaces for an error of the solution; NaN where one is given, which
+    then stays [-]."""
     if "hmatrix_tol" in bem.model_fields_set or option("bem_hmatrix_tol") is not None:
         return math.nan
     return min(max(FINER * accuracy, TIGHTEST), LOOSEST)
@@ -201,14 +254,20 @@ def chosen_tolerance(bem: Bem, accuracy: float) -> float:
 def resolved_bem(bem: Bem) -> Bem:
     """`[bem]` with its -bem_ options over it."""
     everything = given_options()
-    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything] if everything else []
+    names = (
+        [name for name in type(bem).model_fields if f"bem_{name}" in everything]
+        if everything
+        else []
+    )
     if not names:
         return bem
     given = {name: option(f"bem_{name}") or "" for name in names}
     values: dict[str, Any] = {**bem.model_dump()}
     for name, text in given.items():
         try:
-            values[name] = text if name == "mat_type" else float(text) if name.endswith("_tol") else int(text)
+            values[name] = (
+                text if name == "mat_type" else float(text) if name.endswith("_tol") else int(text)
+            )
         except ValueError:
             raise InputError(f"-bem_{name}: {text!r} is not a number") from None
     try:

@@ -25,25 +25,29 @@ from .discrete.facing import mismatch
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
-"""Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
+"""Largest accepted defect of the boundary integral equations, relative to the largest
+displacement."""
 SAFE = 0.1
 """Of it: compressed operators that come nearer are replaced by dense ones."""
 FORMED = 1000
-"""Contact unknowns up to which S of a compressed body is formed, where T alone does not find the sets of contact."""
+"""Contact unknowns up to which S of a compressed body is formed, where T alone does not find the
+sets of contact."""
 Announce = Callable[[int, int, float, float], Callable[[float], None]]
-"""Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes; what it returns is called with the
-share of the matrix that is built."""
+"""Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes; what it
+returns is called with the share of the matrix that is built."""
 
 
 def silent(share: float) -> None:
     """A progress callback that reports nothing."""
 
 
-def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce | None = None) -> BodiesSystem:
+def eliminated(
+    discrete: Discrete, comm: Any, cases: int = 1, announce: Announce | None = None
+) -> BodiesSystem:
     """Eliminate the bodies and compose them; the same on every rank.
 
-    Compressed bodies, and a dense one that is alone, are those of all ranks together; several dense ones are dealt out to
-    them, and then shared.
+    Compressed bodies, and a dense one that is alone, are those of all ranks together; several dense
+    ones are dealt out to them, and then shared.
 
     Parameters
     ----------
@@ -62,7 +66,9 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     """
     bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
     check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
-    discrete.mesh_warnings = check_meshes([body.name for body in posed], meshes, discrete.boundaries, discrete.adapted)
+    discrete.mesh_warnings = check_meshes(
+        [body.name for body in posed], meshes, discrete.boundaries, discrete.adapted
+    )
     if discrete.facings and not discrete.adapted:
         for side, facing in zip(discrete.sides, discrete.facings, strict=True):
             discrete.mesh_warnings += mismatch(side, facing)
@@ -100,22 +106,35 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     needed = needed_memory(bem, meshes, [m for m, _ in contact], contact[0][1], nodes)
     if announce is None:
         return silent
-    increments = sum(1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step)
-    seconds = solve_seconds(bem, meshes, max(1, increments), sum(free.shape[2] for free in discrete.motions))
-    return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
+    increments = sum(
+        1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step
+    )
+    seconds = solve_seconds(
+        bem, meshes, max(1, increments), sum(free.shape[2] for free in discrete.motions)
+    )
+    return announce(
+        sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed
+    )
 
 
 def _sizes(discrete: Discrete, some: list[int]) -> tuple[list[int], list[int], int]:
     """Unknowns of some bodies, those in contact, and those of all contacts."""
-    directions = discrete.data[0].contact_shape[1] * sum(len(interface.nodes) for interface in discrete.interfaces)
-    return ([discrete.meshes[b].x.size for b in some], [discrete.data[b].contact_directions.size for b in some],
-            directions if some else 0)  # fmt: skip
+    directions = discrete.data[0].contact_shape[1] * sum(
+        len(interface.nodes) for interface in discrete.interfaces
+    )
+    return (
+        [discrete.meshes[b].x.size for b in some],
+        [discrete.data[b].contact_directions.size for b in some],
+        directions if some else 0,
+    )
 
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
     """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
     mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
-    kernel = kernel_for(mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol)
+    kernel = kernel_for(
+        mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol
+    )
     operators = BoundaryOperators(mesh, data, kernel)
     return operators, discrete.motions[number]
 
@@ -135,10 +154,16 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
     operators, modes = operators_of(discrete, 0)
     apart = isinstance(discrete.boundaries[0], CondensedSurface) or not discrete.interfaces
     if len(discrete.meshes) > 1 or apart or not discrete.holds_normals or modes.shape[2]:
-        raise InputError('method.formulation: "full" is the paper\'s, for one body that is held, in bilateral contact with '
-                         'a friction bound; use "condensed"')  # fmt: skip
+        raise InputError(
+            'method.formulation: "full" is the paper\'s, for one body that is held, in bilateral '
+            "contact with "
+            'a friction bound; use "condensed"'
+        )
     if bem.mat_type in ("hodlr", "hmatrix"):
-        raise InputError(f'method.formulation: "full" is dense; use "condensed" with bem.mat_type = "{bem.mat_type}"')
+        raise InputError(
+            f'method.formulation: "full" is dense; use "condensed" with bem.mat_type = '
+            f'"{bem.mat_type}"'
+        )
     contact = discrete.data[0].contact_directions.size
     check_memory([discrete.meshes[0].x.size], [contact], contact)
     return FullBody(operators, modes, comm)
@@ -147,7 +172,8 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
 def _compressed(
     discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
 ) -> ElasticBody | None:
-    """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
+    """A body on compressed operators; None where dense ones are predicted, or found, to do
+    better."""
     mesh, held = discrete.meshes[number], discrete.holds_normals
     if isinstance(discrete.boundaries[number], CondensedSurface) or not is_compressed(bem, mesh):
         return None

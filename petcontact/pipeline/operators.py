@@ -1,4 +1,5 @@
-"""The operators of a problem in public: G and H of each body, S and u_0 of the contact, and elastic solutions by them."""
+"""The operators of a problem in public: G and H of each body, S and u_0 of the contact, and elastic
+solutions by them."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ from .eliminate import eliminated, eliminated_alone
 
 @frozen
 class BodyOperators:
-    """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of them.
+    """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of
+    them.
 
     Component c of node i is d i + c.
 
@@ -41,7 +43,8 @@ class BodyOperators:
     mesh : BoundaryMesh
         With x, normal (n, d), weight (n,), nodes_of(part).
     eliminated : ElasticBody
-        Its u_0 (K, m, k) and compliance (k m, k m) in the k contact directions `data.contact_frame` of the nodes `contact`.
+        Its u_0 (K, m, k) and compliance (k m, k m) in the k contact directions `data.contact_frame`
+        of the nodes `contact`.
     """
 
     name: str
@@ -64,7 +67,9 @@ class BodyOperators:
     def _matrices(self) -> tuple[Array, Array]:
         operators, d, n = self.eliminated.operators, self.mesh.dim, self.mesh.n_nodes
         if isinstance(self._problem.body[self._number].geometry.outline(), CondensedSurface):
-            raise InputError(f"body {self.name!r} is a superelement: it has no boundary integral operators")
+            raise InputError(
+                f"body {self.name!r} is a superelement: it has no boundary integral operators"
+            )
         single, double = np.zeros((n, d, n, d)), np.zeros((n, d, n, d))
         targets = self.mesh.targets(slice(None))
         for batch in self.mesh.batches():
@@ -74,7 +79,8 @@ class BodyOperators:
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
     def solve(self, sigma: Any = None, state: int = -1, alpha: Any = None) -> tuple[Array, Array]:
-        """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and given contact tractions.
+        """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and
+        given contact tractions.
 
         Parameters
         ----------
@@ -88,17 +94,26 @@ class BodyOperators:
         body = self.eliminated
         shares = np.zeros(len(body.u_0))
         shares[state] = 1.0
-        pushed = np.zeros(body.data.contact_shape) if sigma is None else np.asarray(sigma, dtype=float)
-        return body.boundary(shares, pushed.reshape(body.data.contact_shape),
-                             np.zeros(body.modes.shape[2]) if alpha is None else np.asarray(alpha))  # fmt: skip
+        pushed = (
+            np.zeros(body.data.contact_shape) if sigma is None else np.asarray(sigma, dtype=float)
+        )
+        return body.boundary(
+            shares,
+            pushed.reshape(body.data.contact_shape),
+            np.zeros(body.modes.shape[2]) if alpha is None else np.asarray(alpha),
+        )
 
-    def state_at(self, points: Any, u: Array, traction: Array, step: int | None = None) -> StressState:
-        """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside of the body at the end
-        of a step, the last one by default; see `Solution.state_at`."""
+    def state_at(
+        self, points: Any, u: Array, traction: Array, step: int | None = None
+    ) -> StressState:
+        """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside
+        of the body at the end of a step, the last one by default; see `Solution.state_at`."""
         mesh, problem = self.mesh, self._problem
         volume, elsewhere = volume_solution(problem, self._number, mesh), np.full(mesh.n_nodes, -1)
         shares = {step or max(1, len(problem.step)): 1.0}
-        return BodyFields(problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
+        return BodyFields(
+            problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere, shares
+        ).at(points)
 
     def petsc(self, name: str, comm: Any = None) -> Any:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
@@ -108,16 +123,22 @@ class BodyOperators:
         InputError
             If there is no such operator.
         """
-        return distributed(_named(name, {"G": lambda: self.G, "H": lambda: self.H, "S": lambda: self.eliminated.compliance}),
-                           comm)  # fmt: skip
+        return distributed(
+            _named(
+                name,
+                {"G": lambda: self.G, "H": lambda: self.H, "S": lambda: self.eliminated.compliance},
+            ),
+            comm,
+        )
 
 
 @frozen
 class Operators:
     """What the bodies of a problem do at its M contact nodes: v = u_0 + Sσ + Mα - gap, Eσ + f = 0.
 
-    σ are the tractions on the secondaries, v the relative displacement, in the k directions of each node: tangents, then,
-    unless all contact is bilateral under a given bound, the normal. Component c of node i is k i + c.
+    σ are the tractions on the secondaries, v the relative displacement, in the k directions of each
+    node: tangents, then, unless all contact is bilateral under a given bound, the normal. Component
+    c of node i is k i + c.
 
     Attributes
     ----------
@@ -157,12 +178,16 @@ class Operators:
 
     @functools.cached_property
     def S(self) -> Array:
-        """The compliance of the contact, (k M, k M) [length/stress]; of compressed bodies by a product a column."""
-        return np.zeros((0, 0)) if self._system is None else np.asarray(self._system.operator.matrix())
+        """The compliance of the contact, (k M, k M) [length/stress]; of compressed bodies by a
+        product a column."""
+        return (
+            np.zeros((0, 0)) if self._system is None else np.asarray(self._system.operator.matrix())
+        )
 
     @property
     def u_0(self) -> Array:
-        """v under the loads of the last state without contact tractions and gap, (M, k) [length]."""
+        """v under the loads of the last state without contact tractions and gap, (M, k)
+        [length]."""
         return np.asarray(self.states[-1])
 
     @property
@@ -182,7 +207,9 @@ class Operators:
         """S σ, (M, k) [length], without forming S."""
         if self._system is None:
             raise InputError("apply: no part is in contact")
-        return np.asarray(self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1)))
+        return np.asarray(
+            self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1))
+        )
 
     def petsc(self, name: str = "S", comm: Any = None) -> Any:
         """S as a dense PETSc Mat by rows over the ranks."""
@@ -195,7 +222,8 @@ class Operators:
 
 
 def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
-    """The operators of a problem, of any dimension, number of bodies and kind of contact, or without contact.
+    """The operators of a problem, of any dimension, number of bodies and kind of contact, or
+    without contact.
 
     Parameters
     ----------
@@ -218,11 +246,18 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     Examples
     --------
     >>> import numpy as np
-    >>> from petcontact import Displacement, Material, MeshOptions, Problem, Rectangle, Traction, operators
+    >>> from petcontact import Displacement, Material, MeshOptions, Problem, Rectangle, Traction
+    >>> from petcontact import operators
     >>> bar = Problem(
-    ...     material=Material(1000.0, 0.3, "stress"), geometry=Rectangle((0, 0), (4, 1)), mesh=MeshOptions(0.5, order=2),
-    ...     boundary=[Displacement("left", (0, "free")), Traction("right", (1, 0)), Traction("top", (0, 0)),
-    ...               Displacement("bottom", ("free", 0))],
+    ...     material=Material(1000.0, 0.3, "stress"),
+    ...     geometry=Rectangle((0, 0), (4, 1)),
+    ...     mesh=MeshOptions(0.5, order=2),
+    ...     boundary=[
+    ...         Displacement("left", (0, "free")),
+    ...         Traction("right", (1, 0)),
+    ...         Traction("top", (0, 0)),
+    ...         Displacement("bottom", ("free", 0)),
+    ...     ],
     ... )
     >>> body = operators(bar).body
     >>> u, t = body.solve()
@@ -240,26 +275,61 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
         else:
             system = eliminated(discrete, comm)
             bodies = system.bodies
-    named = {body.name: BodyOperators(body.name, mesh, elastic, problem, b) for b, (body, mesh, elastic) in
-             enumerate(zip(problem.body, discrete.meshes, bodies, strict=True))}  # fmt: skip
+    named = {
+        body.name: BodyOperators(body.name, mesh, elastic, problem, b)
+        for b, (body, mesh, elastic) in enumerate(
+            zip(problem.body, discrete.meshes, bodies, strict=True)
+        )
+    }
     return _of(discrete, system, named)
 
 
-def _of(discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyOperators]) -> Operators:
+def _of(
+    discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyOperators]
+) -> Operators:
     faces, d = discrete.interfaces, discrete.meshes[0].dim
     if system is None:
         states, none = len(discrete.data[0].value), np.zeros((0, d))
-        return Operators(discrete.problem, bodies, {}, none, none, np.zeros((0, d, d)), none[:, 0], none[:, 0],
-                         np.zeros((states, 0, d)), none[:, :0], none[:, :0].T, np.zeros((states, 0)), None)  # fmt: skip
+        return Operators(
+            discrete.problem,
+            bodies,
+            {},
+            none,
+            none,
+            np.zeros((0, d, d)),
+            none[:, 0],
+            none[:, 0],
+            np.zeros((states, 0, d)),
+            none[:, :0],
+            none[:, :0].T,
+            np.zeros((states, 0)),
+            None,
+        )
     x, normal, frame = (
-        np.concatenate(parts) for parts in zip(*(
-            (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions) for face in faces
-        ), strict=True)
-    )  # fmt: skip
+        np.concatenate(parts)
+        for parts in zip(
+            *(
+                (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions)
+                for face in faces
+            ),
+            strict=True,
+        )
+    )
     return Operators(
-        discrete.problem, bodies, slices(faces), x, normal, frame, system.weight, system.gap,
-        system.base.reshape(len(system.base), -1, system.k), system.modes, system.balance, system.resultant, system,
-    )  # fmt: skip
+        discrete.problem,
+        bodies,
+        slices(faces),
+        x,
+        normal,
+        frame,
+        system.weight,
+        system.gap,
+        system.base.reshape(len(system.base), -1, system.k),
+        system.modes,
+        system.balance,
+        system.resultant,
+        system,
+    )
 
 
 def _named(name: str, there: dict[str, Any]) -> Array:
@@ -267,5 +337,7 @@ def _named(name: str, there: dict[str, Any]) -> Array:
         raise InputError(f"no operator {name!r}; there are {', '.join(there)}")
     found = there[name]()
     if found is None:
-        raise InputError(f"{name}: the body is compressed; take its products, or bem.mat_type = 'dense'")
+        raise InputError(
+            f"{name}: the body is compressed; take its products, or bem.mat_type = 'dense'"
+        )
     return np.asarray(found)

@@ -36,9 +36,16 @@ from .trust.increments import rough_step
 
 
 def prepare(
-    problem: Problem, comm: Any = None, discrete: Discrete | None = None, *, method: Any = None, rule: Rule | None = None,
-    law: Any = None, cases: int = 1, announce: Announce | None = None,
-) -> PreparedProblem:  # fmt: skip
+    problem: Problem,
+    comm: Any = None,
+    discrete: Discrete | None = None,
+    *,
+    method: Any = None,
+    rule: Rule | None = None,
+    law: Any = None,
+    cases: int = 1,
+    announce: Announce | None = None,
+) -> PreparedProblem:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
     Parameters
@@ -53,8 +60,8 @@ def prepare(
     cases : int
         How many will be run on it: several may share more than one would.
     announce : callable, optional
-        Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes before these are spent; what
-        it returns is called with the share that is built of an H-matrix.
+        Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes before
+        these are spent; what it returns is called with the share that is built of an H-matrix.
 
     Raises
     ------
@@ -73,8 +80,13 @@ def prepare(
         system = eliminated(discrete, comm, cases, announce)
     chosen = problem.method if method is None else method
     if not discrete.interfaces:
-        chosen, rule = Method(name="semismooth-newton"), None  # for nothing: whichever method is asked for
-    prepared = PreparedProblem(discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages})
+        chosen, rule = (
+            Method(name="semismooth-newton"),
+            None,
+        )  # for nothing: whichever method is asked for
+    prepared = PreparedProblem(
+        discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages}
+    )
     prepared.named = _named(method, rule)
     return prepared
 
@@ -82,15 +94,20 @@ def prepare(
 def _named(method: Any, rule: Any) -> dict[str, str]:
     """What a method and a rule over those of the problem are called in results."""
     given = {"method": method if rule is None or method is not None else "projection", "rule": rule}
-    return {key: value if isinstance(value, str) else getattr(value, "__name__", type(value).__name__)
-            for key, value in given.items() if value is not None}  # fmt: skip
+    return {
+        key: value if isinstance(value, str) else getattr(value, "__name__", type(value).__name__)
+        for key, value in given.items()
+        if value is not None
+    }
 
 
-def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True) -> Solution:
+def run(
+    problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True
+) -> Solution:
     """The steps of a prepared problem.
 
-    A solve that fails, or that the monitor ends, keeps its last iterate and the increments before it in a solution of
-    status "failed"; only a failure before the first iterate raises.
+    A solve that fails, or that the monitor ends, keeps its last iterate and the increments before
+    it in a solution of status "failed"; only a failure before the first iterate raises.
 
     Raises
     ------
@@ -100,13 +117,19 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
     return with_paths(problem, reported(problem, unreported(problem, monitor, checked=checked)))
 
 
-def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True) -> Solution:
+def unreported(
+    problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True
+) -> Solution:
     """As `run`, without what `reported` and `with_paths` add: all that a mesh on the way needs."""
     (results, rows), began = finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
     status, reason, failed = "converged", "", None
-    with options(problem.discrete.problem.petsc), threads.suited_to(len(problem.system.base[0])), stage("iterate"):
+    with (
+        options(problem.discrete.problem.petsc),
+        threads.suited_to(len(problem.system.base[0])),
+        stage("iterate"),
+    ):
         try:
             for result in increments(problem, results, monitor, checked=checked, rows=rows):
                 results.append(result)
@@ -114,7 +137,10 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
             if not results:
                 raise
             status, reason = "failed", str(error)
-    seconds, discrete = {**problem.timings, "iterate": time.perf_counter() - began}, problem.discrete
+    seconds, discrete = (
+        {**problem.timings, "iterate": time.perf_counter() - began},
+        problem.discrete,
+    )
     if status == "converged" and (rough := rough_step(results)):
         results = [*results[: rough[0]], rough[1]]
     if results and results[-1].status != "converged":
@@ -126,11 +152,18 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
         reason = reached(discrete, results)
     names = [body.name for body in discrete.problem.body]
     return Solution(
-        discrete.problem, dict(zip(names, discrete.meshes, strict=True)),
-        {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
-        results, status, reason, seconds, failed=failed, wear=wear_history(problem, rows),
+        discrete.problem,
+        dict(zip(names, discrete.meshes, strict=True)),
+        {i.name: i.nodes for i in discrete.interfaces},
+        {s.name: (names[s.body], s.part) for s in discrete.sides},
+        results,
+        status,
+        reason,
+        seconds,
+        failed=failed,
+        wear=wear_history(problem, rows),
         volumes=dict(zip(names, discrete.volumes, strict=True)),
-    )  # fmt: skip
+    )
 
 
 def reported(problem: PreparedProblem, solution: Solution) -> Solution:
@@ -139,21 +172,36 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
     info = {
-        "solver": system.describe(), "ksp_reason": reason_name(operator.ksp_reason) if operator.ksp_reason else "",
-        "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
-        "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
-        "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
+        "solver": system.describe(),
+        "ksp_reason": reason_name(operator.ksp_reason) if operator.ksp_reason else "",
+        "method": options_.resolved_name,
+        "rule": options_.rule or "modified",
+        **problem.named,
+        "argv": printable(" ".join(sys.argv)),
+        "petsc_options": petsc_options_of(discrete.problem.petsc),
+        "versions": versions(),
+        "ranks": problem.comm.getSize(),
+        "peak_memory": peak_memory(problem.comm),
         "warnings": warnings_of(problem, solution.steps),
-        "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
-        "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
-    }  # fmt: skip
+        "distance": {
+            side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)
+        },
+        "motions": {
+            name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)
+        },
+    }
     return replace(solution, info=info)
 
 
 def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
-    """A solution that is reported of, with what is to be said of the path of its loads; the operators are still needed."""
+    """A solution that is reported of, with what is to be said of the path of its loads; the
+    operators are still needed."""
     return replace(
-        solution, info={**solution.info, "warnings": [*solution.info["warnings"], *path_warnings(problem, solution)]}
+        solution,
+        info={
+            **solution.info,
+            "warnings": [*solution.info["warnings"], *path_warnings(problem, solution)],
+        },
     )
 
 
@@ -169,7 +217,11 @@ def versions() -> str:
     import scipy
 
     used = {
-        "petcontact": __version__, "PETSc": petsc_version(), "numpy": np.__version__, "scipy": scipy.__version__,
-        "h5py": h5py.__version__, "Python": sys.version.split()[0],
-    }  # fmt: skip
+        "petcontact": __version__,
+        "PETSc": petsc_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "h5py": h5py.__version__,
+        "Python": sys.version.split()[0],
+    }
     return ", ".join(f"{name} {version}" for name, version in used.items() if version)

@@ -43,20 +43,20 @@ def solve(
     ----------
     problem : Problem, or path of a TOML file
     method : str, Method, or ContactMethod, optional
-        Over the problem's own: a name, a `[method]` table, a class of petcontact, or a method of your own, which is any
-        `method(system, law, iteration)`.
+        Over the problem's own: a name, a `[method]` table, a class of petcontact, or a method of
+        your own, which is any `method(system, law, iteration)`.
     rule : Rule, optional
         A rule of your own for the projection method: any object with `update(rho, balance)`.
     law : ContactLaw, or callable, optional
-        A law of your own in place of friction_bound and friction_coefficient: an object for the contact nodes as they are,
-        or a function from `ContactNodes` to one.
+        A law of your own in place of friction_bound and friction_coefficient: an object for the
+        contact nodes as they are, or a function from `ContactNodes` to one.
     petsc_options : mapping, optional
         Over the problem's `[petsc]` table, for example ``{"ksp_type": "gmres"}``.
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default; every rank gets the whole solution.
     monitor : callable, optional
-        Called with the state so far after each iteration, whose `where` says step and load factor; a reason that it returns
-        ends the solve there.
+        Called with the state so far after each iteration, whose `where` says step and load factor;
+        a reason that it returns ends the solve there.
     announce : callable, optional
         As in `prepare`.
     reached : callable, optional
@@ -80,11 +80,18 @@ def solve(
 
     Examples
     --------
-    >>> from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, solve
+    >>> from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle
+    >>> from petcontact import Traction, solve
     >>> block = Problem(
-    ...     material=Material(1e4, 0.3), geometry=Rectangle((0, 0), (8, 4)), mesh=MeshOptions(element_size=0.5),
-    ...     boundary=[Contact("bottom", friction_bound=150), Displacement("top", (0, 0)),
-    ...               Traction("left", (400, 0)), Traction("right", (0, 0))],
+    ...     material=Material(1e4, 0.3),
+    ...     geometry=Rectangle((0, 0), (8, 4)),
+    ...     mesh=MeshOptions(element_size=0.5),
+    ...     boundary=[
+    ...         Contact("bottom", friction_bound=150),
+    ...         Displacement("top", (0, 0)),
+    ...         Traction("left", (400, 0)),
+    ...         Traction("right", (0, 0)),
+    ...     ],
     ... )
     >>> solve(block).status
     'converged'
@@ -93,8 +100,17 @@ def solve(
     if adapts_itself(problem):
         from .adaptive.climb import adapt
 
-        solution = adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor, announce=announce,
-                         reached=reached)  # fmt: skip
+        solution = adapt(
+            problem,
+            None,
+            method=method,
+            rule=rule,
+            law=law,
+            comm=comm,
+            monitor=monitor,
+            announce=announce,
+            reached=reached,
+        )
     else:
         prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
         try:
@@ -109,24 +125,31 @@ def solve(
 
 
 def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces from files where it has an
-    accuracy."""
+    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces
+    from files where it has an accuracy."""
     if not interfaces_of(problem):
         return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
-    return all(body.mesh.automatic and (asked or _is_known(body.geometry.outline())) for body in problem.body)
+    return all(
+        body.mesh.automatic and (asked or _is_known(body.geometry.outline()))
+        for body in problem.body
+    )
 
 
 def _is_known(boundary: Boundary) -> bool:
     return isinstance(boundary, Outline) or (isinstance(boundary, SolidSurface) and boundary.known)
 
 
-def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None) -> tuple[Problem, Any]:
+def posed(
+    problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None
+) -> tuple[Problem, Any]:
     """The problem with a method and options over its own, and the method where that is no table."""
     if isinstance(problem, str | Path):
         problem = load(problem)
     if not isinstance(problem, Problem):
-        raise InputError(f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}")
+        raise InputError(
+            f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}"
+        )
     changes: dict[str, Any] = {}
     if isinstance(method, str):
         method = Method(**{**problem.method.model_dump(exclude_unset=True), "name": method})

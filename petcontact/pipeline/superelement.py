@@ -31,7 +31,8 @@ FORMATS = (".npz", ".inp")
 
 @frozen
 class CondensedBody:
-    """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c of node i is d i + c.
+    """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c
+    of node i is d i + c.
 
     Attributes
     ----------
@@ -40,8 +41,8 @@ class CondensedBody:
     x, weight : (n, d), (n,) arrays
         Nodes [length] and quadrature weights [length, in space area].
     arrays : dict
-        What `read_superelement` of `geometry/superelement.py` reads: `compliance` S, `u_0`, `modes` R, `resultant` F, and
-        the faces.
+        What `read_superelement` of `geometry/superelement.py` reads: `compliance` S, `u_0`, `modes`
+        R, `resultant` F, and the faces.
     """
 
     name: str
@@ -50,8 +51,8 @@ class CondensedBody:
     arrays: dict[str, Any]
 
     def stiffness(self) -> Array:
-        """Nodal forces (d n, d n) for displacements: the symmetric part of W S⁻¹, on what rigid motions leave
-        [force/length]."""
+        """Nodal forces (d n, d n) for displacements: the symmetric part of W S⁻¹, on what rigid
+        motions leave [force/length]."""
         weight = np.repeat(self.weight, self.x.shape[1])
         motions = self.arrays["modes"].reshape(len(weight), -1)
         flexibility, r = self.arrays["compliance"] / weight, motions.shape[1]
@@ -61,7 +62,8 @@ class CondensedBody:
         return np.asarray(0.5 * (whole + whole.T))
 
     def save(self, path: str | Path) -> None:
-        """Write a .npz file, which a body of shape "superelement" takes, or the stiffness as an Abaqus .inp file.
+        """Write a .npz file, which a body of shape "superelement" takes, or the stiffness as an
+        Abaqus .inp file.
 
         Raises
         ------
@@ -77,10 +79,17 @@ class CondensedBody:
             np.savez_compressed(file, **self.arrays)
 
     def _abaqus(self) -> str:
-        """*NODE and *MATRIX INPUT (lower triangle, row node and freedom, column node and freedom, entry)."""
+        """*NODE and *MATRIX INPUT (lower triangle, row node and freedom, column node and freedom,
+        entry)."""
         stiffness, d = self.stiffness(), self.x.shape[1]
-        lines = [f"** petcontact: condensed stiffness of body {self.name}, symmetric part", "*NODE, NSET=CONTACT"]
-        lines += [", ".join([str(k), *(repr(float(value)) for value in point)]) for k, point in enumerate(self.x, 1)]
+        lines = [
+            f"** petcontact: condensed stiffness of body {self.name}, symmetric part",
+            "*NODE, NSET=CONTACT",
+        ]
+        lines += [
+            ", ".join([str(k), *(repr(float(value)) for value in point)])
+            for k, point in enumerate(self.x, 1)
+        ]
         lines.append("*MATRIX INPUT, NAME=PETCONTACT, TYPE=SYMMETRIC")
         for row, column in zip(*np.tril_indices(len(stiffness)), strict=True):
             place = (row // d + 1, row % d + 1, column // d + 1, column % d + 1)
@@ -98,12 +107,17 @@ def superelement_format(path: str | Path) -> str:
     """
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
-        raise InputError(f"{path}: a superelement is .npz, for petcontact and numpy, or .inp, for Abaqus")
+        raise InputError(
+            f"{path}: a superelement is .npz, for petcontact and numpy, or .inp, for Abaqus"
+        )
     return suffix
 
 
-def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = None) -> CondensedBody:
-    """A body of a solution on its mesh, condensed to its contact parts, whose nodes may carry tractions in all directions.
+def condensed_body(
+    solution: SolutionData, name: str | None = None, comm: Any = None
+) -> CondensedBody:
+    """A body of a solution on its mesh, condensed to its contact parts, whose nodes may carry
+    tractions in all directions.
 
     Parameters
     ----------
@@ -124,7 +138,9 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
         raise InputError(f"--body: there are {', '.join(bodies)}; name the one to condense")
     name = bodies[0] if name is None else name
     if name not in bodies:
-        raise InputError(f"no body {name!r}{nearest(name, bodies) or '; bodies are ' + ', '.join(bodies)}")
+        raise InputError(
+            f"no body {name!r}{nearest(name, bodies) or '; bodies are ' + ', '.join(bodies)}"
+        )
     number, mesh = bodies.index(name), solution.meshes[name]
     sides = interfaces_of(problem)
     ends = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
@@ -136,13 +152,23 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
     for part in parts:
         nodes = mesh.nodes_of(part)
         normal = mesh.smooth_normal[nodes]
-        faces.append(Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes))))
-    data = [boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)]
+        faces.append(
+            Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes)))
+        )
+    data = [
+        boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)
+    ]
     meshes = [solution.meshes[other] for other in bodies]
     for step in range(2, len(problem.step) + 1):
-        if not np.array_equal(boundary_data(problem, number, mesh, faces, step).traction_known, data[number].traction_known):
-            raise InputError(f"body {name!r}: step {step} holds what is free before, or the other way round; a superelement "
-                             "has one compliance: condense the problem of one of the steps")  # fmt: skip
+        if not np.array_equal(
+            boundary_data(problem, number, mesh, faces, step).traction_known,
+            data[number].traction_known,
+        ):
+            raise InputError(
+                f"body {name!r}: step {step} holds what is free before, or the other way round; a "
+                f"superelement "
+                "has one compliance: condense the problem of one of the steps"
+            )
     data = add_volume_loads(problem, meshes, data)
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
@@ -152,8 +178,11 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
     chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
     assert body.compliance is not None
     arrays = _faces(mesh, chosen, parts) | {
-        "compliance": body.compliance, "u_0": body.u_0, "modes": body.modes[body.contact], "resultant": body.resultant,
-    }  # fmt: skip
+        "compliance": body.compliance,
+        "u_0": body.u_0,
+        "modes": body.modes[body.contact],
+        "resultant": body.resultant,
+    }
     return CondensedBody(name, mesh.x[body.contact], mesh.weight[body.contact], arrays)
 
 
@@ -165,7 +194,10 @@ def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any
         more["unit_length"] = np.array(mesh.unit_length)
     else:
         surface = as_surface(mesh)
-        corners, more = np.concatenate([surface.corners[chosen], surface.middles[chosen]], axis=1), {}
+        corners, more = (
+            np.concatenate([surface.corners[chosen], surface.middles[chosen]], axis=1),
+            {},
+        )
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
     elements = np.full(real.shape, -1)
@@ -174,5 +206,11 @@ def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any
         elements, more["middles"] = np.split(elements, [4], axis=1)
     places = {mesh.part_names.index(part): k for k, part in enumerate(parts)}
     part = np.array([places[int(p)] for p in mesh.part[chosen]])
-    return {"points": points, "elements": elements, "order": mesh.order[chosen], "part": part,
-            "part_names": np.array(parts), **more}  # fmt: skip
+    return {
+        "points": points,
+        "elements": elements,
+        "order": mesh.order[chosen],
+        "part": part,
+        "part_names": np.array(parts),
+        **more,
+    }

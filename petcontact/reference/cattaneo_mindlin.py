@@ -1,7 +1,8 @@
-"""Cattaneo (1938) and Mindlin (1949): equal bodies pressed together, then pushed sideways, stick inside and slip outside.
+"""Cattaneo (1938) and Mindlin (1949): equal bodies pressed together, then pushed sideways, stick
+inside and slip outside.
 
-Johnson, Contact Mechanics, 7.2. In space slip is exactly along the push for ν = 0 only; for other ν the traction is the
-usual approximation.
+Johnson, Contact Mechanics, 7.2. In space slip is exactly along the push for ν = 0 only; for other ν
+the traction is the usual approximation.
 """
 
 from __future__ import annotations
@@ -40,7 +41,9 @@ class LinePartialSlip:
     @property
     def stick_half_width(self) -> float:
         """c = a √(1 - Q/(µP)) [length]."""
-        return self.contact.half_width * float(np.sqrt(1.0 - self.force / (self.friction * self.contact.load)))
+        return self.contact.half_width * float(
+            np.sqrt(1.0 - self.force / (self.friction * self.contact.load))
+        )
 
     def traction(self, x: Array) -> Array:
         """q = µp_0 (√(1 - x²/a²) - c/a √(1 - x²/c²)) at places (n,) [stress]."""
@@ -90,7 +93,9 @@ class PointPartialSlip:
     @property
     def stick_radius(self) -> float:
         """c = a (1 - Q/(µP))^(1/3) [length]."""
-        return self.contact.contact_radius * float(np.cbrt(1.0 - self.force / (self.friction * self.contact.load)))
+        return self.contact.contact_radius * float(
+            np.cbrt(1.0 - self.force / (self.friction * self.contact.load))
+        )
 
     def traction(self, r: Array) -> Array:
         """q = µp_0 (√(1 - r²/a²) - c/a √(1 - r²/c²)) along the push at distances (n,) [stress]."""
@@ -98,7 +103,8 @@ class PointPartialSlip:
         return self.friction * self.contact.peak * (elliptic(r, a) - c / a * elliptic(r, c))
 
     def dissipated_in_a_cycle(self, tangential_modulus: float) -> float:
-        """Energy that one cycle of Q between ± the force takes (Mindlin and Deresiewicz 1953) [stress·length³].
+        """Energy that one cycle of Q between ± the force takes (Mindlin and Deresiewicz 1953)
+        [stress·length³].
 
         Parameters
         ----------
@@ -107,5 +113,9 @@ class PointPartialSlip:
         """
         most = self.friction * self.contact.load
         share = self.force / most
-        lost = 1.0 - (1.0 - share) ** (5.0 / 3.0) - 5.0 / 6.0 * share * (1.0 + (1.0 - share) ** (2.0 / 3.0))
+        lost = (
+            1.0
+            - (1.0 - share) ** (5.0 / 3.0)
+            - 5.0 / 6.0 * share * (1.0 + (1.0 - share) ** (2.0 / 3.0))
+        )
         return float(3.6 * most**2 / (self.contact.contact_radius * tangential_modulus) * lost)

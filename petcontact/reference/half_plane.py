@@ -1,4 +1,5 @@
-"""The field in a half plane under an elliptic load, by Muskhelishvili's potentials: blocks cut out of it are exact tests."""
+"""The field in a half plane under an elliptic load, by Muskhelishvili's potentials: blocks cut out
+of it are exact tests."""
 
 from __future__ import annotations
 
@@ -7,8 +8,11 @@ import numpy as np
 from ..arrays import Array, Complex
 
 
-def elliptic_load(x: Array, load: complex, a: float, poisson: float) -> tuple[Complex, Array, Array, Array]:
-    """Displacement and stress at points of y <= 0 under tractions load·√(1 - x²/a²) on |x| < a of y = 0, in plane strain.
+def elliptic_load(
+    x: Array, load: complex, a: float, poisson: float
+) -> tuple[Complex, Array, Array, Array]:
+    """Displacement and stress at points of y <= 0 under tractions load·√(1 - x²/a²) on |x| < a of y
+    = 0, in plane strain.
 
     Parameters
     ----------
@@ -43,7 +47,9 @@ def elliptic_load(x: Array, load: complex, a: float, poisson: float) -> tuple[Co
         return found
 
     def integral(w: Complex) -> Complex:
-        found: Complex = 1j * load / (4.0 * a) * (w * w - w * root(w) + a * a * np.log((w + root(w)) / a))
+        found: Complex = (
+            1j * load / (4.0 * a) * (w * w - w * root(w) + a * a * np.log((w + root(w)) / a))
+        )
         return found
 
     def potential(w: Complex) -> Complex:

@@ -1,8 +1,9 @@
-"""The displacement in a half space under a load √(1 - r²/a²), of Hertz or Mindlin: blocks cut out of it are exact tests.
+"""The displacement in a half space under a load √(1 - r²/a²), of Hertz or Mindlin: blocks cut out
+of it are exact tests.
 
-It follows from that of the punch's density 1/√(t² - r²) by integration over t, with w = z + it, S = √(w² + r²),
-V = 2π Im ln(w + S), F = 2π Im(w ln(w + S) - S), ∂F/∂z = V, and for ν = 0 2G·2π u is for p
-(-F_x - z V_x, -F_y - z V_y, 2V - z V_z), for a shear e_x (2V - z F_xx, -z F_xy, F_x - z F_xz).
+It follows from that of the punch's density 1/√(t² - r²) by integration over t, with w = z + it, S =
+√(w² + r²), V = 2π Im ln(w + S), F = 2π Im(w ln(w + S) - S), ∂F/∂z = V, and for ν = 0 2G·2π u is for
+p (-F_x - z V_x, -F_y - z V_y, 2V - z V_z), for a shear e_x (2V - z F_xx, -z F_xy, F_x - z F_xz).
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ POINTS = 40
 
 
 def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: float) -> Array:
-    """Displacement times E at points of z >= 0, into the body, under pressure and shear e_x times √(1 - r²/a²) on z = 0.
+    """Displacement times E at points of z >= 0, into the body, under pressure and shear e_x times
+    √(1 - r²/a²) on z = 0.
 
     Parameters
     ----------
@@ -36,23 +38,41 @@ def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: fl
 
     Examples
     --------
-    >>> float(elliptic_load(np.zeros((1, 3)), 1.0, 1.0, 0.0, 0.0)[0, 2]).__round__(9)  # π p a (1 - ν²)/(2E)
+    >>> u = elliptic_load(np.zeros((1, 3)), 1.0, 1.0, 0.0, 0.0)
+    >>> round(float(u[0, 2]), 9)  # π p a (1 - ν²)/(2E)
     1.570796327
     """
     u = np.zeros_like(x)
     (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
-    for node, weight in zip(*np.polynomial.legendre.leggauss(POINTS), strict=True):  # type: ignore[no-untyped-call]
+    for node, weight in zip(*np.polynomial.legendre.leggauss(POINTS), strict=True):
         t = 0.5 * a * (1.0 + node)
         share = 0.5 * weight * t * (1.0 + poisson) / np.pi * 0.5
         w = depth + 1j * t
         s = np.sqrt(w * w + square)
         v, v_z = 2.0 * np.pi * np.log(w + s).imag, 2.0 * np.pi * (1.0 / s).imag
         # F_x = x f, F_xx = f + x² g, V_x = x h
-        f, g, h = -2.0 * np.pi * (1.0 / (w + s)).imag, 2.0 * np.pi * (1.0 / (s * (w + s) ** 2)).imag, \
-            2.0 * np.pi * (1.0 / (s * (w + s))).imag  # fmt: skip
+        f, g, h = (
+            -2.0 * np.pi * (1.0 / (w + s)).imag,
+            2.0 * np.pi * (1.0 / (s * (w + s) ** 2)).imag,
+            2.0 * np.pi * (1.0 / (s * (w + s))).imag,
+        )
         radial = -(1.0 - 2.0 * poisson) * f - depth * h
-        u += pressure * share * np.column_stack(
-            [along * radial, across * radial, 2.0 * (1.0 - poisson) * v - depth * v_z])  # fmt: skip
-        u += shear * share * np.column_stack([2.0 * v - depth * (f + along**2 * g), -depth * along * across * g,
-                                              along * (f - depth * h)])  # fmt: skip
+        u += (
+            pressure
+            * share
+            * np.column_stack(
+                [along * radial, across * radial, 2.0 * (1.0 - poisson) * v - depth * v_z]
+            )
+        )
+        u += (
+            shear
+            * share
+            * np.column_stack(
+                [
+                    2.0 * v - depth * (f + along**2 * g),
+                    -depth * along * across * g,
+                    along * (f - depth * h),
+                ]
+            )
+        )
     return u

@@ -8,8 +8,11 @@ from ..arrays import Array
 from ..frozen import frozen
 
 
-def contact_modulus(young: float, poisson: float, young_2: float = np.inf, poisson_2: float = 0.0) -> float:
-    """E* of two bodies in plane strain or in space: 1/E* = (1-ν1²)/E1 + (1-ν2²)/E2 [stress]; the second is rigid by default.
+def contact_modulus(
+    young: float, poisson: float, young_2: float = np.inf, poisson_2: float = 0.0
+) -> float:
+    """E* of two bodies in plane strain or in space: 1/E* = (1-ν1²)/E1 + (1-ν2²)/E2 [stress]; the
+    second is rigid by default.
 
     Examples
     --------
@@ -39,7 +42,8 @@ class RoundContact:
 
 
 class LineContact(RoundContact):
-    """A cylinder on a half plane (Johnson 4.42-4.45); parameters load [stress·length], radius [length], modulus E* [stress].
+    """A cylinder on a half plane (Johnson 4.42-4.45); parameters load [stress·length], radius
+    [length], modulus E* [stress].
 
     Examples
     --------
@@ -66,7 +70,8 @@ class LineContact(RoundContact):
 
 
 class PointContact(RoundContact):
-    """A sphere on a half space (Johnson 4.22-4.24); parameters load [stress·length²], radius [length], modulus E* [stress].
+    """A sphere on a half space (Johnson 4.22-4.24); parameters load [stress·length²], radius
+    [length], modulus E* [stress].
 
     Examples
     --------

@@ -1,4 +1,5 @@
-"""Lamé: tubes and hollow spheres under pressure; discs and rings that rotate (Timoshenko and Goodier, 1970, 28, 32, 136)."""
+"""Lamé: tubes and hollow spheres under pressure; discs and rings that rotate (Timoshenko and
+Goodier, 1970, 28, 32, 136)."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from ..frozen import frozen
 
 @frozen
 class Hollow:
-    """A hollow body a <= r <= b under pressures inside and outside: σ_r = A - B/rⁿ, σ_θ = A + B/((n-1) rⁿ).
+    """A hollow body a <= r <= b under pressures inside and outside: σ_r = A - B/rⁿ, σ_θ = A +
+    B/((n-1) rⁿ).
 
     Parameters
     ----------
@@ -47,7 +49,8 @@ class Hollow:
 
 @frozen
 class Cylinder(Hollow):
-    """A tube in plane strain, or a ring in plane stress; `plane` is "strain" or "stress", the others see `Hollow`.
+    """A tube in plane strain, or a ring in plane stress; `plane` is "strain" or "stress", the
+    others see `Hollow`.
 
     Examples
     --------
@@ -73,7 +76,8 @@ class Sphere(Hollow):
 
     Examples
     --------
-    >>> sigma_r, sigma_theta = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=7.0).stress(np.array([1.0, 2.0]))
+    >>> shell = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=7.0)
+    >>> sigma_r, sigma_theta = shell.stress(np.array([1.0, 2.0]))
     >>> [round(float(s), 6) for s in (*sigma_r, *sigma_theta)]
     [-7.0, 0.0, 5.0, 1.5]
     """
@@ -83,13 +87,16 @@ class Sphere(Hollow):
     def displacement(self, r: Array) -> Array:
         """u_r at radii (n,) [length]."""
         mean, part = self._constants
-        u: Array = ((1.0 - 2.0 * self.poisson) * mean * r + 0.5 * (1.0 + self.poisson) * part / r**2) / self.young
+        u: Array = (
+            (1.0 - 2.0 * self.poisson) * mean * r + 0.5 * (1.0 + self.poisson) * part / r**2
+        ) / self.young
         return u
 
 
 @frozen
 class RotatingDisc:
-    """A disc (a = 0) or ring a <= r <= b of constant thickness that rotates, free of pressure on its rims.
+    """A disc (a = 0) or ring a <= r <= b of constant thickness that rotates, free of pressure on
+    its rims.
 
     Parameters
     ----------
@@ -104,7 +111,8 @@ class RotatingDisc:
 
     Examples
     --------
-    >>> sigma_r, sigma_theta = RotatingDisc(0.0, 1.0, 1.0, 0.3, density=1.0, speed=1.0).stress(np.array([0.0, 1.0]))
+    >>> disc = RotatingDisc(0.0, 1.0, 1.0, 0.3, density=1.0, speed=1.0)
+    >>> sigma_r, sigma_theta = disc.stress(np.array([0.0, 1.0]))
     >>> [round(float(s), 6) for s in (*sigma_r, *sigma_theta)]
     [0.4125, 0.0, 0.4125, 0.175]
     """
@@ -142,4 +150,8 @@ def in_plane(young: float, poisson: float, plane: str) -> tuple[float, float]:
     >>> in_plane(1.0, 0.5, "strain")
     (1.3333333333333333, 1.0)
     """
-    return (young / (1.0 - poisson**2), poisson / (1.0 - poisson)) if plane == "strain" else (young, poisson)
+    return (
+        (young / (1.0 - poisson**2), poisson / (1.0 - poisson))
+        if plane == "strain"
+        else (young, poisson)
+    )

@@ -1,7 +1,7 @@
 """Persson (1964): a pin in the hole of an infinite plate of the same material, frictionless.
 
-A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Gothenburg. With b = tan(ε/2), ε half of the
-angle of contact, y = tan(φ/2), c = √(b²+1), d = √(b²-y²).
+A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Gothenburg. With b
+= tan(ε/2), ε half of the angle of contact, y = tan(φ/2), c = √(b²+1), d = √(b²-y²).
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from ..arrays import Array
 
 
 def play(angle: float, young: float, poisson: float) -> float:
-    """ΔR of hole and pin of radius 1 for which a force 1 on the pin makes a contact of ±angle, in plane strain [length].
+    """ΔR of hole and pin of radius 1 for which a force 1 on the pin makes a contact of ±angle, in
+    plane strain [length].
 
     Examples
     --------
@@ -25,7 +26,8 @@ def play(angle: float, young: float, poisson: float) -> float:
 
 
 def pressure(phi: Array, angle: float) -> Array:
-    """p at angles (n,) from the direction of the force 1, on a pin of radius 1; 0 beyond ±angle [force/length²].
+    """p at angles (n,) from the direction of the force 1, on a pin of radius 1; 0 beyond ±angle
+    [force/length²].
 
     p = 2d/(πc(1+y²)) + ln((c+d)/(c-d))/(2πb²c²).
 
@@ -36,5 +38,7 @@ def pressure(phi: Array, angle: float) -> Array:
     """
     b, y = np.tan(0.5 * angle), np.tan(0.5 * np.asarray(phi))
     c, d = np.sqrt(b * b + 1.0), np.sqrt(np.maximum(b * b - y * y, 0.0))
-    p: Array = 2.0 * d / (np.pi * c * (1.0 + y * y)) + np.log((c + d) / (c - d)) / (2.0 * np.pi * (b * c) ** 2)
+    p: Array = 2.0 * d / (np.pi * c * (1.0 + y * y)) + np.log((c + d) / (c - d)) / (
+        2.0 * np.pi * (b * c) ** 2
+    )
     return p

@@ -1,7 +1,9 @@
-"""Spence (1968, 1975): how much of a contact sticks where friction resists the material's own sideways motion under load.
+"""Spence (1968, 1975): how much of a contact sticks where friction resists the material's own
+sideways motion under load.
 
-A rigid indenter under a growing load; the ratio of the stick zone is the same for all profiles and constant in time. These
-are the uncoupled forms: what the shear does to the pressure is left out, a few per cent of c/a.
+A rigid indenter under a growing load; the ratio of the stick zone is the same for all profiles and
+constant in time. These are the uncoupled forms: what the shear does to the pressure is left out, a
+few per cent of c/a.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ def stick_ratio_in_the_plane(friction: float, beta: float) -> float:
     >>> round(stick_ratio_in_the_plane(0.3, 0.2857), 5)
     0.74383
     """
-    return _root(lambda log: ellipk(np.exp(2.0 * log)) / ellipkm1(np.exp(2.0 * log)) - friction / beta)
+    return _root(
+        lambda log: ellipk(np.exp(2.0 * log)) / ellipkm1(np.exp(2.0 * log)) - friction / beta
+    )
 
 
 def stick_ratio_of_a_circle(friction: float, beta: float) -> float:
@@ -55,7 +59,8 @@ def stick_ratio_of_a_circle(friction: float, beta: float) -> float:
 
 
 def _root(function: Callable[[float], float]) -> float:
-    """The ratio whose logarithm is a zero of an increasing function; 0 or 1 where it is that to the last digit."""
+    """The ratio whose logarithm is a zero of an increasing function; 0 or 1 where it is that to the
+    last digit."""
     if function(LEAST) > 0.0 or function(MOST) < 0.0:
         return float(function(MOST) < 0.0)
     return float(np.exp(brentq(function, LEAST, MOST, xtol=1e-16, rtol=1e-14)))

@@ -1,4 +1,5 @@
-"""Westergaard (1939): a surface of waves pressed on a flat one (Johnson, Contact Mechanics, 13.2)."""
+"""Westergaard (1939): a surface of waves pressed on a flat one (Johnson, Contact Mechanics,
+13.2)."""
 
 from __future__ import annotations
 
@@ -40,8 +41,13 @@ class WavyContact:
 
     @property
     def half_width(self) -> float:
-        """a of the strip in contact, mean pressure = p* sin²(πa/λ); λ/2 where all is closed [length]."""
-        return float(self.wavelength / np.pi * np.arcsin(np.sqrt(min(self.pressure_far / self.full_pressure, 1.0))))
+        """a of the strip in contact, mean pressure = p* sin²(πa/λ); λ/2 where all is closed
+        [length]."""
+        return float(
+            self.wavelength
+            / np.pi
+            * np.arcsin(np.sqrt(min(self.pressure_far / self.full_pressure, 1.0)))
+        )
 
     def pressure(self, x: Array) -> Array:
         """p at places (n,) from a crest [stress]."""

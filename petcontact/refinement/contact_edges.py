@@ -1,8 +1,9 @@
 """Edges of contact and of stick along an interface, by extrapolation, and what lies between them.
 
-Next to the edge of a contact the gap opens like d^(3/2), d the distance, and p vanishes like the root of d; next to the edge
-of a stick zone |δw| and µp - |q| do the same. Those of their powers that are linear vanish at the edge. Displacements are
-the smoother ones: they show it ten times better than tractions, whose last element is the worst of all.
+Next to the edge of a contact the gap opens like d^(3/2), d the distance, and p vanishes like the
+root of d; next to the edge of a stick zone |δw| and µp - |q| do the same. Those of their powers
+that are linear vanish at the edge. Displacements are the smoother ones: they show it ten times
+better than tractions, whose last element is the worst of all.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from ..arrays import Array, Index
 from ..frozen import frozen
 
 SPECK = 4e-3
-"""Zones narrower than this fraction of all that is closed have no edges of their own on coarse meshes."""
+"""Zones narrower than this fraction of all that is closed have no edges of their own on coarse
+meshes."""
 SEEN = 5.0
 """Smallest elements in a zone that has edges on finer ones."""
 BACK = 3
@@ -42,9 +44,16 @@ class Edge:
 
 
 def edges(
-    s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index, smallest: float = SPECK,
+    s: Array,
+    pressure: Array,
+    shear: Array,
+    bound: Array,
+    gap: Array,
+    moved: Array,
+    state: Index,
+    smallest: float = SPECK,
     finest: float = 0.0,
-) -> list[Edge]:  # fmt: skip
+) -> list[Edge]:
     """Edges between nodes of different states, or that slip different ways.
 
     Parameters
@@ -58,7 +67,8 @@ def edges(
     state : (m,) array
         0 stick, 1 slip, 2 open.
     smallest : float
-        Elements at edges, over half the width of their contact: zones of a few of them have edges, but none below SPECK.
+        Elements at edges, over half the width of their contact: zones of a few of them have edges,
+        but none below SPECK.
     finest : float
         What no element there is smaller than [length].
     """
@@ -71,7 +81,9 @@ def edges(
     for k in np.flatnonzero(np.diff(state)):
         low, high = float(s[k]), float(s[k + 1])
         if {state[k], state[k + 1]} == {1, BACK}:
-            found.append(Edge(low + (high - low) * _share(moved[k], moved[k + 1]), _half_width(s, closed, k)))
+            found.append(
+                Edge(low + (high - low) * _share(moved[k], moved[k + 1]), _half_width(s, closed, k))
+            )
             continue
         if 2 in (state[k], state[k + 1]):
             opening, values, inward = gap, pressure, (-1 if closed[k] else 1)
@@ -79,8 +91,13 @@ def edges(
             opening, values, inward = moved, bound - np.abs(shear), (-1 if state[k] == 0 else 1)
         inner, outer = (k, k + 1) if inward < 0 else (k + 1, k)
         reach = high - low
-        places = (_opens(s, np.abs(opening), state, outer, -inward), _vanishes(s, values**2, state, inner, inward))
-        near = [place for place in places if place is not None and low - reach <= place <= high + reach]
+        places = (
+            _opens(s, np.abs(opening), state, outer, -inward),
+            _vanishes(s, values**2, state, inner, inward),
+        )
+        near = [
+            place for place in places if place is not None and low - reach <= place <= high + reach
+        ]
         found.append(Edge(near[0] if near else 0.5 * (low + high), _half_width(s, closed, inner)))
     return found
 
@@ -91,8 +108,9 @@ def _share(first: float, last: float) -> float:
 
 
 def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> Index:
-    """States in which zones much narrower than the contact have the state before them: next to a singular corner single
-    nodes may have any, and corners are graded anyway. A zone that sticks between two that slip opposite ways is kept."""
+    """States in which zones much narrower than the contact have the state before them: next to a
+    singular corner single nodes may have any, and corners are graded anyway. A zone that sticks
+    between two that slip opposite ways is kept."""
     state = state.copy()
     ends = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     total = float(s[state != 2][-1] - s[state != 2][0]) if np.any(state != 2) else 0.0
@@ -105,7 +123,8 @@ def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> I
 
 
 def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> float | None:
-    """Where the line through opening^(2/3) in a zone vanishes; k is its first node, `outward` the way to the others."""
+    """Where the line through opening^(2/3) in a zone vanishes; k is its first node, `outward` the
+    way to the others."""
     nodes = k + outward * np.arange(SKIPPED, SKIPPED + FITTED)
     if nodes.min() < 0 or nodes.max() >= len(s) or np.any(state[nodes] != state[k]):
         return None
@@ -121,7 +140,8 @@ def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> floa
 
 
 def _vanishes(s: Array, values: Array, state: Index, k: int, inward: int) -> float | None:
-    """Where the line through the last two nodes of a zone vanishes; k is the last one, `inward` the way to the other."""
+    """Where the line through the last two nodes of a zone vanishes; k is the last one, `inward` the
+    way to the other."""
     other = k + inward
     if not 0 <= other < len(s) or state[other] != state[k] or values[other] <= values[k]:
         return None
@@ -137,18 +157,24 @@ def _half_width(s: Array, closed: Array, k: int) -> float:
     return max(0.5 * float(s[last] - s[first]), float(np.diff(s).min()))
 
 
-def merged(found: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0) -> list[Edge]:
-    """Edges by arc length, those that are kept and of the others all that are not closer to one before them than three of
-    their smallest elements."""
+def merged(
+    found: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0
+) -> list[Edge]:
+    """Edges by arc length, those that are kept and of the others all that are not closer to one
+    before them than three of their smallest elements."""
     result = list(kept)
     for edge in sorted(found, key=lambda e: e.s):
-        if all(abs(edge.s - other.s) > 3.0 * max(smallest * min(edge.width, other.width), finest) for other in result):
+        if all(
+            abs(edge.s - other.s) > 3.0 * max(smallest * min(edge.width, other.width), finest)
+            for other in result
+        ):
             result.append(edge)
     return sorted(result, key=lambda e: e.s)
 
 
 def zone_at(old_s: Array, old: Index, found: list[Edge], new_s: Array) -> Index:
-    """The values (n,) of zones at other places: nodes on one side of an edge are asked on that side."""
+    """The values (n,) of zones at other places: nodes on one side of an edge are asked on that
+    side."""
     borders = np.array([edge.s for edge in found])
     if len(borders) == 0:
         return np.asarray(old[np.abs(old_s[None] - new_s[:, None]).argmin(axis=1)])

@@ -1,8 +1,10 @@
-"""What a discrete solution on Γ_C says beyond its nodes: u_t between them, transition points, differences.
+"""What a discrete solution on Γ_C says beyond its nodes: u_t between them, transition points,
+differences.
 
-Collocation at Gauss points is superconvergent: nodal values of u_t are far better than the polynomials of degree p
-through the p+1 nodes of one element. Polynomials through the nodes of neighbouring elements too keep that accuracy
-between the nodes, as long as they do not reach over a point where the solution is not smooth.
+Collocation at Gauss points is superconvergent: nodal values of u_t are far better than the
+polynomials of degree p through the p+1 nodes of one element. Polynomials through the nodes of
+neighbouring elements too keep that accuracy between the nodes, as long as they do not reach over a
+point where the solution is not smooth.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ PEAK_SAMPLES = 9
 NEIGHBOURS = 3
 """Nodes borrowed on either side of an element."""
 SMALLEST_ZONE = 1e-8
-"""Width of slip zones at the end of a side, relative to the side, below which they are left alone."""
+"""Width of slip zones at the end of a side, relative to the side, below which they are left
+alone."""
 
 
 @frozen
@@ -47,7 +50,8 @@ class ContactLine:
     kinks : (j,) array
         Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
     powers : pair of float
-        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the side, else 0.
+        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the
+        side, else 0.
     """
 
     s: Array
@@ -78,13 +82,15 @@ class ContactLine:
 
     def pieces(self) -> list[slice]:
         """Runs of nodes on which the solution is smooth: zones cut at the kinks."""
-        ends = sorted({0, *self.cuts.tolist(), *np.searchsorted(self.s, self.kinks).tolist(), len(self.s)})
+        ends = sorted(
+            {0, *self.cuts.tolist(), *np.searchsorted(self.s, self.kinks).tolist(), len(self.s)}
+        )
         return list(itertools.starmap(slice, itertools.pairwise(ends)))
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones, and
-    powers of the distance where elements at corners are.
+    """u_t between the nodes of a contact side, by polynomials through those of neighbouring
+    elements; 0 in stick zones, and powers of the distance where elements at corners are.
 
     Parameters
     ----------
@@ -102,17 +108,23 @@ def displacement(line: ContactLine, s: Array) -> Array:
     base, breaks = int(line.element[0]), line.breaks.tolist()
     element = (line.element - base).tolist()
     first = np.searchsorted(line.element, np.arange(base, base + len(breaks))).tolist()
-    # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds there
+    # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds
+    # there
     low, run = [], []
     for piece, start in zip(pieces, borders, strict=False):
         for e in range(element[piece.start], element[piece.stop - 1] + 1):
             low.append(max(start, breaks[e]))
-            inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
+            inside = (
+                max(piece.start, first[e] - NEIGHBOURS),
+                min(piece.stop, first[e + 1] + NEIGHBOURS),
+            )
             run.append(inside if line.sign[piece.start] else (inside[0], inside[0]))
     cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
     u = _interpolate(line.s, line.u_t, np.array(run), cell, s)
-    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
-                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
+    for power, node, end, inside in (
+        (line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
+        (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2]),
+    ):
         if power > 0.0:
             u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
     return u
@@ -128,14 +140,16 @@ def _border(line: ContactLine, k: int) -> float:
 
 
 def _interpolate(nodes: Array, values: Array, run: Index, cell: Index, points: Array) -> Array:
-    """Polynomials through runs (c, 2) of nodes, in barycentric form, at points (n,) of cells (n,); 0 for empty runs."""
+    """Polynomials through runs (c, 2) of nodes, in barycentric form, at points (n,) of cells (n,);
+    0 for empty runs."""
     count = run[:, 1] - run[:, 0]
     place = np.arange(count.max(initial=1))
     used = place < count[:, None]
     place = np.minimum(run[:, :1] + place, len(nodes) - 1)
     x, f = nodes[place], values[place]
     length = np.where(count > 1, nodes[np.maximum(run[:, 1] - 1, 0)] - nodes[run[:, 0]], 1.0)
-    # 4/length is the reciprocal of the capacity of the interval: products of differences neither over- nor underflow
+    # 4/length is the reciprocal of the capacity of the interval: products of differences neither
+    # over- nor underflow
     gaps = (x[:, :, None] - x[:, None, :]) * (4.0 / length)[:, None, None]
     others = used[:, None, :] & used[:, :, None] & ~np.eye(x.shape[1], dtype=bool)
     weight = np.where(used, 1.0 / np.prod(np.where(others, gaps, 1.0), axis=2), 0.0)
@@ -151,10 +165,11 @@ def _interpolate(nodes: Array, values: Array, run: Index, cell: Index, points: A
 
 
 def difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
-    """‖u_coarse - u_fine‖ in L2(Γ_C), the larger of what the nodes of either see, side by side [length^3/2].
+    """‖u_coarse - u_fine‖ in L2(Γ_C), the larger of what the nodes of either see, side by side
+    [length^3/2].
 
-    Either alone is blind: the coarse nodes to slip zones that only the fine mesh has, the fine ones to those that only
-    the coarse mesh has.
+    Either alone is blind: the coarse nodes to slip zones that only the fine mesh has, the fine ones
+    to those that only the coarse mesh has.
     """
     at_fine = at_coarse = 0.0
     for one, other in zip(coarse, fine, strict=True):
@@ -164,13 +179,20 @@ def difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
 
 
 def farthest_apart(coarse: list[ContactLine], fine: list[ContactLine]) -> tuple[int, float]:
-    """The side, and the arc length along it, of the fine element on which two solutions differ most in L2 [length]."""
+    """The side, and the arc length along it, of the fine element on which two solutions differ most
+    in L2 [length]."""
     worst, result = -1.0, (0, 0.0)
     for number, (one, other) in enumerate(zip(coarse, fine, strict=True)):
-        square = np.bincount(other.element - other.element[0], other.weight * (displacement(one, other.s) - other.u_t) ** 2)
+        square = np.bincount(
+            other.element - other.element[0],
+            other.weight * (displacement(one, other.s) - other.u_t) ** 2,
+        )
         k = int(np.argmax(square))
         if square[k] > worst:
-            worst, result = float(square[k]), (number, 0.5 * float(other.breaks[k] + other.breaks[k + 1]))
+            worst, result = (
+                float(square[k]),
+                (number, 0.5 * float(other.breaks[k] + other.breaks[k + 1])),
+            )
     return result
 
 
@@ -178,7 +200,10 @@ def largest(lines: list[ContactLine]) -> float:
     """Largest |u_t| of the function between the nodes, ends of the sides included [length]."""
     peak = 0.0
     for line in lines:
-        cuts = line.breaks[:-1, None] + np.diff(line.breaks)[:, None] * np.linspace(0.0, 1.0, PEAK_SAMPLES)[:-1]
+        cuts = (
+            line.breaks[:-1, None]
+            + np.diff(line.breaks)[:, None] * np.linspace(0.0, 1.0, PEAK_SAMPLES)[:-1]
+        )
         s = np.append(cuts.ravel(), line.breaks[-1])
         size = np.abs(displacement(line, s))
         k = int(np.argmax(size))
@@ -192,18 +217,21 @@ def largest(lines: list[ContactLine]) -> float:
 
 
 def _fitted(x: Array, y: Array, degree: int) -> list[float]:
-    """Coefficients of the polynomial next to values, the highest first; half of `numpy.polyfit` is looking at its input."""
+    """Coefficients of the polynomial next to values, the highest first; half of `numpy.polyfit` is
+    looking at its input."""
     powers = x[:, None] ** np.arange(degree, -1, -1)
     return [float(value) for value in np.linalg.lstsq(powers, y, rcond=None)[0]]
 
 
 def transition(line: ContactLine, k: int) -> float:
-    """Arc length at which the states of nodes k - 1 and k meet in the exact solution, estimated [length].
+    """Arc length at which the states of nodes k - 1 and k meet in the exact solution, estimated
+    [length].
 
-    Next to a transition point s* the slip is C r^(3/2) with r the distance from it; where the discrete states meet at
-    another point a term K r^(1/2) appears, K being 3/2 C times the distance between the two points, so that away from
-    them u_t is C (r + δ)^(3/2) again. So s* is where the polynomial through |u_t|^(2/3) vanishes, taken from nodes
-    that are not too close. Between slip of opposite sign u_t itself vanishes.
+    Next to a transition point s* the slip is C r^(3/2) with r the distance from it; where the
+    discrete states meet at another point a term K r^(1/2) appears, K being 3/2 C times the distance
+    between the two points, so that away from them u_t is C (r + δ)^(3/2) again. So s* is where the
+    polynomial through |u_t|^(2/3) vanishes, taken from nodes that are not too close. Between slip
+    of opposite sign u_t itself vanishes.
     """
     border = _border(line, k)
     one, other = line.sign[k - 1], line.sign[k]
@@ -215,7 +243,9 @@ def transition(line: ContactLine, k: int) -> float:
     direction = -1.0 if one != 0 else 1.0
     r = direction * (line.s[places] - border)
     far_end = zone.start if one != 0 else zone.stop
-    reach = direction * ((_border(line, far_end) if far_end < len(line.s) else line.breaks[-1]) - border)
+    reach = direction * (
+        (_border(line, far_end) if far_end < len(line.s) else line.breaks[-1]) - border
+    )
     nearest = float(r[0])
     chosen = (r < 0.2 * reach) & (r > min(8.0 * nearest, 0.03 * reach))
     if np.count_nonzero(chosen) < 4:
@@ -242,29 +272,36 @@ def transition(line: ContactLine, k: int) -> float:
 def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
     """Arc lengths of the transition points, and whether slip changes its sign there [length].
 
-    Between slip of opposite sign there is a stick zone, which may be narrower than any element: the smooth part A of du_t/ds
-    is balanced by that of a jump 2g of σ_t, c g ln(L/w), so that its width w is about L exp(-A/cg). From far away the slip
-    beside it is no power 3/2, and the ends that are extrapolated from its two sides come in the wrong order: it is one point
-    then, where u_t vanishes. A mesh with a cut in more than every other element shows no zones but its own error.
+    Between slip of opposite sign there is a stick zone, which may be narrower than any element: the
+    smooth part A of du_t/ds is balanced by that of a jump 2g of σ_t, c g ln(L/w), so that its width
+    w is about L exp(-A/cg). From far away the slip beside it is no power 3/2, and the ends that are
+    extrapolated from its two sides come in the wrong order: it is one point then, where u_t
+    vanishes. A mesh with a cut in more than every other element shows no zones but its own error.
     """
     result: list[tuple[float, bool]] = []
     if len(line.cuts) > 0.5 * (len(line.breaks) - 1):
         return result
-    for place, before, k in zip(line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False):
+    for place, before, k in zip(
+        line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False
+    ):
         if result and line.sign[before] == 0 and place <= result[-1][0]:
             a, b = line.u_t[before - 1], line.u_t[k]
             share = a / (a - b) if a * b < 0.0 else 0.5
-            result[-1] = float(line.s[before - 1] + share * (line.s[k] - line.s[before - 1])), a * b < 0.0
+            result[-1] = (
+                float(line.s[before - 1] + share * (line.s[k] - line.s[before - 1])),
+                a * b < 0.0,
+            )
         else:
             result.append((place, bool(line.sign[k - 1] * line.sign[k])))
     return result
 
 
 def slip_at_end(line: ContactLine, last: bool) -> float:
-    """Width of the slip zone to expect at an end of a side that sticks there, infinite where none is [length].
+    """Width of the slip zone to expect at an end of a side that sticks there, infinite where none
+    is [length].
 
-    Where the side ends σ_t of a stick zone grows like a negative power of the distance. It exceeds g within the
-    distance at which the power through the nodes of the last element reaches g.
+    Where the side ends σ_t of a stick zone grows like a negative power of the distance. It exceeds
+    g within the distance at which the power through the nodes of the last element reaches g.
     """
     order = slice(None, None, -1) if last else slice(None)
     sign, element = line.sign[order], line.element[order]

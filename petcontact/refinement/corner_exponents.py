@@ -1,15 +1,18 @@
 """Exponents of corner singularities: displacements behave like r^λ where two sides meet.
 
-M. L. Williams, Stress singularities resulting from various boundary conditions in angular corners of plates in
-extension, J. Appl. Mech. 19 (1952) 526-528, with sides that slide besides clamped and free ones. In polar coordinates
-around the corner, with Kolosov's κ = 3 - 4ν and potentials φ = a z^λ, ψ = b z^λ (Muskhelishvili),
+M. L. Williams, Stress singularities resulting from various boundary conditions in angular corners
+of plates in extension, J. Appl. Mech. 19 (1952) 526-528, with sides that slide besides clamped and
+free ones. In polar coordinates around the corner, with Kolosov's κ = 3 - 4ν and potentials φ = a
+z^λ, ψ = b z^λ (Muskhelishvili),
 
-    2µ (u_r + i u_θ)        = r^λ     [κ a e^{i(λ-1)θ} - λ conj(a e^{i(λ-1)θ}) - conj(b e^{i(λ+1)θ})],
-    (σ_θθ + i σ_rθ)/λ       = r^(λ-1) [λ a e^{i(λ-1)θ} + conj(a e^{i(λ-1)θ}) + b e^{i(λ+1)θ}];
+    2µ (u_r + i u_θ)        = r^λ     [κ a e^{i(λ-1)θ} - λ conj(a e^{i(λ-1)θ}) - conj(b
+    e^{i(λ+1)θ})], (σ_θθ + i σ_rθ)/λ       = r^(λ-1) [λ a e^{i(λ-1)θ} + conj(a e^{i(λ-1)θ}) + b
+    e^{i(λ+1)θ}];
 
-two conditions on either side make a 4 x 4 matrix for Re a, Im a, Re b, Im b, singular at the exponents. Of two wedges
-that meet at θ = 0 it is 8 x 8: two conditions on either free side, and four between them (D. B. Bogy, Two edge-bonded
-elastic wedges of different materials and wedge angles under surface tractions, J. Appl. Mech. 38 (1971) 377-386).
+two conditions on either side make a 4 x 4 matrix for Re a, Im a, Re b, Im b, singular at the
+exponents. Of two wedges that meet at θ = 0 it is 8 x 8: two conditions on either free side, and
+four between them (D. B. Bogy, Two edge-bonded elastic wedges of different materials and wedge
+angles under surface tractions, J. Appl. Mech. 38 (1971) 377-386).
 """
 
 from __future__ import annotations
@@ -24,14 +27,17 @@ from ..arrays import Complex
 
 SideKind = str | float
 CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
-"""Kinds of sides; a number is the angle from the side's direction, away from the corner, to the one direction in which
-it is held, while it carries no traction across that: π/2 is the side's normal [rad]."""
+"""Kinds of sides; a number is the angle from the side's direction, away from the corner, to the one
+direction in which it is held, while it carries no traction across that: π/2 is the side's normal
+[rad]."""
 LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
-"""Exponents outside are taken for λ = 0, a translation, and for λ = 1, a rotation or a uniform stress."""
+"""Exponents outside are taken for λ = 0, a translation, and for λ = 1, a rotation or a uniform
+stress."""
 STRAIGHT = math.radians(0.01)
 """Two sides that slide and turn by less are one."""
 REAL_GRID, STARTS, STEPS = 200, (12, 4), 16
-"""Points of (0, 1) looked at for changes of sign; starts of Newton's method, real by imaginary parts; its steps."""
+"""Points of (0, 1) looked at for changes of sign; starts of Newton's method, real by imaginary
+parts; its steps."""
 DIFFERENCE = 1e-7
 """Of exponents, for the slope of the determinant."""
 
@@ -55,15 +61,21 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
         return 1.0 if abs(angle - math.pi) < STRAIGHT else min(1.0, *turns)
 
     def determinant(power: Complex) -> Complex:
-        rows = np.concatenate([_conditions(power, 0.0, kappa, first), _conditions(power, angle, kappa, second)], axis=1)
+        rows = np.concatenate(
+            [_conditions(power, 0.0, kappa, first), _conditions(power, angle, kappa, second)],
+            axis=1,
+        )
         return np.asarray(np.linalg.det(rows))
 
     return _least_root(determinant)
 
 
 @functools.lru_cache(maxsize=4096)
-def pair_exponent(angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float) -> float:
-    """The smallest real part in (0, 1) of the exponents where the contact of two bodies ends at an edge, 1 if there is none.
+def pair_exponent(
+    angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float
+) -> float:
+    """The smallest real part in (0, 1) of the exponents where the contact of two bodies ends at an
+    edge, 1 if there is none.
 
     Parameters
     ----------
@@ -74,8 +86,8 @@ def pair_exponent(angles: tuple[float, float], kappas: tuple[float, float], stif
     stiffer : float
         Shear modulus of the second body over that of the first.
     friction : float
-        σ_rθ over σ_θθ where the contact slips, positive where it pulls the first body away from the edge; infinite where it
-        sticks.
+        σ_rθ over σ_θθ where the contact slips, positive where it pulls the first body away from the
+        edge; infinite where it sticks.
 
     Examples
     --------
@@ -101,14 +113,17 @@ def pair_exponent(angles: tuple[float, float], kappas: tuple[float, float], stif
 
 
 def _least_root(determinant: Callable[[Complex], Complex]) -> float:
-    """The smallest real part in (0, 1) of the zeros of a function that is real on the real line, 1 where there is none."""
+    """The smallest real part in (0, 1) of the zeros of a function that is real on the real line, 1
+    where there is none."""
     found = [1.0]
     grid = np.linspace(LOWEST, HIGHEST, REAL_GRID)
     values = determinant(grid.astype(np.complex128)).real
     cut = np.flatnonzero(values[1:] * values[:-1] <= 0.0)
     if len(cut):
         k = cut[0]
-        found.append(float(grid[k] + (grid[k + 1] - grid[k]) * values[k] / (values[k] - values[k + 1])))
+        found.append(
+            float(grid[k] + (grid[k + 1] - grid[k]) * values[k] / (values[k] - values[k + 1]))
+        )
     real, imaginary = np.linspace(0.05, 0.95, STARTS[0]), np.linspace(0.02, 0.8, STARTS[1])
     power = (real[:, None] + 1j * imaginary).ravel()
     with np.errstate(all="ignore"):
@@ -117,7 +132,12 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
             step = -value * DIFFERENCE / (ahead - value)
             step = np.where(np.abs(step) < 0.2, step, 0.2 * step / np.abs(step))
             power = power + step
-    settled = (np.abs(step) < 1e-6) & (power.real > LOWEST) & (power.real < HIGHEST) & (np.abs(power.imag) < 3.0)
+    settled = (
+        (np.abs(step) < 1e-6)
+        & (power.real > LOWEST)
+        & (power.real < HIGHEST)
+        & (np.abs(power.imag) < 3.0)
+    )
     return float(min(found + power.real[settled].tolist()))
 
 

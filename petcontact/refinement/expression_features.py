@@ -1,7 +1,8 @@
 """Where an expression may be rough or narrow, read off its syntax tree.
 
-Samples of a function never show a peak that is narrower than their spacing. The text of the function does: what
-is small or singular somewhere has a sub-expression that vanishes there, as x - 3 does in exp(-((x - 3)/1e-6)**2).
+Samples of a function never show a peak that is narrower than their spacing. The text of the
+function does: what is small or singular somewhere has a sub-expression that vanishes there, as x -
+3 does in exp(-((x - 3)/1e-6)**2).
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ from ..frozen import frozen
 from ..model.expressions import Value, parse_expression, plain_value
 
 _SMOOTH_AT_ZERO = frozenset({"sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp"})
-"""Functions of one value that are smooth where it vanishes (tan and those that are not elsewhere: at their poles only)."""
+"""Functions of one value that are smooth where it vanishes (tan and those that are not elsewhere:
+at their poles only)."""
 _AT_ONE = frozenset({"asin", "acos"})
 SAMPLES = 4096
 """Uniform samples of a side."""
 HALVINGS = 79
-"""Samples on either side of a centre: at the distances 2^(-j/2), j = 2 ... HALVINGS, of the side's length."""
+"""Samples on either side of a centre: at the distances 2^(-j/2), j = 2 ... HALVINGS, of the side's
+length."""
 MOST_CENTRES = 64
 """Places at which one sub-expression vanishes or turns that get samples of their own."""
 BISECTIONS = 60
@@ -82,7 +85,8 @@ def features(text: str, variables: Variables) -> Features:
 
 
 def degree(value: Value) -> float:
-    """Degree of a number or an expression as a polynomial of the place on a straight line; infinite where it is none.
+    """Degree of a number or an expression as a polynomial of the place on a straight line; infinite
+    where it is none.
 
     Examples
     --------
@@ -107,14 +111,19 @@ def _degree(node: ast.expr) -> float:
             return max(left, right)
         if isinstance(node.op, ast.Mult):
             return left + right
-        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and _is_whole(node.right):
+        if (
+            isinstance(node.op, ast.Pow)
+            and isinstance(node.right, ast.Constant)
+            and _is_whole(node.right)
+        ):
             return left * float(node.right.value)  # type: ignore[arg-type]
         return left if isinstance(node.op, ast.Div) and right == 0.0 else math.inf
     return math.inf
 
 
 def _parts(tree: ast.expr) -> Iterator[tuple[ast.expr, bool]]:
-    """Sub-expressions that may vanish, inner ones first, and whether the whole has a kink or a jump where they do."""
+    """Sub-expressions that may vanish, inner ones first, and whether the whole has a kink or a jump
+    where they do."""
     for node in reversed(list(ast.walk(tree))):
         if isinstance(node, ast.Compare):
             yield _difference(node.left, node.comparators[0]), True
@@ -166,7 +175,8 @@ def _values(node: ast.expr, variables: Variables, at: Array) -> Array:
 
 
 def uniform() -> Array:
-    """Samples in equal intervals, one in each at a place of its own, so that no wave is zero at all of them."""
+    """Samples in equal intervals, one in each at a place of its own, so that no wave is zero at all
+    of them."""
     offset = np.random.default_rng(4096).random(SAMPLES)
     return np.asarray((np.arange(SAMPLES) + offset) / SAMPLES)
 
@@ -179,7 +189,8 @@ def _around(centres: Array, samples: Array) -> Array:
 
 
 def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Array:
-    """Where a sub-expression vanishes: samples at which it does (the ends of runs of them), changes of sign, bisected."""
+    """Where a sub-expression vanishes: samples at which it does (the ends of runs of them), changes
+    of sign, bisected."""
     zero: Mask = values == 0.0
     edges = zero & ~(np.append(zero[1:], False) & np.insert(zero[:-1], 0, False))
     sign = np.sign(values)

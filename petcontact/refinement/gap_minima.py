@@ -10,11 +10,13 @@ from .known_data import Field
 MOST = 4
 """Minima of one side, the lowest ones, that meshes are graded to."""
 PARTS, ROUNDS = 1024, 4
-"""Into how many parts the interval around a minimum is cut, and how often: all places of a round are looked at together."""
+"""Into how many parts the interval around a minimum is cut, and how often: all places of a round
+are looked at together."""
 
 
 def gap_minima(field: Field) -> Array:
-    """Places inside a side at which a gap is least, the lowest `MOST` of them, as fractions, increasing.
+    """Places inside a side at which a gap is least, the lowest `MOST` of them, as fractions,
+    increasing.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
-"""What is known along the sides (g, displacements, tractions, loads of the volume): where it is rough, and elements that
-resolve it."""
+"""What is known along the sides (g, displacements, tractions, loads of the volume): where it is
+rough, and elements that resolve it."""
 
 from __future__ import annotations
 
@@ -43,15 +43,18 @@ class Field:
     Attributes
     ----------
     kind : str
-        "displacement", "traction", "friction bound", ...: errors are relative to the integral of all that is of one kind.
+        "displacement", "traction", "friction bound", ...: errors are relative to the integral of
+        all that is of one kind.
     values : callable
         Fractions (n,) of the side to values (n, c).
     switches : (k,) array
-        Places inside the side at which the data may have a kink or a jump, as fractions, increasing.
+        Places inside the side at which the data may have a kink or a jump, as fractions,
+        increasing.
     samples, sampled : (n,) and (n, c) arrays
         Fractions that show all of it, increasing, and the values there.
     size : float
-        Integral of |values| over the boundary, of all data of this kind [unit of the data · length].
+        Integral of |values| over the boundary, of all data of this kind [unit of the data ·
+        length].
     length : float
         Of the side [length].
     degree : float
@@ -68,7 +71,8 @@ class Field:
     degree: float = math.inf
 
     def defects(self, start: Array, end: Array, order: int) -> Array:
-        """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through the Gauss points.
+        """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through
+        the Gauss points.
 
         Elements are given by their ends as fractions, increasing and apart.
         """
@@ -77,7 +81,9 @@ class Field:
         at_nodes = self.values((start[:, None] + 0.5 * width[:, None] * (1.0 + xi)).ravel())
         nodal = at_nodes.reshape(len(start), order + 1, -1)
         own = (np.arange(OWN_SAMPLES) + 0.5) / OWN_SAMPLES
-        inside = self.values((start[:, None] + width[:, None] * own).ravel()).reshape(len(start), OWN_SAMPLES, -1)
+        inside = self.values((start[:, None] + width[:, None] * own).ravel()).reshape(
+            len(start), OWN_SAMPLES, -1
+        )
         gap = inside - np.einsum("bq,ebc->eqc", lagrange(order, 2.0 * own - 1.0), nodal)
         by_own = np.sqrt(np.einsum("eqc,eqc->eq", gap, gap)).mean(axis=1) * width
         # samples of the side see what is narrower than an element
@@ -102,7 +108,8 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     Raises
     ------
     InputError
-        As `evaluate`; values that are not finite count as zero (those at nodes are reported when they are evaluated there).
+        As `evaluate`; values that are not finite count as zero (those at nodes are reported when
+        they are evaluated there).
     """
     found: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
@@ -110,7 +117,9 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
         at = functools.partial(variables, side, offset)
         for kind, given, values in _conditions(problem, side, at):
-            varies = any(callable(v) or isinstance(v, str) for v in given) or (side.curvature and kind == "traction")
+            varies = any(callable(v) or isinstance(v, str) for v in given) or (
+                side.curvature and kind == "traction"
+            )
             every.append((k, side, at, kind, given, values, varies))
     if not any(varies for *_, varies in every):
         return found
@@ -122,19 +131,31 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
             found[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
-    return [[replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0] for row in found]
+    return [
+        [replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0]
+        for row in found
+    ]
 
 
 def _shown(
-    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array], power: float
+    given: list[Value],
+    at: Callable[[Array], dict[str, Array]],
+    values: Callable[[Array], Array],
+    power: float,
 ) -> tuple[Array, Array, Array]:
-    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree, and a
-    parabola shows all of it on few samples."""
+    """Switches, samples, and values there, of expressions and functions together; a function shows
+    no syntax tree, and a parabola shows all of it on few samples."""
     parts = [features(value, at) for value in given if isinstance(value, str) and power > PARABOLA]
-    samples = [part.samples for part in parts] or [uniform() if any(map(callable, given)) else np.empty(0)]
+    samples = [part.samples for part in parts] or [
+        uniform() if any(map(callable, given)) else np.empty(0)
+    ]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
     switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))
-    return switches[np.append(True, np.diff(switches) > SMALLEST)[: len(switches)]], every, values(every)
+    return (
+        switches[np.append(True, np.diff(switches) > SMALLEST)[: len(switches)]],
+        every,
+        values(every),
+    )
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
@@ -145,14 +166,17 @@ def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
 
 def _normals(side: Side, at: Array) -> Array:
     straight = side.curvature == 0.0
-    normal = on_arcs(side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * at - 1.0)[1]
+    normal = on_arcs(
+        side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * at - 1.0
+    )[1]
     return np.broadcast_to(normal, (len(at), 2)) if straight else normal
 
 
 def _conditions(
     problem: Problem, side: Side, at: Callable[[Array], dict[str, Array]]
 ) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
-    """Kind, components and values of what is known on a side, but for arrays, which belong to the nodes of one mesh."""
+    """Kind, components and values of what is known on a side, but for arrays, which belong to the
+    nodes of one mesh."""
     for number, condition in enumerate(problem.boundary):
         if condition.part != side.part:
             continue
@@ -162,7 +186,13 @@ def _conditions(
                 yield kind, given, functools.partial(_values, given, key, at, normal and side)
     # the tractions of particular solutions are about as rough as what they are for
     for key, given in _in_volume(problem.loads):
-        yield key, given, functools.partial(_values, given, key, lambda s: {name: at(s)[name] for name in "xy"}, False)
+        yield (
+            key,
+            given,
+            functools.partial(
+                _values, given, key, lambda s: {name: at(s)[name] for name in "xy"}, False
+            ),
+        )
 
 
 def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
@@ -173,37 +203,56 @@ def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
             ("force", loads.force or ()),
             ("acceleration", loads.acceleration or ()),
         ]
-        yield from ((f"loads.{key}", list(given)) for key, given in every if any(isinstance(v, str) for v in given))
+        yield from (
+            (f"loads.{key}", list(given))
+            for key, given in every
+            if any(isinstance(v, str) for v in given)
+        )
 
 
 def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
     """Kinds of data of a condition, their components, and whether they are along the normal."""
     if isinstance(condition, Displacement):
-        yield "displacement", [component for component in condition.value if component != "free"], False
+        yield (
+            "displacement",
+            [component for component in condition.value if component != "free"],
+            False,
+        )
     elif isinstance(condition, Traction):
         if condition.pressure is not None:
             yield "traction", [condition.pressure], True
         else:
             yield "traction", list(condition.value or ()), False
     elif isinstance(condition, Contact):
-        given = (("friction bound", condition.friction_bound), ("gap", condition.gap or None),
-                 ("friction coefficient", condition.friction_coefficient))  # fmt: skip
+        given = (
+            ("friction bound", condition.friction_bound),
+            ("gap", condition.gap or None),
+            ("friction coefficient", condition.friction_coefficient),
+        )
         yield from ((kind, [value], False) for kind, value in given if value is not None)
 
 
 def _values(
-    given: list[Value], key: str, at: Callable[[Array], dict[str, Array]], along_normal: Side | Literal[False],
+    given: list[Value],
+    key: str,
+    at: Callable[[Array], dict[str, Array]],
+    along_normal: Side | Literal[False],
     fractions: Array,
-) -> Array:  # fmt: skip
-    """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0 where not finite."""
+) -> Array:
+    """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0
+    where not finite."""
     names = at(fractions)
     columns = [evaluate(value, names, len(fractions), key, finite=False) for value in given]
     values = np.column_stack(columns or [np.zeros(len(fractions))])
     values[~np.isfinite(values)] = 0.0
-    return values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
+    return (
+        values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
+    )
 
 
-def resolved(breaks: Array, orders: Index, data: list[Field], tolerance: float) -> tuple[Array, Index, float]:
+def resolved(
+    breaks: Array, orders: Index, data: list[Field], tolerance: float
+) -> tuple[Array, Index, float]:
     """Elements of a side with orders and cuts enough for its data.
 
     Parameters
@@ -219,7 +268,8 @@ def resolved(breaks: Array, orders: Index, data: list[Field], tolerance: float) 
     Returns
     -------
     breaks, orders : arrays
-        The same elements with orders raised up to ORDER or, where that is not enough, cut in halves.
+        The same elements with orders raised up to ORDER or, where that is not enough, cut in
+        halves.
     missed : float
         Largest defect that is left above the tolerance, 0 where there is none.
     """
@@ -230,14 +280,18 @@ def resolved(breaks: Array, orders: Index, data: list[Field], tolerance: float) 
     return breaks, orders, missed
 
 
-def _resolved(breaks: Array, orders: Index, field: Field, tolerance: float) -> tuple[Array, Index, float]:
+def _resolved(
+    breaks: Array, orders: Index, field: Field, tolerance: float
+) -> tuple[Array, Index, float]:
     done: list[tuple[Array, Array, Index]] = []
     start, end, order = breaks[:-1], breaks[1:], orders
     count, missed = 0, 0.0
     while len(start):
         wanted, least = _order_enough(field, start, end, order, tolerance)
         ready = wanted >= 0
-        hopeless: Mask = ~ready & ((end - start < 2.0 * SMALLEST) | (count + len(start) > MOST_ELEMENTS))
+        hopeless: Mask = ~ready & (
+            (end - start < 2.0 * SMALLEST) | (count + len(start) > MOST_ELEMENTS)
+        )
         if hopeless.any():
             missed = max(missed, float(least[hopeless].max()))
         stays = ready | hopeless
@@ -245,15 +299,21 @@ def _resolved(breaks: Array, orders: Index, field: Field, tolerance: float) -> t
         count += int(np.count_nonzero(stays))
         start, end, order = start[~stays], end[~stays], order[~stays]
         middle = 0.5 * (start + end)
-        start, end = np.column_stack([start, middle]).ravel(), np.column_stack([middle, end]).ravel()
+        start, end = (
+            np.column_stack([start, middle]).ravel(),
+            np.column_stack([middle, end]).ravel(),
+        )
         order = np.repeat(order, 2)
     starts, _, all_orders = (np.concatenate(column) for column in zip(*done, strict=True))
     place = np.argsort(starts)
     return np.append(starts[place], breaks[-1]), all_orders[place].astype(np.int64), missed
 
 
-def _order_enough(field: Field, start: Array, end: Array, order: Index, tolerance: float) -> tuple[Index, Array]:
-    """The least order of each element, not below its own, that resolves the data, or -1; and the defect it leaves."""
+def _order_enough(
+    field: Field, start: Array, end: Array, order: Index, tolerance: float
+) -> tuple[Index, Array]:
+    """The least order of each element, not below its own, that resolves the data, or -1; and the
+    defect it leaves."""
     result, defect = np.full(len(order), -1), np.full(len(order), np.inf)
     for p in range(int(order.min()), ORDER + 1):
         open_ = np.flatnonzero((result < 0) & (order <= p))

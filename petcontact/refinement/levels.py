@@ -1,4 +1,5 @@
-"""The ladders of gradings that adaptive solves climb, and what differences between their meshes let one believe."""
+"""The ladders of gradings that adaptive solves climb, and what differences between their meshes let
+one believe."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from ..mesh.hp_grading import Grading
 MOST_GAIN = 40.0
 """Ratio of the errors of two neighbouring levels beyond which it is chance."""
 ROUND_OFF = 1e-12
-"""Differences below it say nothing of the pace: where nothing moves on one mesh and round-off on the next, nothing grows."""
+"""Differences below it say nothing of the pace: where nothing moves on one mesh and round-off on
+the next, nothing grows."""
 MARGIN = 1.3
 """How far below the wanted error a level's typical error is when it is tried first."""
 
@@ -56,16 +58,17 @@ CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 5e-6),
     Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 2e-6),
 )
-"""For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges to a tenth of its elements
-or better, and those of the next one are ten times smaller."""
+"""For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges
+to a tenth of its elements or better, and those of the next one are ten times smaller."""
 
 
 @frozen
 class Ladder:
     """Levels to climb, and what takes the place of the second where a rough accuracy is wanted.
 
-    There one difference is believed, that of the first two meshes: it is the error of the first. The second level does not
-    do for that, whose orders and smallest elements are near those of the first: both may miss the same.
+    There one difference is believed, that of the first two meshes: it is the error of the first.
+    The second level does not do for that, whose orders and smallest elements are near those of the
+    first: both may miss the same.
 
     Attributes
     ----------
@@ -86,7 +89,11 @@ class Ladder:
         """The levels to climb to an accuracy."""
         if accuracy < self.rough:
             return self.levels
-        return (self.levels[0], *([self.milder] if accuracy >= self.rougher else []), *self.levels[2:])
+        return (
+            self.levels[0],
+            *([self.milder] if accuracy >= self.rougher else []),
+            *self.levels[2:],
+        )
 
     def believes(self, differences: list[float], accuracy: float) -> bool:
         """Whether one difference is the estimate."""
@@ -94,19 +101,23 @@ class Ladder:
 
 
 SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
-"""Of 183 random bodies the error on the third level was at most .99 times the one difference, of 9 in 10 less than a fifth.
-On the milder one it was at most 2.8e-3 on all 168 of 214 whose difference was below 1e-2, and .14, .57, 1.06 times the
-estimate on 50, 90, 99 % of them. With corners twice as coarse two of 62 were above 1e-2, where the difference was a tenth of
-the error."""
-CONTACT_LADDER = Ladder(CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3))
-"""On the milder level errors of 108 random problems were at most .032 where 5e-2 was wanted, and .40, .90, 1.44 times the
-estimate in 50, 90, 99 % of them."""
+"""Of 183 random bodies the error on the third level was at most .99 times the one difference, of 9
+in 10 less than a fifth. On the milder one it was at most 2.8e-3 on all 168 of 214 whose difference
+was below 1e-2, and .14, .57, 1.06 times the estimate on 50, 90, 99 % of them. With corners twice as
+coarse two of 62 were above 1e-2, where the difference was a tenth of the error."""
+CONTACT_LADDER = Ladder(
+    CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3)
+)
+"""On the milder level errors of 108 random problems were at most .032 where 5e-2 was wanted, and
+.40, .90, 1.44 times the estimate in 50, 90, 99 % of them."""
 
 
 def first_level(accuracy: float) -> int:
     """The lowest level but the first that may be expected to have this error."""
     last = len(REFINEMENT_LEVELS) - 1
-    return next((k for k in range(1, last + 1) if MARGIN * REFINEMENT_LEVELS[k].error <= accuracy), last)
+    return next(
+        (k for k in range(1, last + 1) if MARGIN * REFINEMENT_LEVELS[k].error <= accuracy), last
+    )
 
 
 def check_accuracy(accuracy: float) -> None:
@@ -122,10 +133,11 @@ def check_accuracy(accuracy: float) -> None:
 
 
 def believed(differences: list[float], most: float = MOST_GAIN) -> float:
-    """Error of the last level but one from the differences of neighbouring ones; infinite while there are fewer than two.
+    """Error of the last level but one from the differences of neighbouring ones; infinite while
+    there are fewer than two.
 
-    Two levels may be alike by chance: no step is believed to gain more than `most` times. Differences that grow are
-    believed to grow once more.
+    Two levels may be alike by chance: no step is believed to gain more than `most` times.
+    Differences that grow are believed to grow once more.
     """
     if len(differences) < 2:
         return math.inf
@@ -135,4 +147,6 @@ def believed(differences: list[float], most: float = MOST_GAIN) -> float:
 
 def growing(differences: list[float]) -> bool:
     """Whether one of the last two differences is larger than the one before, and than round-off."""
-    return any(after > max(before, ROUND_OFF) for before, after in itertools.pairwise(differences[-3:]))
+    return any(
+        after > max(before, ROUND_OFF) for before, after in itertools.pairwise(differences[-3:])
+    )

@@ -1,4 +1,5 @@
-"""Where and how much meshes are graded: corners, ends of parts, given points, the transition points of a solution."""
+"""Where and how much meshes are graded: corners, ends of parts, given points, the transition points
+of a solution."""
 
 from __future__ import annotations
 
@@ -25,14 +26,17 @@ from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
 
 MILDEST, STRONGEST = 0.7, 2.0
-"""Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is that of a right angle
-clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
+"""Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is
+that of a right angle clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
 WEAK = 0.3
-"""Exponents below which elements at corners are powers: only where two sides slide they are as small."""
+"""Exponents below which elements at corners are powers: only where two sides slide they are as
+small."""
 CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
-"""Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
+"""Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a
+corner of power 1."""
 SMALLEST = 1e-10
-"""Smallest elements at corners, relative to the thickness of the body and to coordinates, whose last digits they feel."""
+"""Smallest elements at corners, relative to the thickness of the body and to coordinates, whose
+last digits they feel."""
 DATA_SHARE = 0.2
 """Defect of the known data on one element, of a level's error."""
 NODES_A_SIDE = 12
@@ -46,13 +50,16 @@ ACCURACY = 1e-4
 TOUCH = 1e-6
 """Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
 NEAR_END = 1e-4
-"""Distance of such places from the ends of a side and from one another, of the side, below which they count as one."""
+"""Distance of such places from the ends of a side and from one another, of the side, below which
+they count as one."""
 IN_ZONES = 0.25
-"""Power of a level's error with which elements shrink at the ends of narrow zones, relative to these."""
+"""Power of a level's error with which elements shrink at the ends of narrow zones, relative to
+these."""
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
-"""Distance of a transition point from a kink of the data, in smallest elements, below which the kink is its mark."""
+"""Distance of a transition point from a kink of the data, in smallest elements, below which the
+kink is its mark."""
 
 
 @frozen
@@ -91,31 +98,49 @@ class Body:
     def of(problem: Problem, outline: Outline) -> Body:
         """Of a problem, whose outline is made once."""
         if len(outline.sides) * NODES_A_SIDE > LARGEST_MESH:
-            raise InputError(f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
-                             "name an element_size, or describe the body by fewer sides")  # fmt: skip
+            raise InputError(
+                f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
+                "name an element_size, or describe the body by fewer sides"
+            )
         parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
-        given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]
+        given = [
+            side.length * f
+            for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)
+        ]
         contact = [side.part in parts for side in outline.sides]
         return Body(
-            outline, outline.thickness, contact, given, fields(problem, outline), singular_ends(outline),
+            outline,
+            outline.thickness,
+            contact,
+            given,
+            fields(problem, outline),
+            singular_ends(outline),
             corner_exponents(problem, outline),
-        )  # fmt: skip
+        )
 
     def with_powers(self) -> Body:
         """The body with elements that are powers at corners where no polynomial is small enough.
 
-        What they leave of the next term, of the order r, is as at a corner whose exponent is (1 + λ)/2.
+        What they leave of the next term, of the order r, is as at a corner whose exponent is (1 +
+        λ)/2.
         """
         powers = [(a if a < WEAK else 0.0, b if b < WEAK else 0.0) for a, b in self.exponents]
-        exponents = [(0.5 * (1.0 + a) if a < WEAK else a, 0.5 * (1.0 + b) if b < WEAK else b) for a, b in self.exponents]
+        exponents = [
+            (0.5 * (1.0 + a) if a < WEAK else a, 0.5 * (1.0 + b) if b < WEAK else b)
+            for a, b in self.exponents
+        ]
         return replace(self, exponents=exponents, powers=powers)
 
     @functools.cached_property
     def kinks(self) -> list[Array]:
-        """Arc lengths inside each side at which its data have a kink or a jump, increasing [length]."""
+        """Arc lengths inside each side at which its data have a kink or a jump, increasing
+        [length]."""
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
-            found = np.unique(np.concatenate([np.empty(0), *(field.switches for field in row)])) * side.length
+            found = (
+                np.unique(np.concatenate([np.empty(0), *(field.switches for field in row)]))
+                * side.length
+            )
             closest = CLOSEST * side.length
             found = found[(found > closest) & (found < side.length - closest)]
             result.append(found[np.append(True, np.diff(found) > closest)[: len(found)]])
@@ -129,7 +154,9 @@ class Body:
             found = [gap_minima(field) for field in row if field.kind == "gap"]
             places = np.unique(np.concatenate([np.empty(0), *found]))
             inside = places[(places > NEAR_END) & (places < 1.0 - NEAR_END)]
-            result.append(side.length * inside[np.append(True, np.diff(inside) > NEAR_END)[: len(inside)]])
+            result.append(
+                side.length * inside[np.append(True, np.diff(inside) > NEAR_END)[: len(inside)]]
+            )
         return result
 
     @functools.cached_property
@@ -147,14 +174,18 @@ class Body:
         return max(self.smallest, self.scale * float((CORNER_SIZE * resolved / 1e-4) ** power))
 
     def truncation(self, resolved: float) -> float:
-        """What elements of these sizes leave at the worst corner, a^(2λ) [-]; only ratios mean something."""
+        """What elements of these sizes leave at the worst corner, a^(2λ) [-]; only ratios mean
+        something."""
         found = {exponent for pair in self.exponents for exponent in pair}
         return max(float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in found)
 
     def mesh(
-        self, level: Level, largest: list[float], shown: list[ContactLine] | None,
+        self,
+        level: Level,
+        largest: list[float],
+        shown: list[ContactLine] | None,
         edges: dict[int, list[tuple[float, float]]] | None = None,
-    ) -> LevelMesh:  # fmt: skip
+    ) -> LevelMesh:
         """The mesh of a level, with elements that resolve the data.
 
         Parameters
@@ -170,16 +201,23 @@ class Body:
         missed = [0.0]
 
         def resolve(side: int, breaks: Array, orders: Index) -> tuple[Array, Index]:
-            breaks, orders, left = resolved(breaks, orders, self.data[side], DATA_SHARE * level.error)
+            breaks, orders, left = resolved(
+                breaks, orders, self.data[side], DATA_SHARE * level.error
+            )
             missed.append(left)
             return breaks, orders
 
         marks = marks_for(self, level.grading, level.resolved, shown)
-        closing = {k: [(s, TOUCH * self.outline.sides[k].length) for s in places]
-                   for k, places in enumerate(self.touching) if len(places)}  # fmt: skip
+        closing = {
+            k: [(s, TOUCH * self.outline.sides[k].length) for s in places]
+            for k, places in enumerate(self.touching)
+            if len(places)
+        }
         for side, inner in {**closing, **(edges or {})}.items():
             marks[side] = _with_points(marks[side], inner, level.grading)
-        mesh = graded_mesh(self.outline, marks, level.grading, largest, resolve if any(self.data) else None)
+        mesh = graded_mesh(
+            self.outline, marks, level.grading, largest, resolve if any(self.data) else None
+        )
         if max(missed) > 0.0:
             # elements by the thousand that still do not show the data are not worth solving on
             mesh = graded_mesh(self.outline, marks, level.grading, largest)
@@ -195,8 +233,12 @@ class LevelMesh:
 
 
 def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
-    """The mesh of a problem that names no element size, order or grading: a refinement level, with the points given."""
-    body, level = Body.of(problem, outline), REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)]
+    """The mesh of a problem that names no element size, order or grading: a refinement level, with
+    the points given."""
+    body, level = (
+        Body.of(problem, outline),
+        REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)],
+    )
     largest = [
         side.length / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, body.contact, body.given, strict=True)
@@ -204,8 +246,11 @@ def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
     return body.mesh(level, largest, None).mesh
 
 
-def marks_for(body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None) -> list[Marks]:
-    """Corners, given points and transition points of each side, with the sizes of the smallest elements there.
+def marks_for(
+    body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None
+) -> list[Marks]:
+    """Corners, given points and transition points of each side, with the sizes of the smallest
+    elements there.
 
     Parameters
     ----------
@@ -216,36 +261,50 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     shown : list of ContactLine, optional
         A solution so far, one a contact side, which shows the transition points.
     """
-    # truncation errors fall with the square of the size at transition points (measured on the paper's examples)
+    # truncation errors fall with the square of the size at transition points (measured on the
+    # paper's examples)
     at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
     # where slip changes its sign they fall with the size itself
     turning = min(1.0, (resolved / 1e-4) ** 0.5)
-    # in zones narrower than these sizes the elements of one level are no copies of those of the one before, or what
-    # both miss there would be no part of their difference
+    # in zones narrower than these sizes the elements of one level are no copies of those of the one
+    # before, or what both miss there would be no part of their difference
     first = REFINEMENT_LEVELS[0]
     share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        # points that are given on contact sides stand for transition points, until a solution shows them
+        # points that are given on contact sides stand for transition points, until a solution shows
+        # them
         found = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
         closest = CLOSEST * side.length
         kinks = body.kinks[k]
         apart = max(closest, ON_KINK * at_transition)
-        found = [(s, turns) for s, turns in found
-                 if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)]  # fmt: skip
-        ends = [singular or s in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
+        found = [
+            (s, turns)
+            for s, turns in found
+            if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)
+        ]
+        ends = [
+            singular or s in given
+            for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)
+        ]
         at_given = at_transition if body.contact[k] else body.corner_size(1.0, resolved)
         begin, end = (body.corner_size(exponent, resolved) for exponent in body.exponents[k])
         every = [
-            (0.0, begin), *((s, at_given) for s in given.tolist() if closest < s < side.length - closest),
+            (0.0, begin),
+            *((s, at_given) for s in given.tolist() if closest < s < side.length - closest),
             *((s, at_transition * (turning if turns else 1.0)) for s, turns in found),
-            *((s, at_transition) for s in kinks.tolist()), (side.length, end),
-        ]  # fmt: skip
+            *((s, at_transition) for s in kinks.tolist()),
+            (side.length, end),
+        ]
         every.sort(key=operator.itemgetter(0))
-        kept = [mark for mark, after in itertools.pairwise([*every, (math.inf, 0.0)]) if after[0] - mark[0] > closest]
+        kept = [
+            mark
+            for mark, after in itertools.pairwise([*every, (math.inf, 0.0)])
+            if after[0] - mark[0] > closest
+        ]
         points, sizes = (np.array(values) for values in zip(*kept, strict=True))
         points[0] = 0.0
         for place, singular in zip((0, -1), ends, strict=True):
@@ -256,12 +315,17 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
             elif body.contact[k]:
                 # small enough to show how the traction grows towards the end
                 sizes[place] = min(sizes[place], 0.015 * body.scale)
-        marks.append(balanced(Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share))
+        marks.append(
+            balanced(
+                Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share
+            )
+        )
     return _equal_at_corners(body.outline, marks)
 
 
 def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
-    """Marks with further points; one that is there already is moved where it is close to one of them."""
+    """Marks with further points; one that is there already is moved where it is close to one of
+    them."""
     places, sizes = (np.array(values) for values in zip(*inner, strict=True))
     apart = np.abs(marks.position[:, None] - places[None]).min(axis=1)
     kept = apart > 3.0 * sizes.max()

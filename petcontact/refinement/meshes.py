@@ -31,7 +31,8 @@ LARGEST_MESH = 400_000
 PANELS = 4
 """Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
-"""Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
+"""Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges
+and corners ask."""
 PLANE_KEYS = ("grading", "levels", "graded_points")
 """Keys of `[mesh]` that say nothing in space."""
 BOX_KEYS = ("element_sizes", "exponent")
@@ -39,7 +40,8 @@ BOX_KEYS = ("element_sizes", "exponent")
 
 
 def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
-    """The mesh that a problem of one body asks for, or the default one; on its boundary, where that is made already.
+    """The mesh that a problem of one body asks for, or the default one; on its boundary, where that
+    is made already.
 
     Raises
     ------
@@ -69,7 +71,9 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
     options, order = problem.mesh, _order(problem.mesh)
     for name in options.element_sizes:
         if name not in boundary.parts:
-            raise InputError(f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.parts)}")
+            raise InputError(
+                f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.parts)}"
+            )
     extent = boundary.upper - boundary.lower
     usual = options.element_size or float(extent.min()) / PANELS
     finest = min([usual, *options.element_sizes.values()])
@@ -84,7 +88,11 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register(RevolvedSurface)
 def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of round bodies are of one size, mesh.element_size")
+    _refuse(
+        problem.mesh,
+        BOX_KEYS,
+        "is for boxes; panels of round bodies are of one size, mesh.element_size",
+    )
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(boundary.area / size / size * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
@@ -94,15 +102,26 @@ def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
 def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     keys = ("element_size", *BOX_KEYS)
-    _refuse(problem.mesh, keys, "the facets of a surface from a file are its panels; mesh it finer in Gmsh")
-    _check_size(len(boundary.facets) * (order + 1) ** 2, "mesh the file coarser, or choose a lower mesh.order")
+    _refuse(
+        problem.mesh,
+        keys,
+        "the facets of a surface from a file are its panels; mesh it finer in Gmsh",
+    )
+    _check_size(
+        len(boundary.facets) * (order + 1) ** 2,
+        "mesh the file coarser, or choose a lower mesh.order",
+    )
     return facet_mesh(boundary, order)
 
 
 @_mesh.register
 def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of CAD files are of one size, mesh.element_size")
+    _refuse(
+        problem.mesh,
+        BOX_KEYS,
+        "is for boxes; panels of CAD files are of one size, mesh.element_size",
+    )
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(2.0 * boundary.area / size / size * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)
@@ -117,11 +136,14 @@ def _(boundary: CondensedSurface, problem: Problem) -> BoundaryMesh:
 
 
 def _faces(surface: CondensedSurface) -> BoundaryMesh:
-    """The mesh of the contact surface: its faces as elements, linear ones unless the file says another order."""
+    """The mesh of the contact surface: its faces as elements, linear ones unless the file says
+    another order."""
     at, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
     if surface.dim == 3:
-        corners, middles = (np.where(numbers[..., None] >= 0, surface.points[numbers], np.nan)
-                            for numbers in (surface.elements, surface.middles))  # fmt: skip
+        corners, middles = (
+            np.where(numbers[..., None] >= 0, surface.points[numbers], np.nan)
+            for numbers in (surface.elements, surface.middles)
+        )
         return SurfaceMesh(corners, surface.order, surface.part, surface.parts, middles)
     start, end = at[:, 0], at[:, 1]
     length, along = np.linalg.norm(end - start, axis=1), np.zeros(count)
@@ -129,19 +151,29 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
         mine = surface.part == part
         along[mine] = np.cumsum(length[mine]) - length[mine]
     return CurveMesh(
-        start, end, arrays.get("curvature", np.zeros(count)), surface.order, surface.part,
-        surface.whole_numbers("line", np.arange(count, dtype=float)), arrays.get("side_start", along), surface.parts,
+        start,
+        end,
+        arrays.get("curvature", np.zeros(count)),
+        surface.order,
+        surface.part,
+        surface.whole_numbers("line", np.arange(count, dtype=float)),
+        arrays.get("side_start", along),
+        surface.parts,
         float(arrays.get("unit_length", surface.diameter)),
-    )  # fmt: skip
+    )
 
 
 def _order(options: MeshOptions) -> int:
     """The order of panels, by default 2."""
     _refuse(options, PLANE_KEYS, "is for plane bodies; meshes of boxes are graded by mesh.exponent")
     if options.accuracy is not None and not options.automatic:
-        raise InputError("mesh.accuracy: is for adaptive meshes, which name no element_size, order or grading")
+        raise InputError(
+            "mesh.accuracy: is for adaptive meshes, which name no element_size, order or grading"
+        )
     if options.order is not None and options.order > HIGHEST_ORDER:
-        raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}")
+        raise InputError(
+            f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}"
+        )
     return 2 if options.order is None else options.order
 
 
@@ -151,7 +183,10 @@ def _check_size(nodes: float, advice: str = "choose a larger mesh.element_size")
 
 
 def _refuse(options: MeshOptions, keys: Iterable[str], why: str) -> None:
-    """Of keys that say nothing of a body none may differ from its default: `Problem.toml` writes defaults, too."""
+    """Of keys that say nothing of a body none may differ from its default: `Problem.toml` writes
+    defaults, too."""
     for key in keys:
-        if getattr(options, key) != MeshOptions.model_fields[key].get_default(call_default_factory=True):
+        if getattr(options, key) != MeshOptions.model_fields[key].get_default(
+            call_default_factory=True
+        ):
             raise InputError(f"mesh.{key}: {why}")

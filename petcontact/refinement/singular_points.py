@@ -14,7 +14,8 @@ from .corner_exponents import CLAMPED, FREE, SLIDING, SideKind, corner_exponent
 def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, float]]:
     """λ at the start and the end of each side, in (0, 1]: displacements behave like r^λ there.
 
-    A contact side may stick, slip or open: it counts as clamped, sliding and free, and the worst is taken.
+    A contact side may stick, slip or open: it counts as clamped, sliding and free, and the worst is
+    taken.
     """
     conditions = {condition.part: condition for condition in problem.boundary}
     kappa = 3.0 - 4.0 * problem.material.plane_strain_ratio
@@ -24,12 +25,16 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
         condition = conditions.get(side.part)
         if not isinstance(condition, Displacement) or len(set(_is_free(condition))) == 1:
             return kinds_of(condition)
-        held = round(math.remainder((math.pi / 2.0 if _is_free(condition)[0] else 0.0) - leaving, math.pi), 9)
+        held = round(
+            math.remainder((math.pi / 2.0 if _is_free(condition)[0] else 0.0) - leaving, math.pi), 9
+        )
         return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
 
     def exponent(before: Side, after: Side) -> float:
         angle = round(math.pi - turn(before, after), 9)
-        pairs = itertools.product(kinds(after, direction(after, 0.0)), kinds(before, direction(before, 1.0) + math.pi))
+        pairs = itertools.product(
+            kinds(after, direction(after, 0.0)), kinds(before, direction(before, 1.0) + math.pi)
+        )
         return min(corner_exponent(angle, kappa, first, second) for first, second in pairs)
 
     return at_ends(outline, exponent)
@@ -57,8 +62,15 @@ def _of_contact(condition: Contact) -> tuple[SideKind, ...]:
     """What a contact side may be: it sticks, slips or opens."""
     if condition.normal == "bonded":
         return (CLAMPED,)
-    friction = condition.friction_coefficient is not None or condition.friction_bound not in (None, 0.0)
-    return (SLIDING, *((CLAMPED,) if friction else ()), *((FREE,) if condition.normal == "unilateral" else ()))
+    friction = condition.friction_coefficient is not None or condition.friction_bound not in (
+        None,
+        0.0,
+    )
+    return (
+        SLIDING,
+        *((CLAMPED,) if friction else ()),
+        *((FREE,) if condition.normal == "unilateral" else ()),
+    )
 
 
 def direction(side: Side, fraction: float) -> float:

@@ -14,7 +14,8 @@ from ..mesh.curve_mesh import CurveMesh
 
 @frozen
 class Zone:
-    """A stretch of one contact part, in arc length along it [length]; sign 0 sticks, ±1 slips along ±tangent."""
+    """A stretch of one contact part, in arc length along it [length]; sign 0 sticks, ±1 slips along
+    ±tangent."""
 
     part: str
     start: float
@@ -29,7 +30,8 @@ class Zone:
 
 @functools.singledispatch
 def zones_of(mesh: BoundaryMesh, nodes: Index, sign: Array) -> list[Zone]:
-    """Runs of contact nodes of one sign (0 stick, ±1 slip); none on surfaces, which `state` shows node by node."""
+    """Runs of contact nodes of one sign (0 stick, ±1 slip); none on surfaces, which `state` shows
+    node by node."""
     return []
 
 
@@ -44,9 +46,13 @@ def _(mesh: CurveMesh, nodes: Index, sign: Array) -> list[Zone]:
         s, signs = arc_length[chosen], sign[chosen]
         cuts = np.flatnonzero(np.diff(signs) != 0)
         inside = element[cuts] == element[cuts + 1]
-        borders = np.where(inside, 0.5 * (s[cuts] + s[cuts + 1]), mesh.side_start[element[cuts + 1]])
+        borders = np.where(
+            inside, 0.5 * (s[cuts] + s[cuts + 1]), mesh.side_start[element[cuts + 1]]
+        )
         total = mesh.side_start[element[-1]] + mesh.length[element[-1]]
         ends = np.concatenate([[0.0], borders, [total]])
         for k, first in enumerate([0, *(cuts + 1)]):
-            zones.append(Zone(mesh.part_names[part], float(ends[k]), float(ends[k + 1]), int(signs[first])))
+            zones.append(
+                Zone(mesh.part_names[part], float(ends[k]), float(ends[k + 1]), int(signs[first]))
+            )
     return zones

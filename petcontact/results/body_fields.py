@@ -27,8 +27,19 @@ from .records import BodyResult
 
 def quantities(dim: int) -> list[str]:
     """What `quantity` knows of a body in so many dimensions."""
-    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in sorted({*COMPONENTS[dim], (2, 2)}, key=COMPONENTS[3].index)]
-    return ["von_mises", "principal_1", "principal_2", "principal_3", *stresses, "u", *(f"u{axis}" for axis in "xyz"[:dim])]
+    stresses = [
+        f"sigma_{'xyz'[i]}{'xyz'[j]}"
+        for i, j in sorted({*COMPONENTS[dim], (2, 2)}, key=COMPONENTS[3].index)
+    ]
+    return [
+        "von_mises",
+        "principal_1",
+        "principal_2",
+        "principal_3",
+        *stresses,
+        "u",
+        *(f"u{axis}" for axis in "xyz"[:dim]),
+    ]
 
 
 def quantity(state: StressState, name: str) -> Array:
@@ -41,22 +52,26 @@ def quantity(state: StressState, name: str) -> Array:
     """
     known = quantities(state.x.shape[1])
     if name not in known:
-        raise InputError(f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}")
+        raise InputError(
+            f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}"
+        )
     if name == "von_mises":
         return state.von_mises
     if name.startswith("principal"):
         return np.asarray(state.principal[:, int(name[-1]) - 1])
     if name.startswith("sigma"):
         return np.asarray(state.tensor[:, "xyz".index(name[-2]), "xyz".index(name[-1])])
-    return np.asarray(np.linalg.norm(state.u, axis=1) if name == "u" else state.u[:, "xyz".index(name[-1])])
+    return np.asarray(
+        np.linalg.norm(state.u, axis=1) if name == "u" else state.u[:, "xyz".index(name[-1])]
+    )
 
 
 LAYER = np.array([0.3, 0.4, 0.3, 0.17, 0.11, 0.075])
-"""By the order of an element: depth of the layer under it in which stresses are interpolated, over its half length, in space
-over the distance of its corners from the middle."""
+"""By the order of an element: depth of the layer under it in which stresses are interpolated, over
+its half length, in space over the distance of its corners from the middle."""
 CLOSE = 0.03
-"""Share of the layer in which stresses are those on the boundary, where nothing can be interpolated, as at corners; over
-twice that they pass into those inside."""
+"""Share of the layer in which stresses are those on the boundary, where nothing can be
+interpolated, as at corners; over twice that they pass into those inside."""
 
 
 @frozen
@@ -98,11 +113,14 @@ class BodyFields:
     @functools.cached_property
     def boundary(self) -> BoundaryField:
         """On the boundary, without volume loads."""
-        return BoundaryField(self.mesh, *self.data, self.problem.body[self.number].material, self.state)
+        return BoundaryField(
+            self.mesh, *self.data, self.problem.body[self.number].material, self.state
+        )
 
     @property
     def known(self) -> bool:
-        """Whether it is a body of one isotropic material, and no superelement, whose stress is not known."""
+        """Whether it is a body of one isotropic material, and no superelement, whose stress is not
+        known."""
         return not isinstance(self.problem.body[self.number].geometry, Superelement)
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
@@ -115,20 +133,28 @@ class BodyFields:
         return self.whole(x, u, stress, self.loads.volume_at(x))
 
     def at(
-        self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
+        self,
+        points: Any,
+        part: str | None = None,
+        progress: Progress | None = None,
+        outside: float | None = None,
     ) -> StressState:
-        """At points (m, d) inside the body and on its boundary; with `part` on that part of it alone.
+        """At points (m, d) inside the body and on its boundary; with `part` on that part of it
+        alone.
 
         Points outside get a given value, or are refused.
 
         Raises
         ------
         InputError
-            If a point lies outside or not on the part, there is no such part, or the body is a superelement.
+            If a point lies outside or not on the part, there is no such part, or the body is a
+            superelement.
         """
         return states_at([self], points, part, progress, outside)[0]
 
-    def whole(self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]) -> StressState:
+    def whole(
+        self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]
+    ) -> StressState:
         """With what loads in the body add."""
         stress = stress + loads[1]
         across = normal_stress_out_of_plane(stress, self.problem.body[self.number].material)
@@ -136,9 +162,12 @@ class BodyFields:
 
 
 def states_at(
-    increments: Sequence[BodyFields], points: Any, part: str | None = None, progress: Progress | None = None,
+    increments: Sequence[BodyFields],
+    points: Any,
+    part: str | None = None,
+    progress: Progress | None = None,
     outside: float | None = None,
-) -> list[StressState]:  # fmt: skip
+) -> list[StressState]:
     """`BodyFields.at` after several increments, which share the integrals over the elements."""
     one = increments[0]
     if not one.known:
@@ -160,8 +189,12 @@ def states_at(
         within = each.whole(x, u[..., s], stress[..., s], each.loads.at(x))
         if len(on):
             rim = each.on_boundary(element[on], place[on])
-            within = StressState(*(np.concatenate([getattr(within, key), getattr(rim, key)])[order]
-                                   for key in StressState.__annotations__))  # fmt: skip
+            within = StressState(
+                *(
+                    np.concatenate([getattr(within, key), getattr(rim, key)])[order]
+                    for key in StressState.__annotations__
+                )
+            )
         result.append(within)
     return result
 
@@ -172,19 +205,24 @@ def _inside(
     """u (m, d, s) and σ (m, d(d+1)/2, s) without volume loads."""
     one, data = increments[0], zip(*(each.data for each in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
-    return fields_at(one.mesh, u, traction, one.problem.body[one.number].material, x, progress, outside=outside)
+    return fields_at(
+        one.mesh, u, traction, one.problem.body[one.number].material, x, progress, outside=outside
+    )
 
 
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
-    """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from the stress on the boundary
-    and those at two points below, by a parabola along the normal. Where these are next to the boundary themselves, as at
-    corners, it is the one on the boundary very near to that (`CLOSE`), and stays as it is farther away."""
+    """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from
+    the stress on the boundary and those at two points below, by a parabola along the normal. Where
+    these are next to the boundary themselves, as at corners, it is the one on the boundary very
+    near to that (`CLOSE`), and stays as it is farther away."""
     mesh = increments[0].mesh
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)
     rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
     at = mesh.variables_at(element[rows], place[rows])
-    foot, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n"))
+    foot, normal = (
+        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
+    )
     depth = layer[element[rows], None]
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
     met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - ON) * layer)[0]
@@ -194,12 +232,21 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     if not taken.any():
         return
     rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
-    rim = np.stack([each.boundary.stress(element[rows], place[rows]) - each.loads.points_at(foot[taken])[1]
-                    for each in increments], axis=2)  # fmt: skip
+    rim = np.stack(
+        [
+            each.boundary.stress(element[rows], place[rows]) - each.loads.points_at(foot[taken])[1]
+            for each in increments
+        ],
+        axis=2,
+    )
     share = np.clip(2.0 - s / CLOSE, 0.0, 1.0)
     found = share * rim + (1.0 - share) * stress[rows]
     if free.any():
-        first, second = np.split(_inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2)
+        first, second = np.split(
+            _inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2
+        )
         s, rim = s[free], rim[free]
-        found[free] = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+        found[free] = (
+            0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+        )
     stress[rows] = np.where(np.isfinite(found), found, stress[rows])

@@ -103,24 +103,38 @@ class SolutionData(Evaluated):
 
     @property
     def relative_residual(self) -> float:
-        """Residual of the friction law after the last increment: depends on no ρ and on no units."""
+        """Residual of the friction law after the last increment: depends on no ρ and on no
+        units."""
         return self.last.residuals["tangential"]
 
     @property
     def elastic_residual(self) -> float:
-        """Largest defect of (4.10) at random nodes after the last increment, over the largest displacement [-]."""
+        """Largest defect of (4.10) at random nodes after the last increment, over the largest
+        displacement [-]."""
         return self.last.residuals["elastic"]
 
     @property
     def bilateral(self) -> bool:
-        """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
+        """Whether it is the paper's problem: one body in one load step, all its contact bilateral
+        under a given bound."""
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
         given = self.problem
-        others = given.obstacle or given.contact or any(b.point_force for b in given.body) or len(self.nodes) > len(contacts)
+        others = (
+            given.obstacle
+            or given.contact
+            or any(b.point_force for b in given.body)
+            or len(self.nodes) > len(contacts)
+        )
         one = len(given.body) == 1 and bool(contacts) and not others
-        return one and not self.problem.step and not self.last.alpha.size and all(
-            c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
-        )  # fmt: skip
+        return (
+            one
+            and not self.problem.step
+            and not self.last.alpha.size
+            and all(
+                c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None
+                for c in contacts
+            )
+        )
 
     def only_body(self, what: str) -> str:
         """The name of the only body.
@@ -131,8 +145,11 @@ class SolutionData(Evaluated):
             If there are several, naming `what` was asked of them.
         """
         if len(self.meshes) > 1:
-            raise InputError(f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see .meshes, .bodies "
-                             "and .pairs")  # fmt: skip
+            raise InputError(
+                f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
+                f".meshes, .bodies "
+                "and .pairs"
+            )
         return next(iter(self.meshes))
 
     @property
@@ -151,18 +168,27 @@ class SolutionData(Evaluated):
         return self.bodies[self.only_body("traction")].traction
 
     def time(self, step: StepResult) -> float:
-        """An increment's place in the order of things: each step takes 1, the first time and in every later cycle."""
+        """An increment's place in the order of things: each step takes 1, the first time and in
+        every later cycle."""
         cycle, steps = self.problem.cycle, cycle_steps(self.problem)
-        before = 0 if cycle is None else cycle.count - 1 if step.step > steps[-1] else max(step.cycle, 1) - 1
+        before = (
+            0
+            if cycle is None
+            else cycle.count - 1
+            if step.step > steps[-1]
+            else max(step.cycle, 1) - 1
+        )
         return before * len(steps) + step.step - 1 + step.load_factor
 
     def columns(self, step: StepResult | None = None) -> dict[str, Any]:
-        """Nodal fields of all interfaces after an increment, the last one by default, below one another.
+        """Nodal fields of all interfaces after an increment, the last one by default, below one
+        another.
 
         Returns
         -------
         dict of str to (m, ...) array
-            Those of `ContactFields` and `PairResult`, and the names of pair, body and part of every node.
+            Those of `ContactFields` and `PairResult`, and the names of pair, body and part of every
+            node.
         """
         step = step or self.last
         columns: dict[str, list[Any]] = {}
@@ -170,18 +196,31 @@ class SolutionData(Evaluated):
             body, part = self.sides[name]
             nodes, names = self.nodes[name], {"part": part, "body": body, "pair": name}
             for key, values in {
-                "nodes": nodes, "x": pair.x, "normal": pair.normal, "tangent": pair.tangent, "weight": pair.weight,
+                "nodes": nodes,
+                "x": pair.x,
+                "normal": pair.normal,
+                "tangent": pair.tangent,
+                "weight": pair.weight,
                 "arc_length": pair.arc_length,
-                "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent), "sigma_t": pair.sigma_t,
-                "sigma_n": 0.0 - pair.pressure, "friction_bound": pair.bound, "state": pair.state, "gap": pair.gap,
-                "slip": pair.slip, "slip_increment": pair.slip_increment, "pressure": pair.pressure,
+                "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent),
+                "sigma_t": pair.sigma_t,
+                "sigma_n": 0.0 - pair.pressure,
+                "friction_bound": pair.bound,
+                "state": pair.state,
+                "gap": pair.gap,
+                "slip": pair.slip,
+                "slip_increment": pair.slip_increment,
+                "pressure": pair.pressure,
                 "worn_depth": np.zeros(len(nodes)) if pair.wear is None else pair.wear.sum(axis=1),
                 **{key: np.full(len(nodes), text) for key, text in names.items()},
-            }.items():  # fmt: skip
+            }.items():
                 columns.setdefault(key, []).append(values)
         if not columns:
             return _no_rows(next(iter(self.meshes.values())).dim)
-        return {key: np.concatenate(values) if len(values) > 1 else values[0] for key, values in columns.items()}
+        return {
+            key: np.concatenate(values) if len(values) > 1 else values[0]
+            for key, values in columns.items()
+        }
 
     @functools.cached_property
     def contact(self) -> ContactFields:
@@ -189,29 +228,35 @@ class SolutionData(Evaluated):
         self.only_body("contact")
         columns = self.columns()
         order = np.argsort(columns["nodes"], kind="stable")
-        return ContactFields(**{name: columns[name][order] for name in ContactFields.__dataclass_fields__})
+        return ContactFields(
+            **{name: columns[name][order] for name in ContactFields.__dataclass_fields__}
+        )
 
     @functools.cached_property
     def zones(self) -> list[Zone]:
-        """Where the contact parts of the only body stick and slip in the plane; what is open is no zone."""
+        """Where the contact parts of the only body stick and slip in the plane; what is open is no
+        zone."""
         mesh = self.meshes[self.only_body("zones")]
         if "zones" in self.info:  # as an adaptive solve places their ends
             return [Zone(*zone) for zone in self.info["zones"]]
         found: list[Zone] = []
-        for name, pair in sorted(self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))):
+        for name, pair in sorted(
+            self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))
+        ):
             way = np.sign(pair.slip_increment[:, 0] - 1e-300 * pair.sigma_t[:, 0])
             found += zones_of(mesh, self.nodes[name], np.where(pair.state == SLIP, way, pair.state))
         return [zone for zone in found if zone.sign != OPEN]
 
     @property
     def tension_share(self) -> float:
-        """Part of Γ_C of the only body on which a foundation that does not pull would let go, σ_n > 0 [-]."""
+        """Part of Γ_C of the only body on which a foundation that does not pull would let go, σ_n >
+        0 [-]."""
         contact = self.contact
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
     def reactions(self, step: StepResult | int | None = None) -> dict[str, Any]:
-        """Resultant of the tractions on each part after an increment, the last one by default, (d,) each [stress · length,
-        in space · area].
+        """Resultant of the tractions on each part after an increment, the last one by default, (d,)
+        each [stress · length, in space · area].
 
         Returns
         -------
@@ -221,7 +266,10 @@ class SolutionData(Evaluated):
         found: dict[str, dict[str, Array]] = {}
         for name, mesh in self.meshes.items():
             forces = mesh.weight[:, None] * self.increment(step).bodies[name].traction
-            found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
+            found[name] = {
+                part: forces[mesh.node_part == k].sum(axis=0)
+                for k, part in enumerate(mesh.part_names)
+            }
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 
     def until(self, number: int) -> Self:
@@ -229,10 +277,12 @@ class SolutionData(Evaluated):
         return replace(self, steps=self.steps[:number], failed=None)
 
     def to_dataframe(self, step: StepResult | int | None = None) -> Any:
-        """The nodes of all interfaces after an increment, the last one by default, as a pandas table.
+        """The nodes of all interfaces after an increment, the last one by default, as a pandas
+        table.
 
-        Columns x, y, u_t, sigma_t, slip, slip_increment (in space also z, and the components u_t_1, u_t_2, ...),
-        arc_length, weight, sigma_n, friction_bound, gap, state, and the names part, body and pair.
+        Columns x, y, u_t, sigma_t, slip, slip_increment (in space also z, and the components u_t_1,
+        u_t_2, ...), arc_length, weight, sigma_n, friction_bound, gap, state, and the names part,
+        body and pair.
 
         Raises
         ------
@@ -245,8 +295,21 @@ class SolutionData(Evaluated):
         table: dict[str, Array] = dict(zip("xyz", columns["x"].T, strict=False))
         for name in ("u_t", "sigma_t", "slip", "slip_increment"):
             several = columns[name].shape[1] > 1
-            table |= {f"{name}_{k}" if several else name: values for k, values in enumerate(columns[name].T, 1)}
-        names = ("arc_length", "weight", "sigma_n", "friction_bound", "gap", "state", "part", "body", "pair")
+            table |= {
+                f"{name}_{k}" if several else name: values
+                for k, values in enumerate(columns[name].T, 1)
+            }
+        names = (
+            "arc_length",
+            "weight",
+            "sigma_n",
+            "friction_bound",
+            "gap",
+            "state",
+            "part",
+            "body",
+            "pair",
+        )
         return pandas.DataFrame({**table, **{name: columns[name] for name in names}})
 
     def __repr__(self) -> str:
@@ -255,15 +318,22 @@ class SolutionData(Evaluated):
         bodies = f"{len(self.meshes)} bodies, " if len(self.meshes) > 1 else ""
         elements = sum(mesh.n_elements for mesh in self.meshes.values())
         nodes = sum(len(numbers) for numbers in self.nodes.values())
-        return (f"<{type(self).__name__}{title}: {self.status} after {self.iterations} iterations{increments}, {bodies}"
-                f"{elements} elements, {nodes} contact nodes>")  # fmt: skip
+        return (
+            f"<{type(self).__name__}{title}: {self.status} after {self.iterations} "
+            f"iterations{increments}, {bodies}"
+            f"{elements} elements, {nodes} contact nodes>"
+        )
 
 
 def _no_rows(d: int) -> dict[str, Any]:
     """The columns of no nodes."""
     scalars = ("weight", "arc_length", "sigma_n", "friction_bound", "gap", "pressure", "worn_depth")
-    shapes = {**dict.fromkeys(scalars, ()), **dict.fromkeys(("x", "normal"), (d,)), "tangent": (d - 1, d),
-              **dict.fromkeys(("u_t", "sigma_t", "slip", "slip_increment"), (d - 1,))}  # fmt: skip
+    shapes = {
+        **dict.fromkeys(scalars, ()),
+        **dict.fromkeys(("x", "normal"), (d,)),
+        "tangent": (d - 1, d),
+        **dict.fromkeys(("u_t", "sigma_t", "slip", "slip_increment"), (d - 1,)),
+    }
     whole = {key: np.zeros(0, dtype=int) for key in ("nodes", "state")}
     words = {key: np.zeros(0, dtype=str) for key in ("part", "body", "pair")}
     return {**whole, **{key: np.zeros((0, *shape)) for key, shape in shapes.items()}, **words}

@@ -57,8 +57,11 @@ class Evaluated:
             raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
         return self.steps[step - 1]
 
-    def body_fields(self, body: str | None = None, step: StepResult | int | None = None) -> BodyFields:
-        """Displacement and stress of a body, the first one by default, after an increment, inside and on the boundary.
+    def body_fields(
+        self, body: str | None = None, step: StepResult | int | None = None
+    ) -> BodyFields:
+        """Displacement and stress of a body, the first one by default, after an increment, inside
+        and on the boundary.
 
         Raises
         ------
@@ -67,13 +70,23 @@ class Evaluated:
         """
         names, step = [each.name for each in self.problem.body], self.increment(step)
         if body is not None and body not in names:
-            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+            raise InputError(
+                f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}"
+            )
         name = names[0] if body is None else body
-        return BodyFields(self.problem, names.index(name), self.meshes[name], step.bodies[name], self._volumes[name],
-                          self.contact_states(name, step), step.shares)  # fmt: skip
+        return BodyFields(
+            self.problem,
+            names.index(name),
+            self.meshes[name],
+            step.bodies[name],
+            self._volumes[name],
+            self.contact_states(name, step),
+            step.shares,
+        )
 
     def contact_states(self, body: str, step: StepResult) -> Index:
-        """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of several pairs differ.
+        """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of
+        several pairs differ.
 
         On a primary side the states are those of the nearest nodes of the secondary.
         """
@@ -84,7 +97,9 @@ class Evaluated:
             owner, _, part = self.primaries.get(name, "").partition(".")
             if owner == body:
                 nodes = mesh.nodes_of(part)
-                states[nodes] = 3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
+                states[nodes] = (
+                    3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
+                )
         return states
 
     @property
@@ -97,16 +112,23 @@ class Evaluated:
         """Particular solutions for volume loads by body."""
         if self.volumes is not None:
             return self.volumes
-        return {name: volume_solution(self.problem, k, mesh) for k, (name, mesh) in enumerate(self.meshes.items())}
+        return {
+            name: volume_solution(self.problem, k, mesh)
+            for k, (name, mesh) in enumerate(self.meshes.items())
+        }
 
     def state_at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None,
+        self,
+        points: Any,
+        body: str | None = None,
+        step: StepResult | int | None = None,
+        part: str | None = None,
         progress: Progress | None = None,
-    ) -> StressState:  # fmt: skip
+    ) -> StressState:
         """Displacement and stress at points inside a body or on its boundary.
 
-        Inside they come from the representation formula, see `fields.interior.field_at`; on the boundary from the traction
-        and the slope of the displacement, see `fields.boundary.stress`.
+        Inside they come from the representation formula, see `fields.interior.field_at`; on the
+        boundary from the traction and the slope of the displacement, see `fields.boundary.stress`.
 
         Parameters
         ----------
@@ -129,9 +151,13 @@ class Evaluated:
         return self.states_at(points, [step], body, part, progress)[0]
 
     def states_at(
-        self, points: Any, steps: Sequence[StepResult | int | None], body: str | None = None, part: str | None = None,
+        self,
+        points: Any,
+        steps: Sequence[StepResult | int | None],
+        body: str | None = None,
+        part: str | None = None,
         progress: Progress | None = None,
-    ) -> list[StressState]:  # fmt: skip
+    ) -> list[StressState]:
         """`state_at` after each of some increments, which together cost little more than one."""
         fields = [self.body_fields(body, step) for step in steps]
         try:
@@ -144,37 +170,57 @@ class Evaluated:
             raise InputError(f"body {name!r}: {error}{others}") from None
 
     def fields_at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None, progress: Progress | None = None
+        self,
+        points: Any,
+        body: str | None = None,
+        step: StepResult | int | None = None,
+        progress: Progress | None = None,
     ) -> tuple[Array, Array]:
         """Displacement (k, d) [length] and stress (k, d(d+1)/2) [stress] there; see `state_at`."""
         state = self.state_at(points, body, step, progress=progress)
         return state.u, state.stress
 
-    def at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
+    def at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None
+    ) -> Array:
         """Displacement at points (k, d) of a body, (k, d) [length]; see `state_at`."""
         return self.state_at(points, body, step).u
 
     def stress_at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None
+        self,
+        points: Any,
+        body: str | None = None,
+        step: StepResult | int | None = None,
+        part: str | None = None,
     ) -> Array:
-        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see `state_at`."""
+        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see
+        `state_at`."""
         return self.state_at(points, body, step, part).stress
 
     def von_mises_at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None
+        self,
+        points: Any,
+        body: str | None = None,
+        step: StepResult | int | None = None,
+        part: str | None = None,
     ) -> Array:
         """Von Mises stress at points (k, d) of a body, (k,) [stress]; see `state_at`."""
         return self.state_at(points, body, step, part).von_mises
 
-    def boundary_state(self, body: str | None = None, step: StepResult | int | None = None) -> tuple[Index, StressState]:
-        """Elements (q,) of points of a body's boundary, and what is there: nodes, and the places between them where the
-        stress is most accurate."""
+    def boundary_state(
+        self, body: str | None = None, step: StepResult | int | None = None
+    ) -> tuple[Index, StressState]:
+        """Elements (q,) of points of a body's boundary, and what is there: nodes, and the places
+        between them where the stress is most accurate."""
         fields = self.body_fields(body, step)
         nodes, best = nodal_places(fields.mesh), best_places(fields.mesh)
         element, place = (np.concatenate(both) for both in zip(nodes, best, strict=True))
         return element, fields.on_boundary(element, place)
 
-    def stress_on_boundary(self, body: str | None = None, step: StepResult | int | None = None) -> Array:
-        """Stress (n, 3), in space (n, 6), at the nodes of a body's boundary, components as of `stress_at` [stress]."""
+    def stress_on_boundary(
+        self, body: str | None = None, step: StepResult | int | None = None
+    ) -> Array:
+        """Stress (n, 3), in space (n, 6), at the nodes of a body's boundary, components as of
+        `stress_at` [stress]."""
         fields = self.body_fields(body, step)
         return fields.on_boundary(*nodal_places(fields.mesh)).stress

@@ -1,4 +1,5 @@
-"""Result files: HDF5 that h5py alone can read, one layout for every problem, written whole or not at all."""
+"""Result files: HDF5 that h5py alone can read, one layout for every problem, written whole or not
+at all."""
 
 from __future__ import annotations
 
@@ -18,7 +19,14 @@ from ..model.base import parse
 from ..model.bodies import Units
 from ..model.problem import Problem
 from .data import SolutionData
-from .format.checks import check_fields, check_group, check_history, check_link, check_pair, read_table
+from .format.checks import (
+    check_fields,
+    check_group,
+    check_history,
+    check_link,
+    check_pair,
+    read_table,
+)
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
 from .format.format1 import read_format1
@@ -39,12 +47,33 @@ MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "stat
 ERRORS = ("pressure_error", "sigma_t_error")
 OPTIONAL = (*ERRORS, "wear")
 """What files of earlier versions, or without wear, lack."""
-RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
+RESULTANTS = (
+    "force",
+    "moment",
+    "dissipated",
+    "dissipated_error",
+    "force_primary",
+    "moment_primary",
+)
 PLACES = ("displacement", "rotation", "force", "moment")
 TEXT = h5py.h5t.py_create(h5py.string_dtype(), logical=True)
 """Text of any length in UTF-8."""
-ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
-            "pressure", "gap", "slip", "part")  # fmt: skip
+ONE_BODY = (
+    "nodes",
+    "x",
+    "tangent",
+    "weight",
+    "arc_length",
+    "u_t",
+    "sigma_t",
+    "sigma_n",
+    "friction_bound",
+    "state",
+    "pressure",
+    "gap",
+    "slip",
+    "part",
+)
 """Of /contact."""
 
 
@@ -56,13 +85,14 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
     path : str or Path
     solution : Solution
     replace : bool
-        Whether a file of that name may be replaced; if not, and there is one, the result is kept beside it.
+        Whether a file of that name may be replaced; if not, and there is one, the result is kept
+        beside it.
 
     Raises
     ------
     OutputError
-        If the file cannot be written (folder missing or read-only, disk full), then nothing is left behind; or if it is
-        kept under another name.
+        If the file cannot be written (folder missing or read-only, disk full), then nothing is left
+        behind; or if it is kept under another name.
     """
     write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
@@ -89,19 +119,30 @@ def write_group(group: Any, solution: SolutionData) -> None:
     _write_tables(group, solution.tried)
     if solution.wear is not None:
         write_wear(group, solution.wear)
-    group.attrs.update({
-        "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.problem.toml(), "status": solution.status,
-        "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho, "residual": solution.residual,
-        "elastic_residual": solution.elastic_residual, "timings": json.dumps(solution.timings),
-        "info": json.dumps(solution.info), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
-    })  # fmt: skip
+    group.attrs.update(
+        {
+            "format": FORMAT,
+            "format_version": FORMAT_VERSION,
+            "config": solution.problem.toml(),
+            "status": solution.status,
+            "reason": solution.reason,
+            "iterations": solution.iterations,
+            "rho": solution.rho,
+            "residual": solution.residual,
+            "elastic_residual": solution.elastic_residual,
+            "timings": json.dumps(solution.timings),
+            "info": json.dumps(solution.info),
+            **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
+        }
+    )
     if len(solution.meshes) == 1:
         _write_one_body(group, solution)
     group.visititems(lambda path, item: describe(item, path, solution.problem.units))
 
 
 def _ordered(group: Any, path: str) -> Any:
-    """A group that is listed where it was made, as in the config, and not by the alphabet; its parents, too."""
+    """A group that is listed where it was made, as in the config, and not by the alphabet; its
+    parents, too."""
     for name in path.split("/"):
         group = group[name] if name in group else group.create_group(name, track_order=True)
     return group
@@ -112,27 +153,44 @@ def _write_names(group: Any, key: str, names: Any) -> None:
 
 
 def _write_tables(group: Any, steps: list[StepResult]) -> None:
-    """/increments, a row an increment, and /history, a row an iteration; one that failed comes last."""
+    """/increments, a row an increment, and /history, a row an iteration; one that failed comes
+    last."""
     table = group.create_group("increments")
     for key in ("step", "load_factor", "iterations", "rho", "residual"):
         table[key] = np.array([getattr(step, key) for step in steps])
     for key in RESIDUALS:
         table[key] = np.array([step.residuals[key] for step in steps])
     rows = group.create_group("history")
-    rows["increment"] = np.repeat(np.arange(1, len(steps) + 1), [len(step.history) for step in steps])
+    rows["increment"] = np.repeat(
+        np.arange(1, len(steps) + 1), [len(step.history) for step in steps]
+    )
     for key in COLUMNS:
         values = [value for step in steps for value in getattr(step.history, key)]
         rows[key] = np.array(values, dtype=int if key == "ksp_iterations" else float)
     # Newton's are the last rows of an increment
-    exchanged = [[-1] * (len(step.history) - len(step.history.exchanged)) + step.history.exchanged for step in steps]
+    exchanged = [
+        [-1] * (len(step.history) - len(step.history.exchanged)) + step.history.exchanged
+        for step in steps
+    ]
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
 def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult) -> None:
-    facts = {"name": step.name, "step": step.step, **_of_cycle(step), "load_factor": step.load_factor, "status": step.status,
-             "reason": step.reason, "iterations": step.iterations, "rho": step.rho, "residual": step.residual,
-             **{f"residual_{key}": value for key, value in step.residuals.items()}}  # fmt: skip
-    place.attrs.update({key: value for key, value in facts.items() if value == value})  # what was not computed is not there
+    facts = {
+        "name": step.name,
+        "step": step.step,
+        **_of_cycle(step),
+        "load_factor": step.load_factor,
+        "status": step.status,
+        "reason": step.reason,
+        "iterations": step.iterations,
+        "rho": step.rho,
+        "residual": step.residual,
+        **{f"residual_{key}": value for key, value in step.residuals.items()},
+    }
+    place.attrs.update(
+        {key: value for key, value in facts.items() if value == value}
+    )  # what was not computed is not there
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
         here = _ordered(place, f"contact/{name}")
@@ -155,7 +213,9 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         if solution.body_fields(name, step).known:
             here["stress"] = solution.stress_on_boundary(name, step)
     for name, obstacle in step.obstacles.items():
-        _ordered(place, f"obstacle/{name}").attrs.update({key: getattr(obstacle, key) for key in PLACES})
+        _ordered(place, f"obstacle/{name}").attrs.update(
+            {key: getattr(obstacle, key) for key in PLACES}
+        )
 
 
 def _of_cycle(step: StepResult) -> dict[str, int]:
@@ -165,7 +225,8 @@ def _of_cycle(step: StepResult) -> dict[str, int]:
 
 
 def _write_one_body(group: Any, solution: SolutionData) -> None:
-    """/mesh, /boundary and /contact of the last increment, and its zones: second names of a part of it."""
+    """/mesh, /boundary and /contact of the last increment, and its zones: second names of a part of
+    it."""
     (name,) = solution.meshes
     last = f"steps/{len(solution.steps)}" if solution.steps else "failed"
     group["mesh"], group["boundary"] = group[f"bodies/{name}/mesh"], group[f"{last}/body/{name}"]
@@ -177,8 +238,12 @@ def _write_one_body(group: Any, solution: SolutionData) -> None:
             else:
                 contact[key] = values
     zones = solution.zones
-    group.attrs.update({"zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
-                        "zone_parts": json.dumps([z.part for z in zones])})  # fmt: skip
+    group.attrs.update(
+        {
+            "zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
+            "zone_parts": json.dumps([z.part for z in zones]),
+        }
+    )
 
 
 def _contact(solution: SolutionData) -> dict[str, Any]:
@@ -200,19 +265,23 @@ def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
             same = stored.tolist() == [name.encode() for name in values.tolist()]
         else:
             scale = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
-            same = stored.shape == values.shape and np.allclose(stored, values, rtol=1e-9, atol=1e-12 * scale)
+            same = stored.shape == values.shape and np.allclose(
+                stored, values, rtol=1e-9, atol=1e-12 * scale
+            )
         demand(same, f"{source}: damaged (contact/{key} is not that of the last increment)")
 
 
 def describe(item: Any, path: str, units: Units) -> None:
-    """Attributes `unit` and `description` of a dataset; the unit is the user's name for it, where there is one."""
+    """Attributes `unit` and `description` of a dataset; the unit is the user's name for it, where
+    there is one."""
     *_, folder, name = f"/{path}".split("/")
     known = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
     if known and isinstance(item, h5py.Dataset):
         unit, meaning = known
         names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
         for key, text in (("unit", names.get(unit) or unit), ("description", meaning)):
-            # half of the time of writing a small result, by h5py's own attrs, which are ready to replace one
+            # half of the time of writing a small result, by h5py's own attrs, which are ready to
+            # replace one
             made = h5py.h5a.create(item.id, key.encode(), TEXT, h5py.h5s.create(h5py.h5s.SCALAR))
             made.write(np.array(text, dtype=h5py.string_dtype()))
 
@@ -245,32 +314,52 @@ def _read_group(group: Any, source: str) -> SolutionData:
     except ResultError:
         raise
     except Exception as error:  # whatever damaged bytes make of h5py and numpy
-        raise ResultError(f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
+        raise ResultError(
+            f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})"
+        ) from error
 
 
 def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
-    """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the alphabet."""
+    """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the
+    alphabet."""
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
-    meshes = {body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body}
+    meshes = {
+        body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body
+    }
     nodes = {name: place["nodes"][()] for name, place in group.get("pairs", {}).items()}
-    sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group.get("pairs", {}).items()}
+    sides = {
+        name: (str(p.attrs["body"]), str(p.attrs["part"]))
+        for name, p in group.get("pairs", {}).items()
+    }
     count = len(group["steps"]) if "steps" in group else 0
     rows = {key: values[()] for key, values in group["history"].items()}
     check_history(rows, source)
     steps = [_read_step(group[f"steps/{k}"], _read_history(rows, k)) for k in range(1, count + 1)]
-    failed = _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
+    failed = (
+        _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
+    )
     if not steps and failed is None:
         raise ResultError(f"{source}: damaged (it holds no increment)")
     for step in steps if failed is None else [*steps, failed]:
         for name, body in step.bodies.items():
-            check_fields(meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source)
+            check_fields(
+                meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source
+            )
         for name, pair in step.pairs.items():
             check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
     found = SolutionData(
-        problem, meshes, nodes, sides, steps, str(attributes["status"]), str(attributes["reason"]),
+        problem,
+        meshes,
+        nodes,
+        sides,
+        steps,
+        str(attributes["status"]),
+        str(attributes["reason"]),
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        read_table(attributes["info"], f"{source}: info"), failed, read_wear(group, nodes, source),
-    )  # fmt: skip
+        read_table(attributes["info"], f"{source}: info"),
+        failed,
+        read_wear(group, nodes, source),
+    )
     if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
         _check_one_body(group, found, source)
     return found
@@ -282,29 +371,56 @@ def _read_history(rows: dict[str, Any], increment: int) -> History:
         return History()
     mine = rows["increment"] == increment
     exchanged = rows["exchanged"][mine] if "exchanged" in rows else np.empty(0, dtype=int)
-    return History(**{key: rows[key][mine].tolist() for key in COLUMNS}, exchanged=exchanged[exchanged >= 0].tolist())
+    return History(
+        **{key: rows[key][mine].tolist() for key in COLUMNS},
+        exchanged=exchanged[exchanged >= 0].tolist(),
+    )
 
 
 def _read_errors(place: Any) -> Any:
     """What gives the estimated errors of a pair; None where a file lacks them."""
-    return functools.partial(tuple, [place[key][()] for key in ERRORS]) if ERRORS[0] in place else None
+    return (
+        functools.partial(tuple, [place[key][()] for key in ERRORS]) if ERRORS[0] in place else None
+    )
 
 
 def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
-        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
-                         **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
-                         wear=here["wear"][()] if "wear" in here else None, errors=_read_errors(here))
+        name: PairResult(
+            **{key: here[key][()] for key in (*STILL, *MOVING)},
+            **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
+            wear=here["wear"][()] if "wear" in here else None,
+            errors=_read_errors(here),
+        )
         for name, here in place.get("contact", {}).items()
-    }  # fmt: skip
-    bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
-    obstacles = {name: ObstacleResult(*(here.attrs[key] for key in PLACES))
-                 for name, here in place.get("obstacle", {}).items()}  # fmt: skip
-    residuals = {key: float(facts.get(f"residual_{key}", np.nan)) for key in (*RESIDUALS, *MEASURES)}
+    }
+    bodies = {
+        name: BodyResult(here["u"][()], here["traction"][()])
+        for name, here in place.get("body", {}).items()
+    }
+    obstacles = {
+        name: ObstacleResult(*(here.attrs[key] for key in PLACES))
+        for name, here in place.get("obstacle", {}).items()
+    }
+    residuals = {
+        key: float(facts.get(f"residual_{key}", np.nan)) for key in (*RESIDUALS, *MEASURES)
+    }
     return StepResult(
-        str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
-        int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
-        float(facts.get("rho", np.nan)), float(facts.get("residual", np.nan)), history, int(facts.get("cycle", 0)),
+        str(facts["name"]),
+        int(facts["step"]),
+        float(facts["load_factor"]),
+        str(facts["status"]),
+        str(facts["reason"]),
+        int(facts["iterations"]),
+        residuals,
+        pairs,
+        bodies,
+        obstacles,
+        place["alpha"][()],
+        float(facts.get("rho", np.nan)),
+        float(facts.get("residual", np.nan)),
+        history,
+        int(facts.get("cycle", 0)),
         int(facts["origin"]) if "origin" in facts else None,
-    )  # fmt: skip
+    )

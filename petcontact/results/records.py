@@ -47,13 +47,15 @@ class PairResult:
     moment : float, in space (3,) array
         Of it about the origin [force, in space force · length].
     dissipated : float
-        Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
+        Energy that friction took in this increment, by the trapezoidal rule [force, in space force
+        · length].
     dissipated_error : float
         A bound of its error; nan in files before it was known.
     errors : callable, optional
         Estimates `pressure_error` and `sigma_t_error` when one of them is asked for.
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
-        On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
+        On the body of the primary side, as its nodes feel them; None where that is the ground or an
+        obstacle.
     wear : (m, 2) array, optional
         Depths by which secondary and primary are worn; None where nothing wears [length].
     """
@@ -85,7 +87,8 @@ class PairResult:
 
     @property
     def pressure_error(self) -> Array | None:
-        """Estimated error (m,) of p, rms over each element (`panels.tail`); None in files before it was known [stress]."""
+        """Estimated error (m,) of p, rms over each element (`panels.tail`); None in files before it
+        was known [stress]."""
         return self._errors[0]
 
     @property
@@ -110,24 +113,29 @@ class PairResult:
 
     @property
     def imbalance(self) -> float:
-        """What force and moment on the two sides leave over, over all that acts and its reach [-]; 0 of one body alone."""
+        """What force and moment on the two sides leave over, over all that acts and its reach [-];
+        0 of one body alone."""
         return self.imbalance_beyond(0.0)
 
     def imbalance_beyond(self, couple: Axial) -> float:
-        """The same, of the moment what a couple on the primary explains, such as that of friction across a gap."""
+        """The same, of the moment what a couple on the primary explains, such as that of friction
+        across a gap."""
         size = float(self.weight @ np.hypot(self.pressure, lengths(self.sigma_t)))
         if self.force_primary is None or self.moment_primary is None or size == 0.0:
             return 0.0
         middle = self.weight @ self.x / self.weight.sum()
         reach = float(lengths(self.x - middle).max())
         force = self.force + self.force_primary
-        left = np.atleast_1d(self.moment + self.moment_primary - couple - moment(middle[None], force[None]))
+        left = np.atleast_1d(
+            self.moment + self.moment_primary - couple - moment(middle[None], force[None])
+        )
         # a single node has no moment about itself
         return float(max(np.linalg.norm(force), np.linalg.norm(left) / (reach or np.inf))) / size
 
     @property
     def tension_share(self) -> float:
-        """Share of the interface that is in tension by more than methods leave at the default tolerance [-]."""
+        """Share of the interface that is in tension by more than methods leave at the default
+        tolerance [-]."""
         level = 1e-6 * float(np.abs(self.pressure).max(initial=0.0))
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
@@ -170,8 +178,8 @@ class StepResult:
     iterations : int
         Of the method.
     residuals : dict
-        normal, tangential, balance, elastic, equilibrium, elimination, overlap [-]; between, displaced: the deepest overlap
-        between nodes and what tractions displace there [length].
+        normal, tangential, balance, elastic, equilibrium, elimination, overlap [-]; between,
+        displaced: the deepest overlap between nodes and what tractions displace there [length].
     pairs, bodies, obstacles : dicts by name
     alpha : (r,) array
         Rigid motions of the bodies.
@@ -271,4 +279,8 @@ class ContactFields:
 
 def step_ends(steps: Sequence[StepResult]) -> list[StepResult]:
     """The last increment of each step."""
-    return [step for k, step in enumerate(steps) if k + 1 == len(steps) or steps[k + 1].step != step.step]
+    return [
+        step
+        for k, step in enumerate(steps)
+        if k + 1 == len(steps) or steps[k + 1].step != step.step
+    ]

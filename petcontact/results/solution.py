@@ -1,4 +1,5 @@
-"""The solution of a contact problem, and what can be done with it: fields, tables, files, figures, the verdict."""
+"""The solution of a contact problem, and what can be done with it: fields, tables, files, figures,
+the verdict."""
 
 from __future__ import annotations
 
@@ -11,9 +12,11 @@ from .verdict.summary import verdict
 
 
 class Solution(SolutionData):
-    """What a solve returns, of any problem; its attributes are those of `SolutionData`. It can be pickled.
+    """What a solve returns, of any problem; its attributes are those of `SolutionData`. It can be
+    pickled.
 
-    Of a problem of one body `mesh`, `u`, `traction`, `contact`, `zones` and `history` are those of the last increment.
+    Of a problem of one body `mesh`, `u`, `traction`, `contact`, `zones` and `history` are those of
+    the last increment.
     """
 
     def save(self, path: str | Path) -> None:
@@ -26,7 +29,8 @@ class Solution(SolutionData):
         return read_solution(path)
 
     def plot(self, ax: Any = None) -> Any:
-        """Draw the bodies as they were and as they are, with the states of the contact nodes; returns the axes.
+        """Draw the bodies as they were and as they are, with the states of the contact nodes;
+        returns the axes.
 
         Parameters
         ----------

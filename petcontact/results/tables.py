@@ -1,4 +1,5 @@
-"""Tables of a solution, a row a node, a part, a pair, an increment or an iteration, and CSV files of them."""
+"""Tables of a solution, a row a node, a part, a pair, an increment or an iteration, and CSV files
+of them."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ STRESSES = {
 
 
 def named(name: str, values: Any) -> Table:
-    """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are x, y, ..."""
+    """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are
+    x, y, ..."""
     return dict(zip((f"{name}{axis}" for axis in AXES), np.asarray(values).T, strict=False))
 
 
@@ -39,32 +41,53 @@ def along_tangents(name: str, values: Array) -> Table:
 
 
 def pairs_table(solution: SolutionData, step: StepResult) -> Table:
-    """The contact nodes of all pairs: geometry, pressure, shear and its bound, gap, slip, state, displacement."""
+    """The contact nodes of all pairs: geometry, pressure, shear and its bound, gap, slip, state,
+    displacement."""
     columns = solution.columns(step)
     u = [step.bodies[solution.sides[name][0]].u[solution.nodes[name]] for name in step.pairs]
-    tangential = {key: along_tangents(key, columns[key]) for key in ("sigma_t", "slip", "slip_increment")}
+    tangential = {
+        key: along_tangents(key, columns[key]) for key in ("sigma_t", "slip", "slip_increment")
+    }
     wears = any(pair.wear is not None for pair in step.pairs.values())
     words = np.array([STATES[k][0] for k in sorted(STATES)])
     return {
-        **{key: columns[key] for key in ("pair", "body", "part")}, "node": columns["nodes"], **named("", columns["x"]),
-        **named("n", columns["normal"]), **{key: columns[key] for key in ("arc_length", "weight", "pressure")},
-        **tangential["sigma_t"], "bound": columns["friction_bound"], "gap": columns["gap"], **tangential["slip"],
-        **tangential["slip_increment"], "state": words[columns["state"]], **named("u", np.concatenate(u)),
+        **{key: columns[key] for key in ("pair", "body", "part")},
+        "node": columns["nodes"],
+        **named("", columns["x"]),
+        **named("n", columns["normal"]),
+        **{key: columns[key] for key in ("arc_length", "weight", "pressure")},
+        **tangential["sigma_t"],
+        "bound": columns["friction_bound"],
+        "gap": columns["gap"],
+        **tangential["slip"],
+        **tangential["slip_increment"],
+        "state": words[columns["state"]],
+        **named("u", np.concatenate(u)),
         **({"worn_depth": columns["worn_depth"]} if wears else {}),
-    }  # fmt: skip
+    }
 
 
 def boundary_table(solution: SolutionData, step: StepResult) -> Table:
-    """All nodes of all bodies: place, outward normal, quadrature weight, displacement, traction and stress."""
+    """All nodes of all bodies: place, outward normal, quadrature weight, displacement, traction and
+    stress."""
     parts: list[Table] = []
     for name, mesh in solution.meshes.items():
         found = step.bodies[name]
-        parts.append({
-            "body": np.full(mesh.n_nodes, name), "part": np.array(mesh.part_names)[mesh.node_part],
-            "node": np.arange(mesh.n_nodes), **named("", mesh.x), **named("n", mesh.normal), "weight": mesh.weight,
-            **named("u", found.u), **named("t", found.traction),
-            **dict(zip(STRESSES[mesh.dim], solution.stress_on_boundary(name, step).T, strict=True)),
-        })  # fmt: skip
+        parts.append(
+            {
+                "body": np.full(mesh.n_nodes, name),
+                "part": np.array(mesh.part_names)[mesh.node_part],
+                "node": np.arange(mesh.n_nodes),
+                **named("", mesh.x),
+                **named("n", mesh.normal),
+                "weight": mesh.weight,
+                **named("u", found.u),
+                **named("t", found.traction),
+                **dict(
+                    zip(STRESSES[mesh.dim], solution.stress_on_boundary(name, step).T, strict=True)
+                ),
+            }
+        )
     return _below(parts)
 
 
@@ -73,60 +96,92 @@ def reactions_table(solution: SolutionData, step: StepResult) -> Table:
     forces = solution.reactions(step)
     by_body = forces if len(solution.meshes) > 1 else {next(iter(solution.meshes)): forces}
     rows = [(body, part, force) for body, parts in by_body.items() for part, force in parts.items()]
-    return {"body": np.array([row[0] for row in rows]), "part": np.array([row[1] for row in rows]),
-            **named("F", [row[2] for row in rows])}  # fmt: skip
+    return {
+        "body": np.array([row[0] for row in rows]),
+        "part": np.array([row[1] for row in rows]),
+        **named("F", [row[2] for row in rows]),
+    }
 
 
 def resultants_table(solution: SolutionData, step: StepResult) -> Table:
-    """Of each pair: force and moment on the secondary, closed area, energy dissipated in the increment, worn volume."""
+    """Of each pair: force and moment on the secondary, closed area, energy dissipated in the
+    increment, worn volume."""
     pairs = step.pairs
     wear = {"worn_volume": np.array([pair.worn_volume.sum() for pair in pairs.values()])}
     moments = np.array([np.atleast_1d(pair.moment) for pair in pairs.values()])
     return {
-        "pair": np.array(list(pairs)), **named("F", [pair.force for pair in pairs.values()]),
+        "pair": np.array(list(pairs)),
+        **named("F", [pair.force for pair in pairs.values()]),
         **(named("M", moments) if moments.shape[1:] == (3,) else {"M": moments.ravel()}),
         "area": np.array([pair.area for pair in pairs.values()]),
         "dissipated": np.array([pair.dissipated for pair in pairs.values()]),
         **(wear if any(pair.wear is not None for pair in pairs.values()) else {}),
-    }  # fmt: skip
+    }
 
 
 def obstacles_table(solution: SolutionData, step: StepResult) -> Table:
-    """Of each obstacle: displacement and rotation, and the force and moment that act on it from outside."""
+    """Of each obstacle: displacement and rotation, and the force and moment that act on it from
+    outside."""
     obstacles = step.obstacles
     found: Table = {"obstacle": np.array(list(obstacles))}
-    for name, key in (("u", "displacement"), ("rotation", "rotation"), ("F", "force"), ("M", "moment")):
-        values = np.array([np.atleast_1d(getattr(obstacle, key)) for obstacle in obstacles.values()])
+    for name, key in (
+        ("u", "displacement"),
+        ("rotation", "rotation"),
+        ("F", "force"),
+        ("M", "moment"),
+    ):
+        values = np.array(
+            [np.atleast_1d(getattr(obstacle, key)) for obstacle in obstacles.values()]
+        )
         found |= named(name, values) if values.shape[1:] != (1,) else {name: values.ravel()}
     return found
 
 
 def increments_table(solution: SolutionData, step: StepResult) -> Table:
     """How the increment ended: status, iterations, residuals."""
-    return {key: np.array([value]) for key, value in
-            {"status": step.status, "iterations": step.iterations, **step.residuals}.items()}  # fmt: skip
+    return {
+        key: np.array([value])
+        for key, value in {
+            "status": step.status,
+            "iterations": step.iterations,
+            **step.residuals,
+        }.items()
+    }
 
 
 def history_table(solution: SolutionData, step: StepResult) -> Table:
     """A row an iteration of the method."""
     count = len(step.history)
-    return {"iteration": np.arange(1, count + 1), **{key: np.array(getattr(step.history, key)) for key in COLUMNS}}
+    return {
+        "iteration": np.arange(1, count + 1),
+        **{key: np.array(getattr(step.history, key)) for key in COLUMNS},
+    }
 
 
 TABLES: dict[str, Callable[[SolutionData, StepResult], Table]] = {
-    "pairs": pairs_table, "boundary": boundary_table, "reactions": reactions_table, "resultants": resultants_table,
-    "obstacles": obstacles_table, "increments": increments_table, "history": history_table,
-}  # fmt: skip
+    "pairs": pairs_table,
+    "boundary": boundary_table,
+    "reactions": reactions_table,
+    "resultants": resultants_table,
+    "obstacles": obstacles_table,
+    "increments": increments_table,
+    "history": history_table,
+}
 
 
 def table(solution: SolutionData, name: str, steps: Sequence[int]) -> Table:
-    """A table over increments, numbered from 1 on, which the first columns name: increment, step and load factor."""
+    """A table over increments, numbered from 1 on, which the first columns name: increment, step
+    and load factor."""
     parts: list[Table] = []
     for number in steps:
         step = solution.tried[number - 1]
         columns = TABLES[name](solution, step)
         rows = len(next(iter(columns.values())))
-        of_step = {"increment": number, "step": step.name or str(step.step), "load_factor": step.load_factor}
+        of_step = {
+            "increment": number,
+            "step": step.name or str(step.step),
+            "load_factor": step.load_factor,
+        }
         parts.append({**{key: np.full(rows, value) for key, value in of_step.items()}, **columns})
     return _below(parts)
 
@@ -137,8 +192,12 @@ def _below(parts: Sequence[Table]) -> Table:
 
 
 def csv_text(columns: Mapping[str, Any]) -> str:
-    """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits; texts as of `as_csv`."""
-    return as_csv(list(columns), zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True))
+    """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits; texts
+    as of `as_csv`."""
+    return as_csv(
+        list(columns),
+        zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True),
+    )
 
 
 def write_tables(
@@ -152,7 +211,8 @@ def write_tables(
     target : str or Path
         A file of suffix .csv, or a folder, which is made if it does not exist.
     names : sequence of str, optional
-        Of TABLES; all that have rows by default, of a file the first of them, "pairs" where there are any.
+        Of TABLES; all that have rows by default, of a file the first of them, "pairs" where there
+        are any.
     steps : sequence of int, optional
         Increments from 1 on, all by default.
 
@@ -164,16 +224,26 @@ def write_tables(
         If a file cannot be written.
     """
     target, one = Path(target), Path(target).suffix.lower() == ".csv"
-    without = {"pairs": solution.nodes, "resultants": solution.nodes, "obstacles": solution.last.obstacles}
+    without = {
+        "pairs": solution.nodes,
+        "resultants": solution.nodes,
+        "obstacles": solution.last.obstacles,
+    }
     every = [name for name in TABLES if without.get(name, True)]
     names = list(names) or (every[:1] if one else every)
     for name in names:
         if name not in TABLES:
             raise InputError(f"no table {name!r}; tables are {', '.join(TABLES)}")
         if name not in every:
-            raise InputError(f"no table {name!r} of this result, which has no {name}; tables are {', '.join(every)}")
+            raise InputError(
+                f"no table {name!r} of this result, which has no {name}; tables are "
+                f"{', '.join(every)}"
+            )
     if one and len(names) > 1:
-        raise InputError(f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a folder")
+        raise InputError(
+            f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a "
+            f"folder"
+        )
     count = len(solution.tried)
     for step in steps:
         if not 1 <= step <= count:

@@ -16,8 +16,11 @@ LONGEST_NAME = 255
 """Bytes of a file name, where the file system does not say."""
 
 
-def check_target(path: Path, *, replace: bool, inputs: Sequence[str | Path] = (), longest: str = "") -> None:
-    """Refuse, before any work is done, a name under which a file could not be written or should not be.
+def check_target(
+    path: Path, *, replace: bool, inputs: Sequence[str | Path] = (), longest: str = ""
+) -> None:
+    """Refuse, before any work is done, a name under which a file could not be written or should not
+    be.
 
     Parameters
     ----------
@@ -32,7 +35,8 @@ def check_target(path: Path, *, replace: bool, inputs: Sequence[str | Path] = ()
     Raises
     ------
     InputError
-        If there is a file that must not be replaced, something else than a file, no such folder, or the name is too long.
+        If there is a file that must not be replaced, something else than a file, no such folder, or
+        the name is too long.
     OutputError
         If no file can be made in the folder.
     """
@@ -43,13 +47,18 @@ def check_target(path: Path, *, replace: bool, inputs: Sequence[str | Path] = ()
         limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else LONGEST_NAME
         for name in filter(None, (path.name, longest)):
             if len(os.fsencode(name)) > limit:
-                raise InputError(f"{path}: {name!r:.40}... is a name of {len(os.fsencode(name))} bytes, {limit} are allowed")
+                raise InputError(
+                    f"{path}: {name!r:.40}... is a name of {len(os.fsencode(name))} bytes, {limit} "
+                    f"are allowed"
+                )
         if path.is_symlink() and not path.exists():
             raise InputError(f"{path}: is a link to {os.readlink(path)}, which is not there")
         if path.exists() and not path.is_file():
             raise InputError(f"{path}: is not a file, and cannot be replaced by one")
         if path.exists() and not replace:
-            raise InputError(f"{path}: exists already; --force replaces it, -o FILE.h5 names another")
+            raise InputError(
+                f"{path}: exists already; --force replaces it, -o FILE.h5 names another"
+            )
         for source in inputs:
             if path.exists() and Path(source).exists() and path.samefile(source):
                 raise InputError(f"{path}: is what is read; -o FILE.h5 names another")
@@ -69,7 +78,8 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     ----------
     path : str or Path
     replace : bool
-        Whether a file that is there by then is replaced. If not, the new file is kept under a name that is free.
+        Whether a file that is there by then is replaced. If not, the new file is kept under a name
+        that is free.
 
     Raises
     ------
@@ -81,7 +91,9 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     try:
         with deferred():
             # short: the name of the file itself may be as long as any may
-            descriptor, name = tempfile.mkstemp(prefix=".petcontact-", suffix=".tmp", dir=target.parent)
+            descriptor, name = tempfile.mkstemp(
+                prefix=".petcontact-", suffix=".tmp", dir=target.parent
+            )
             os.close(descriptor)
             temporary = Path(name)
             yield temporary
@@ -101,13 +113,19 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
             with contextlib.suppress(OSError):
                 temporary.unlink()
     if published != target:
-        raise OutputError(f"{path}: was written by another program meanwhile; what would have replaced it is in {published}")
+        raise OutputError(
+            f"{path}: was written by another program meanwhile; what would have replaced it is in "
+            f"{published}"
+        )
 
 
 def _published(temporary: Path, target: Path) -> Path:
-    """The name, `target` or the first free one like it, under which a file appears without replacing any."""
+    """The name, `target` or the first free one like it, under which a file appears without
+    replacing any."""
     stem, suffix = os.fsencode(target.stem)[:200].decode(errors="ignore"), target.suffix
-    for name in itertools.chain([target], (target.with_name(f"{stem}-{k}{suffix}") for k in itertools.count(2))):
+    for name in itertools.chain(
+        [target], (target.with_name(f"{stem}-{k}{suffix}") for k in itertools.count(2))
+    ):
         with contextlib.suppress(FileExistsError):
             try:
                 os.link(temporary, name)

@@ -1,4 +1,5 @@
-"""What the command line does with every exception: one line, an exit status, and no rank left waiting for another."""
+"""What the command line does with every exception: one line, an exit status, and no rank left
+waiting for another."""
 
 from __future__ import annotations
 
@@ -28,8 +29,9 @@ UNLOADED = re.compile("failed to map segment|cannot allocate memory", re.IGNOREC
 def guarded(program: Callable[[], int]) -> int:
     """Run a program; the exit status.
 
-    An exception is reported in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
-    alone ends the whole job after a few seconds: the others would wait for it for ever.
+    An exception is reported in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under
+    mpiexec a rank that fails alone ends the whole job after a few seconds: the others would wait
+    for it for ever.
     """
     mend_streams()
     install()
@@ -60,7 +62,9 @@ def guarded(program: Callable[[], int]) -> int:
 
 def _described(error: BaseException) -> tuple[str, int]:
     """One line that can be printed, and the exit status."""
-    if isinstance(error, MemoryError) or (isinstance(error, ImportError) and UNLOADED.search(str(error))):
+    if isinstance(error, MemoryError) or (
+        isinstance(error, ImportError) and UNLOADED.search(str(error))
+    ):
         return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
     if isinstance(error, PetcontactError):
         return printable(" ".join(str(error).split())), error.exit_status
@@ -78,4 +82,8 @@ def _described(error: BaseException) -> tuple[str, int]:
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{place}; an error of petcontact's own, PETCONTACT_TRACEBACK=1 shows where", 1
+    return (
+        f"{type(error).__name__}: {text}{place}; an error of petcontact's own, "
+        f"PETCONTACT_TRACEBACK=1 shows where",
+        1,
+    )

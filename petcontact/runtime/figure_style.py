@@ -1,4 +1,5 @@
-"""One style for all figures: sizes, colours that the colour-blind can distinguish, labels with units, and files."""
+"""One style for all figures: sizes, colours that the colour-blind can distinguish, labels with
+units, and files."""
 
 from __future__ import annotations
 
@@ -24,19 +25,28 @@ DOTS = 300
 
 
 def save_all(
-    drawings: dict[str, Callable[..., None]], folder: str | Path, stem: str, *arguments: Any,
+    drawings: dict[str, Callable[..., None]],
+    folder: str | Path,
+    stem: str,
+    *arguments: Any,
     formats: Sequence[str] = ("png",),
-) -> list[Path]:  # fmt: skip
-    """Figures by name as STEM-NAME.png (or other formats) in a folder, which is made if it does not exist; their paths."""
+) -> list[Path]:
+    """Figures by name as STEM-NAME.png (or other formats) in a folder, which is made if it does not
+    exist; their paths."""
     Path(folder).mkdir(parents=True, exist_ok=True)
-    paths = [(Path(folder) / f"{stem}-{name}.{suffix}", draw) for name, draw in drawings.items() for suffix in formats]
+    paths = [
+        (Path(folder) / f"{stem}-{name}.{suffix}", draw)
+        for name, draw in drawings.items()
+        for suffix in formats
+    ]
     for path, draw in paths:
         save(path, draw, *arguments)
     return [path for path, _ in paths]
 
 
 def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
-    """One figure, drawn without a display, written whole or not at all; its format is that of its suffix.
+    """One figure, drawn without a display, written whole or not at all; its format is that of its
+    suffix.
 
     Raises
     ------
@@ -56,10 +66,14 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         draw(figure, *arguments)
         stamp = {"svg": "Date", "pdf": "CreationDate"}.get(suffix)
         # zlib's own choice takes three times as long for an eighth less
-        how: dict[str, Any] = {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
+        how: dict[str, Any] = (
+            {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
+        )
         with temporary_name(path) as temporary:
             # no date: the same result is the same file
-            figure.savefig(temporary, format=suffix, metadata={stamp: None} if stamp else None, **how)
+            figure.savefig(
+                temporary, format=suffix, metadata={stamp: None} if stamp else None, **how
+            )
 
 
 def figure_format(path: str | Path) -> str:
@@ -72,7 +86,10 @@ def figure_format(path: str | Path) -> str:
     """
     suffix = Path(path).suffix.lower().removeprefix(".")
     if suffix not in FORMATS:
-        raise InputError(f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or .{FORMATS[-1]}")
+        raise InputError(
+            f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or "
+            f".{FORMATS[-1]}"
+        )
     return suffix
 
 
@@ -81,11 +98,19 @@ def style() -> dict[str, Any]:
     from matplotlib import cycler
 
     return {
-        "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9.0, "axes.titlesize": 10.0, "legend.fontsize": 8.0,
-        "legend.frameon": False, "lines.linewidth": 1.4, "axes.linewidth": 0.7, "pdf.fonttype": 42,
-        "svg.hashsalt": "petcontact", "axes.formatter.useoffset": False,
-        "axes.titley": 1.0,  # where titles are anyway: to look for ticks above the axes takes a third of the layout
-    }  # fmt: skip
+        "axes.prop_cycle": cycler(color=COLOURS),
+        "font.size": 9.0,
+        "axes.titlesize": 10.0,
+        "legend.fontsize": 8.0,
+        "legend.frameon": False,
+        "lines.linewidth": 1.4,
+        "axes.linewidth": 0.7,
+        "pdf.fonttype": 42,
+        "svg.hashsalt": "petcontact",
+        "axes.formatter.useoffset": False,
+        # where titles are anyway: to look for ticks above the axes takes a third of the layout
+        "axes.titley": 1.0,
+    }
 
 
 def label(quantity: str, unit: str | None) -> str:
@@ -112,8 +137,16 @@ def draw_states(axes: Any, points: Any, states: Any) -> None:
     for state, (name, colour, marker) in STATES.items():
         chosen = states == state
         if chosen.any():
-            axes.plot(*points[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0,
-                      label=None if name in named else name)  # fmt: skip
+            axes.plot(
+                *points[chosen].T,
+                ls="",
+                marker=marker,
+                color=colour,
+                mec="black",
+                mew=0.2,
+                ms=3.0,
+                label=None if name in named else name,
+            )
 
 
 def round_number(wanted: float, peak: float) -> float:
@@ -123,7 +156,10 @@ def round_number(wanted: float, peak: float) -> float:
     if not peak > 0.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(wanted / peak))
-    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted / peak * (1.0 + 1e-12)) * power)
+    return float(
+        max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted / peak * (1.0 + 1e-12))
+        * power
+    )
 
 
 def title(text: str) -> str:

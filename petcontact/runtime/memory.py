@@ -19,7 +19,8 @@ TO_START = 450_000_000
 
 
 def peak_memory(comm: Any) -> int:
-    """Largest resident memory so far, the sum over the ranks of a PETSc communicator [bytes]. Collective."""
+    """Largest resident memory so far, the sum over the ranks of a PETSc communicator [bytes].
+    Collective."""
     own = _peak()
     return own if comm.getSize() == 1 else int(sum(comm.tompi4py().allgather(own)))
 
@@ -33,7 +34,8 @@ def physical_memory() -> float:
 
 
 def check_address_space() -> None:
-    """Refuse to start under a limit of the address space (`ulimit -v`) that the libraries alone exceed.
+    """Refuse to start under a limit of the address space (`ulimit -v`) that the libraries alone
+    exceed.
 
     OpenBLAS tries for ever to get a buffer that the system does not give.
 
@@ -53,7 +55,8 @@ def check_address_space() -> None:
 
 
 def trim_heap() -> None:
-    """Return to the system what is free inside of glibc's heaps: a quarter of all, after many blocks came and went."""
+    """Return to the system what is free inside of glibc's heaps: a quarter of all, after many
+    blocks came and went."""
     import ctypes
 
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
@@ -62,13 +65,15 @@ def trim_heap() -> None:
 
 
 def release_memory() -> None:
-    """Free what only refers to itself, as operators and the solvers that call them do, and return it to the system."""
+    """Free what only refers to itself, as operators and the solvers that call them do, and return
+    it to the system."""
     gc.collect()
     trim_heap()
 
 
 def _peak() -> int:
-    """Of this process. Linux's getrusage also counts what a parent held when it started this one; /proc does not."""
+    """Of this process. Linux's getrusage also counts what a parent held when it started this one;
+    /proc does not."""
     with contextlib.suppress(OSError), open("/proc/self/status", "rb") as status:
         found = re.search(rb"VmHWM:\s*(\d+)", status.read())
         if found:

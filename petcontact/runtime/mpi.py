@@ -47,8 +47,8 @@ def all_meet(world: Any, patience: float | None = None) -> bool:
     Returns
     -------
     bool
-        Whether all ranks came within `patience` seconds (no limit by default). After False the communicator is not
-        fit for another use.
+        Whether all ranks came within `patience` seconds (no limit by default). After False the
+        communicator is not fit for another use.
     """
     request, since = world.Ibarrier(), time.monotonic()
     while not request.Test():

@@ -1,6 +1,7 @@
 """The only place that initialises PETSc; the differences between PETSc releases live here too.
 
-PETSc and MPI start where options, ranks or a solver ask for them: a small serial solve does without.
+PETSc and MPI start where options, ranks or a solver ask for them: a small serial solve does
+without.
 """
 
 from __future__ import annotations
@@ -21,18 +22,30 @@ from .signals import reinstall
 from .threads import cap_blas_threads
 
 _failures: list[Any] = []
-"""A communicator of all ranks on which nothing else is sent, so that a failed rank can ask whether the others failed too."""
+"""A communicator of all ranks on which nothing else is sent, so that a failed rank can ask whether
+the others failed too."""
 _clocks: list[dict[str, float]] = []
 """What `timed` blocks have noted so far, the innermost last."""
 _from_tables: dict[str, bool] = {}
 """Options that `[petsc]` tables have set so far, and whether an object used them."""
 _LAUNCHED = (
-    "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS", "MV2_COMM_WORLD_SIZE", "PALS_RANKID",
+    "OMPI_COMM_WORLD_SIZE",
+    "PMIX_RANK",
+    "PMI_RANK",
+    "PMI_SIZE",
+    "MPI_LOCALNRANKS",
+    "MV2_COMM_WORLD_SIZE",
+    "PALS_RANKID",
     "SLURM_PROCID",
-)  # fmt: skip
+)
 """Variables of which a launcher of ranks sets one."""
-_SINGLETON = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_pml": "ob1"}
-"""No daemon; no folder, which without a daemon would be one for all that start and end at that moment; no network."""
+_SINGLETON = {
+    "OMPI_MCA_ess_singleton_isolated": "1",
+    "OMPI_MCA_orte_create_session_dirs": "0",
+    "OMPI_MCA_pml": "ob1",
+}
+"""No daemon; no folder, which without a daemon would be one for all that start and end at that
+moment; no network."""
 
 
 def initialise(argv: Sequence[str] = ()) -> None:
@@ -41,15 +54,16 @@ def initialise(argv: Sequence[str] = ()) -> None:
     Parameters
     ----------
     argv : sequence of str
-        PETSc options as on a command line (``["-ksp_type", "gmres"]``), without the program's name. Options given
-        after PETSc has started are inserted into its data base.
+        PETSc options as on a command line (``["-ksp_type", "gmres"]``), without the program's name.
+        Options given after PETSc has started are inserted into its data base.
 
     Raises
     ------
     MissingPetscError
         If petsc4py cannot be imported.
     InputError
-        If PETSc refuses the options, a file of options is none, or a file that a viewer writes to cannot be written.
+        If PETSc refuses the options, a file of options is none, or a file that a viewer writes to
+        cannot be written.
     SolverError
         If there is too little memory to start.
     """
@@ -63,9 +77,11 @@ def initialise(argv: Sequence[str] = ()) -> None:
         import petsc4py
 
         if not started:
-            # -options_left no: petcontact reports unused options itself, by name, before PETSc is gone
+            # -options_left no: petcontact reports unused options itself, by name, before PETSc is
+            # gone
             quiet = [] if "-options_left" in arguments else ["-options_left", "no"]
-            # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of PETSc's and an MPI abort
+            # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of
+            # PETSc's and an MPI abort
             quiet += ["-no_signal_handler"]
             with _local(), _told_in_one_line(bool(arguments)):
                 petsc4py.init(["petcontact", *quiet, *arguments])
@@ -76,7 +92,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
             _failures.append(PETSc.COMM_WORLD.tompi4py().Dup())
     except ImportError as error:
         raise MissingPetscError(
-            f"petsc4py cannot be loaded ({error}); install python3-petsc4py, or pip install 'petcontact[petsc]'"
+            f"petsc4py cannot be loaded ({error}); install python3-petsc4py, or pip install "
+            f"'petcontact[petsc]'"
         ) from error
     if started and arguments:
         PETSc.Options().insertString(" ".join(arguments))
@@ -107,19 +124,28 @@ def _told_in_one_line(asked: bool) -> Iterator[None]:
             if not refused:
                 os.write(2, text)
     if refused:
-        lines = [line.partition("PETSC ERROR: ")[2] for line in text.decode(errors="replace").splitlines()]
-        raise InputError(f"PETSc's options: {' '.join(filter(None, lines[2:3])) or 'PETSc cannot start with them'}")
+        lines = [
+            line.partition("PETSC ERROR: ")[2]
+            for line in text.decode(errors="replace").splitlines()
+        ]
+        raise InputError(
+            f"PETSc's options: "
+            f"{' '.join(filter(None, lines[2:3])) or 'PETSc cannot start with them'}"
+        )
 
 
 @contextlib.contextmanager
 def _local() -> Iterator[None]:
-    """What Open MPI need not do for ranks of one machine: load the libraries of fast networks, which measure the processor's
-    clock for 0.2 s; nor, for a process that no launcher started, run a daemon. Who has set any of it keeps that."""
+    """What Open MPI need not do for ranks of one machine: load the libraries of fast networks,
+    which measure the processor's clock for 0.2 s; nor, for a process that no launcher started, run
+    a daemon. Who has set any of it keeps that."""
     ours = dict[str, str]()
     if not any(name in os.environ for name in _SINGLETON):
         if not _launched():
             ours = _SINGLETON
-        elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", ""):
+        elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get(
+            "OMPI_COMM_WORLD_LOCAL_SIZE", ""
+        ):
             ours = {"OMPI_MCA_pml": "ob1"}
     os.environ.update(ours)
     try:
@@ -132,13 +158,16 @@ def _local() -> Iterator[None]:
 
 
 def _unset_what_mpi_set() -> None:
-    """Take back the variables that Open MPI sets behind Python's back: programs that we start would take them for a
-    launcher's, and start a daemon."""
+    """Take back the variables that Open MPI sets behind Python's back: programs that we start would
+    take them for a launcher's, and start a daemon."""
     import ctypes
 
     with contextlib.suppress(ValueError):  # no table of that name in the C library
         table = ctypes.POINTER(ctypes.c_char_p).in_dll(ctypes.CDLL(None), "environ")
-        names = {entry.partition(b"=")[0] for entry in itertools.takewhile(bool, map(table.__getitem__, itertools.count()))}
+        names = {
+            entry.partition(b"=")[0]
+            for entry in itertools.takewhile(bool, map(table.__getitem__, itertools.count()))
+        }
         for name in names - os.environb.keys():
             os.unsetenv(name)
 
@@ -149,10 +178,13 @@ def _launched() -> bool:
 
 
 def is_asked_for() -> bool:
-    """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when it starts."""
+    """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when
+    it starts."""
     if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
         return True
-    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options()
+    return (
+        any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options()
+    )
 
 
 @functools.cache
@@ -207,13 +239,20 @@ def given_options() -> dict[str, str]:
 def option(name: str) -> str | None:
     """The value of an option, which counts as used; None where it is not given."""
     database = petsc().Options() if is_asked_for() else None
-    return str(database.getString(name)) if database is not None and database.hasName(name) else None
+    return (
+        str(database.getString(name)) if database is not None and database.hasName(name) else None
+    )
 
 
 def unused_options() -> list[str]:
-    """Names of the PETSc options that no object has asked for: command line, options file, environment and tables."""
+    """Names of the PETSc options that no object has asked for: command line, options file,
+    environment and tables."""
     given = {name: _used(name) for name in given_options()} | _from_tables
-    return [f"-{name}" for name, used in given.items() if not used and not name.startswith(OF_THE_PROGRAM)]
+    return [
+        f"-{name}"
+        for name, used in given.items()
+        if not used and not name.startswith(OF_THE_PROGRAM)
+    ]
 
 
 def _used(name: str) -> bool:
@@ -223,7 +262,8 @@ def _used(name: str) -> bool:
         return bool(database.used(name))
     import ctypes
 
-    # petsc4py before 3.20 has no such call; the symbol is in the PETSc library that its module is linked to
+    # petsc4py before 3.20 has no such call; the symbol is in the PETSc library that its module is
+    # linked to
     answer = ctypes.c_int(0)
     ctypes.CDLL(petsc().__file__).PetscOptionsUsed(None, name.encode(), ctypes.byref(answer))
     return answer.value != 0
@@ -243,7 +283,11 @@ def has_scalapack() -> bool:
 def reason_name(reason: int) -> str:
     """PETSc's own name of a KSP reason, for example ``DIVERGED_BREAKDOWN``."""
     table = petsc().KSP.ConvergedReason
-    names = sorted(name for name in dir(table) if name.isupper() and getattr(table, name) == reason and reason != 0)
+    names = sorted(
+        name
+        for name in dir(table)
+        if name.isupper() and getattr(table, name) == reason and reason != 0
+    )
     # aliases: the longest name says the most (DIVERGED_ITS and DIVERGED_MAX_IT are the same number)
     preferred = [name for name in names if name.startswith(("CONVERGED", "DIVERGED"))]
     return (preferred or names or [f"reason {reason}"])[0]
@@ -251,7 +295,8 @@ def reason_name(reason: int) -> str:
 
 @contextlib.contextmanager
 def timed() -> Iterator[dict[str, float]]:
-    """Wall seconds of the stages inside the block, by name; of nested blocks the innermost one notes a stage."""
+    """Wall seconds of the stages inside the block, by name; of nested blocks the innermost one
+    notes a stage."""
     seconds: dict[str, float] = {}
     _clocks.append(seconds)
     try:
@@ -262,7 +307,8 @@ def timed() -> Iterator[dict[str, float]]:
 
 @contextlib.contextmanager
 def stage(name: str) -> Iterator[None]:
-    """A named stage of `-log_view`, timed by `timed`; a PETSc error inside becomes a `SolverError` that names it."""
+    """A named stage of `-log_view`, timed by `timed`; a PETSc error inside becomes a `SolverError`
+    that names it."""
     module, began = sys.modules.get("petsc4py.PETSc"), time.perf_counter()
     log = None if module is None else module.Log.Stage(name)
     if log is not None:
@@ -288,23 +334,37 @@ def is_petsc_error(error: BaseException) -> bool:
 def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
     """What a PETSc error code means for the user of a solver, whose options have a prefix."""
     if error.ierr == 71:
-        return SolverError(name, "zero pivot in LU (PETSC_ERR_MAT_LU_ZRPVT)", "the matrix is singular: is the body fixed?")
+        return SolverError(
+            name,
+            "zero pivot in LU (PETSC_ERR_MAT_LU_ZRPVT)",
+            "the matrix is singular: is the body fixed?",
+        )
     # PETSc 3.18 gives the number of a source line where its dense matrices find no memory
     if error.ierr == 55 or "PetscMalloc" in str(error):
-        return SolverError(name, "out of memory (PETSC_ERR_MEM)", "use -bem_mat_type hodlr, a coarser mesh or more ranks")
+        return SolverError(
+            name,
+            "out of memory (PETSC_ERR_MEM)",
+            "use -bem_mat_type hodlr, a coarser mesh or more ranks",
+        )
     if error.ierr in (56, 86, 92):
         return SolverError(
             name,
             f"PETSc cannot do this combination of types (error {error.ierr}: {_last_line(error)})",
             f"choose another -{prefix}ksp_type or -{prefix}pc_type (-help lists them)",
         )
-    return SolverError(name, f"PETSc error {error.ierr}: {_last_line(error)}",
-                       f"see -help and -{prefix}ksp_error_if_not_converged")  # fmt: skip
+    return SolverError(
+        name,
+        f"PETSc error {error.ierr}: {_last_line(error)}",
+        f"see -help and -{prefix}ksp_error_if_not_converged",
+    )
 
 
 def options_error(prefix: str, error: Any) -> InputError:
     """A PETSc option with a value that its object refuses."""
-    return InputError(f"PETSc options -{prefix}ksp_..., -{prefix}pc_...: {_last_line(error)} (-help lists what there is)")
+    return InputError(
+        f"PETSc options -{prefix}ksp_..., -{prefix}pc_...: {_last_line(error)} (-help lists what "
+        f"there is)"
+    )
 
 
 def _last_line(error: Any) -> str:

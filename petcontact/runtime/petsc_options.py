@@ -1,7 +1,8 @@
-"""PETSc's options before PETSc reads them: words and files are looked through, and a config sets solvers only.
+"""PETSc's options before PETSc reads them: words and files are looked through, and a config sets
+solvers only.
 
-PETSc ends the process, or writes a page of its own, over many a mistake in its options: what can be known before is
-refused here in one line.
+PETSc ends the process, or writes a page of its own, over many a mistake in its options: what can be
+known before is refused here in one line.
 """
 
 from __future__ import annotations
@@ -15,25 +16,96 @@ from pathlib import Path
 from ..errors import InputError
 
 OF_THE_PROGRAM = (
-    "options_", "help", "log_", "malloc", "info", "skip_petscrc", "no_signal_handler", "on_error_", "start_in_debugger",
-    "stop_for_debugger", "debugger", "fp_trap", "get_total_flops", "citations", "check_pointer_intensity", "memory_view",
-    "objects_dump", "version", "petsc_", "history", "dll_", "python", "saws", "mpi_", "draw_", "display", "x_", "viewer_",
-    "tmp", "shared_tmp", "not_shared_tmp", "device_", "cuda_", "hip_", "sycl_", "kokkos_", "use_gpu", "nox", "on_error",
-    "prefix_", "root_device", "default_device", "split_ownership", "checkstack", "error_output",
-)  # fmt: skip
-"""Beginnings of what PETSc reads itself, when it starts or ends; no object of a solve has such options."""
+    "options_",
+    "help",
+    "log_",
+    "malloc",
+    "info",
+    "skip_petscrc",
+    "no_signal_handler",
+    "on_error_",
+    "start_in_debugger",
+    "stop_for_debugger",
+    "debugger",
+    "fp_trap",
+    "get_total_flops",
+    "citations",
+    "check_pointer_intensity",
+    "memory_view",
+    "objects_dump",
+    "version",
+    "petsc_",
+    "history",
+    "dll_",
+    "python",
+    "saws",
+    "mpi_",
+    "draw_",
+    "display",
+    "x_",
+    "viewer_",
+    "tmp",
+    "shared_tmp",
+    "not_shared_tmp",
+    "device_",
+    "cuda_",
+    "hip_",
+    "sycl_",
+    "kokkos_",
+    "use_gpu",
+    "nox",
+    "on_error",
+    "prefix_",
+    "root_device",
+    "default_device",
+    "split_ownership",
+    "checkstack",
+    "error_output",
+)
+"""Beginnings of what PETSc reads itself, when it starts or ends; no object of a solve has such
+options."""
 NEVER_IN_A_CONFIG = {
-    "python", "file", "filename", "files", "tmpdir", "dir", "path", "dump", "plot", "draw", "saws", "socket", "lg", "load",
-    "debugger", "dll", "ooc", "library", "matlab",
-}  # fmt: skip
+    "python",
+    "file",
+    "filename",
+    "files",
+    "tmpdir",
+    "dir",
+    "path",
+    "dump",
+    "plot",
+    "draw",
+    "saws",
+    "socket",
+    "lg",
+    "load",
+    "debugger",
+    "dll",
+    "ooc",
+    "library",
+    "matlab",
+}
 """Words in the name of an option that loads code, or opens files, folders and windows."""
 VIEWERS = {
-    "draw", "socket", "binary", "hdf5", "matlab", "mathematica", "vtk", "saws", "glvis", "exodusii", "adios", "pyvista",
+    "draw",
+    "socket",
+    "binary",
+    "hdf5",
+    "matlab",
+    "mathematica",
+    "vtk",
+    "saws",
+    "glvis",
+    "exodusii",
+    "adios",
+    "pyvista",
     "cgns",
-}  # fmt: skip
+}
 """Values that are a kind of viewer other than text."""
 TO_STANDARD_OUTPUT = re.compile(r"(ascii)?(::ascii_\w+)?", re.ASCII)
-PLAIN = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[a-z_][\w-]*|[+-]?\d+-\d+", re.ASCII | re.IGNORECASE)
+PLAIN = re.compile(
+    r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[a-z_][\w-]*|[+-]?\d+-\d+", re.ASCII | re.IGNORECASE
+)
 """A number, the name of a type, a range of integers."""
 LARGEST_RESTART = 2000
 """PETSc takes memory for the square of a restart at once, and counts it in 32 bits."""
@@ -42,18 +114,22 @@ LARGEST_RESTART = 2000
 def refused_in_config(table: Mapping[str, str | int | float | bool]) -> str:
     """Why a `[petsc]` table cannot be accepted, "" if it can.
 
-    A config is data: it may choose solvers and their parameters, and print; it may not load code, read or write files, open
-    windows, or change how the program itself runs. On the command line all of that is the user's business.
+    A config is data: it may choose solvers and their parameters, and print; it may not load code,
+    read or write files, open windows, or change how the program itself runs. On the command line
+    all of that is the user's business.
 
     Examples
     --------
-    >>> refused_in_config({"ksp_type": "gmres", "elastic_ksp_rtol": 1e-8, "ksp_view": "::ascii_info_detail"})
+    >>> refused_in_config({"elastic_ksp_rtol": 1e-8, "ksp_view": "::ascii_info_detail"})
     ''
     >>> refused_in_config({"ksp_view": ":problem.toml"})
-    "ksp_view = ':problem.toml': a config writes no file and opens no window; -ksp_view on the command line may"
+    "ksp_view = ':problem.toml': a config writes no file and opens no window; -ksp_view on the
+    command line may"
     """
     for key, value in table.items():
-        if reason := _refused(key.lower(), str(value).lower() if isinstance(value, bool) else str(value)):
+        if reason := _refused(
+            key.lower(), str(value).lower() if isinstance(value, bool) else str(value)
+        ):
             return f"{key} = {value!r}: {reason}"
     return ""
 
@@ -70,7 +146,9 @@ def _refused(name: str, value: str) -> str:
     if prints and "tao" in words:
         fits = value == ""  # anything else is the name of a file
     elif prints:
-        fits = value in ("true", "false", "yes", "no", "1", "0") or bool(TO_STANDARD_OUTPUT.fullmatch(value))
+        fits = value in ("true", "false", "yes", "no", "1", "0") or bool(
+            TO_STANDARD_OUTPUT.fullmatch(value)
+        )
     else:
         fits = True
     if not fits or words & NEVER_IN_A_CONFIG or VIEWERS & set(re.split(r"[,:\s]+", value.lower())):
@@ -88,11 +166,16 @@ def _too_large(name: str, value: str) -> str:
         number = int(value)
     except ValueError:
         return ""
-    return "" if number <= LARGEST_RESTART else f"must be at most {LARGEST_RESTART}: the restart's square is kept in memory"
+    return (
+        ""
+        if number <= LARGEST_RESTART
+        else f"must be at most {LARGEST_RESTART}: the restart's square is kept in memory"
+    )
 
 
 def files_first(words: Sequence[str]) -> list[str]:
-    """PETSc lets the last word win: with its files first, the command line has precedence over them in any order."""
+    """PETSc lets the last word win: with its files first, the command line has precedence over them
+    in any order."""
     files: list[str] = []
     others: list[str] = []
     ahead = iter(words)
@@ -115,14 +198,19 @@ def check(words: Sequence[str]) -> None:
     Raises
     ------
     InputError
-        If an options file cannot be read, is none or includes itself; a file of a viewer cannot be written; or an option
-        asks for what cannot be.
+        If an options file cannot be read, is none or includes itself; a file of a viewer cannot be
+        written; or an option asks for what cannot be.
     """
     for name, value in _given(words, ()):
         if name == "python":
-            raise InputError("-python: PETSc would start a second Python inside of this one; it is not needed")
+            raise InputError(
+                "-python: PETSc would start a second Python inside of this one; it is not needed"
+            )
         if name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"):
-            raise InputError("-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is possible")
+            raise InputError(
+                "-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is "
+                "possible"
+            )
         if reason := _too_large(name, value):
             raise InputError(f"-{name} {value}: {reason}")
         file = _written(name, value)
@@ -135,7 +223,9 @@ def _written(name: str, value: str) -> str:
     if name in ("history", "log_trace", "malloc_dump", "malloc_view"):
         return value
     kind, colon, rest = value.partition(":")
-    return rest.partition(":")[0] if colon and kind in ("", "ascii", "binary", "hdf5", "vtk") else ""
+    return (
+        rest.partition(":")[0] if colon and kind in ("", "ascii", "binary", "hdf5", "vtk") else ""
+    )
 
 
 def _given(words: Sequence[str], within: tuple[str, ...]) -> Iterator[tuple[str, str]]:
@@ -162,7 +252,10 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
     PETSc would follow a circle of them for ever, and prints a page where a line is none of its own.
     """
     if not name or not Path(name).is_file():
-        raise InputError(f"-options_file {name}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}")
+        raise InputError(
+            f"-options_file {name}: "
+            f"{'is a folder' if name and Path(name).is_dir() else 'no such file'}"
+        )
     real = os.path.realpath(name)
     if real in within:
         raise InputError(f"-options_file {name}: includes itself")
@@ -179,5 +272,8 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
         if not words or words[0].startswith(("!", "%")):
             continue
         if not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)):
-            raise InputError(f"-options_file {name}: line {number} begins with {words[0][:40]!r}, options begin with a dash")
+            raise InputError(
+                f"-options_file {name}: line {number} begins with {words[0][:40]!r}, options begin "
+                f"with a dash"
+            )
         yield from _given(words, (*within, real))

@@ -1,4 +1,5 @@
-"""Signals that ask a program to end: they end a solve between two steps, never in the middle of a write."""
+"""Signals that ask a program to end: they end a solve between two steps, never in the middle of a
+write."""
 
 from __future__ import annotations
 
@@ -13,11 +14,13 @@ from typing import Any
 from ..errors import PetcontactError
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
-"""Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one: there is time to save)."""
+"""Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one:
+there is time to save)."""
 
 
 class Interrupted(BaseException):
-    """A signal that asks the program to end; not an `Exception`, so that no handler of errors swallows it.
+    """A signal that asks the program to end; not an `Exception`, so that no handler of errors
+    swallows it.
 
     Parameters
     ----------
@@ -48,7 +51,8 @@ def _handle(number: int, frame: FrameType | None) -> None:
 
 
 def _swallowed(unraisable: Any) -> None:
-    """What a library or the garbage collector could not pass on: a signal waits for the next block that holds them back."""
+    """What a library or the garbage collector could not pass on: a signal waits for the next block
+    that holds them back."""
     if isinstance(unraisable.exc_value, Interrupted):
         _pending.append(unraisable.exc_value.number)
     else:
@@ -56,7 +60,8 @@ def _swallowed(unraisable: Any) -> None:
 
 
 def install() -> None:
-    """Turn the signals into `Interrupted`; for the command line, in the main thread. What nohup ignores stays ignored."""
+    """Turn the signals into `Interrupted`; for the command line, in the main thread. What nohup
+    ignores stays ignored."""
     global _installed
     if threading.current_thread() is threading.main_thread():
         _installed, sys.unraisablehook = True, _swallowed
@@ -66,7 +71,8 @@ def install() -> None:
 
 
 def reinstall() -> None:
-    """Again, if it was done before: PETSc takes SIGTERM for itself when it starts (3.2x does, 3.18 does not)."""
+    """Again, if it was done before: PETSc takes SIGTERM for itself when it starts (3.2x does, 3.18
+    does not)."""
     if _installed:
         install()
 
@@ -95,7 +101,8 @@ class BrokenOff(PetcontactError):
 
 @contextlib.contextmanager
 def answering(comm: Any) -> Iterator[None]:
-    """Within the block no signal that is held back waits, where one rank runs alone: nothing there is to be kept.
+    """Within the block no signal that is held back waits, where one rank runs alone: nothing there
+    is to be kept.
 
     Raises
     ------
@@ -103,7 +110,11 @@ def answering(comm: Any) -> Iterator[None]:
         Where a signal did so, which whoever holds signals back is asked for next.
     """
     global _deferring
-    if comm.getSize() > 1 or not _deferring or threading.current_thread() is not threading.main_thread():
+    if (
+        comm.getSize() > 1
+        or not _deferring
+        or threading.current_thread() is not threading.main_thread()
+    ):
         yield
         return
     held, _deferring = _deferring, 0
@@ -120,9 +131,11 @@ def answering(comm: Any) -> Iterator[None]:
 
 @contextlib.contextmanager
 def together(comm: Any) -> Iterator[None]:
-    """A block that a signal breaks off on all ranks, at the next `breaking_point` of those that it reached.
+    """A block that a signal breaks off on all ranks, at the next `breaking_point` of those that it
+    reached.
 
-    What is collective in the block comes before its first breaking point. One rank alone is broken off by `answering`.
+    What is collective in the block comes before its first breaking point. One rank alone is broken
+    off by `answering`.
 
     Raises
     ------
@@ -160,9 +173,11 @@ def breaking_point() -> None:
 
 
 class Stop:
-    """Asked after each iterate: the number of a signal that wants the work to end, or 0 (collective).
+    """Asked after each iterate: the number of a signal that wants the work to end, or 0
+    (collective).
 
-    From the first question on, signals wait for the next one; before it they are raised at once, on one rank.
+    From the first question on, signals wait for the next one; before it they are raised at once, on
+    one rank.
     """
 
     def __init__(self, comm: Any, held: contextlib.ExitStack) -> None:

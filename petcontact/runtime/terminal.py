@@ -1,4 +1,5 @@
-"""Standard streams: what may be printed, the line that shows how far a program is, whether a user looks at it."""
+"""Standard streams: what may be printed, the line that shows how far a program is, whether a user
+looks at it."""
 
 from __future__ import annotations
 
@@ -12,14 +13,21 @@ if TYPE_CHECKING:
     from rich.status import Status
 
 LAUNCHERS = {"mpiexec", "mpirun", "orterun", "prterun", "prun", "mpiexec.hydra", "srun"}
-LAUNCHERS |= {"mpiexec.openmpi", "mpirun.openmpi", "mpiexec.mpich", "mpirun.mpich"}  # Debian's names
+LAUNCHERS |= {
+    "mpiexec.openmpi",
+    "mpirun.openmpi",
+    "mpiexec.mpich",
+    "mpirun.mpich",
+}  # Debian's names
 RANK_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
 
 
 def mend_streams() -> None:
-    """Make standard streams that can take whatever is said: closed ones lead nowhere, what an encoding lacks is escaped.
+    """Make standard streams that can take whatever is said: closed ones lead nowhere, what an
+    encoding lacks is escaped.
 
-    A closed standard error would otherwise be the number of the next file that is opened, a result for example.
+    A closed standard error would otherwise be the number of the next file that is opened, a result
+    for example.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
@@ -27,7 +35,8 @@ def mend_streams() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the lowest number that is free, this one
         if getattr(sys, name) is None:
-            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115 (as long as the process)
+            # open as long as the process
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -41,22 +50,28 @@ def printable(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Print what is good to know; nobody being there to read it, or no room, is no failure of the program."""
+    """Print what is good to know; nobody being there to read it, or no room, is no failure of the
+    program."""
     try:
         print("\n".join(map(printable, text.split("\n"))), flush=True)
     except OSError as error:
         silence_output()
         if not isinstance(error, BrokenPipeError):
-            print(f"petcontact: standard output: cannot be written ({error.strerror})", file=sys.stderr)
+            print(
+                f"petcontact: standard output: cannot be written ({error.strerror})",
+                file=sys.stderr,
+            )
 
 
 def silence_output() -> None:
-    """Let standard output lead nowhere from now on: what is left in its buffer must not fail at exit."""
+    """Let standard output lead nowhere from now on: what is left in its buffer must not fail at
+    exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class StatusLine:
-    """One line on standard error that is overwritten, for a terminal; nothing where it is not enabled."""
+    """One line on standard error that is overwritten, for a terminal; nothing where it is not
+    enabled."""
 
     def __init__(self, enabled: bool) -> None:
         self.enabled = enabled
@@ -69,7 +84,9 @@ class StatusLine:
         if self._status is None:
             from rich.console import Console
 
-            self._status = Console(stderr=True, force_terminal=True).status("", refresh_per_second=4)
+            self._status = Console(stderr=True, force_terminal=True).status(
+                "", refresh_per_second=4
+            )
             self._status.start()
         self._status.update(text.replace("[", r"\["))
 
@@ -83,14 +100,18 @@ class StatusLine:
 def on_terminal() -> bool:
     """Whether standard error ends on a terminal.
 
-    Launchers of MPI put a pipe or a terminal of their own between a rank and the user; then the launcher's standard
-    error counts, if it runs on this machine.
+    Launchers of MPI put a pipe or a terminal of their own between a rank and the user; then the
+    launcher's standard error counts, if it runs on this machine.
     """
-    launcher = _launcher(os.getppid()) if any(name in os.environ for name in RANK_VARIABLES) else None
+    launcher = (
+        _launcher(os.getppid()) if any(name in os.environ for name in RANK_VARIABLES) else None
+    )
     if launcher is None:
         return sys.stderr.isatty()
     try:
-        return os.readlink(f"/proc/{launcher}/fd/2").startswith(("/dev/pts/", "/dev/tty", "/dev/console"))
+        return os.readlink(f"/proc/{launcher}/fd/2").startswith(
+            ("/dev/pts/", "/dev/tty", "/dev/console")
+        )
     except OSError:
         return False
 
@@ -99,8 +120,11 @@ def _launcher(process: int) -> int | None:
     """The nearest launcher among the ancestors of a process."""
     while process > 1:
         try:
-            # the name is in parentheses and may contain any character; the parent's id is the second field after it
-            name, _, rest = Path(f"/proc/{process}/stat").read_text().partition("(")[2].rpartition(")")
+            # the name is in parentheses and may contain any character; the parent's id is the
+            # second field after it
+            name, _, rest = (
+                Path(f"/proc/{process}/stat").read_text().partition("(")[2].rpartition(")")
+            )
         except OSError:
             return None
         if name in LAUNCHERS:

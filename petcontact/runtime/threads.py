@@ -11,8 +11,14 @@ from typing import Any
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 SOON_ASLEEP = ("OPENBLAS_THREAD_TIMEOUT", "4")
-"""OpenBLAS lets threads that have nothing to do spin for 2^26 ticks of the clock after every product, unless set to 2^4."""
-_LOCAL_SIZE = ("OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE", "PMI_LOCAL_SIZE")
+"""OpenBLAS lets threads that have nothing to do spin for 2^26 ticks of the clock after every
+product, unless set to 2^4."""
+_LOCAL_SIZE = (
+    "OMPI_COMM_WORLD_LOCAL_SIZE",
+    "MPI_LOCALNRANKS",
+    "SLURM_NTASKS_PER_NODE",
+    "PMI_LOCAL_SIZE",
+)
 
 
 def available_cores() -> int:
@@ -36,7 +42,8 @@ def threads_per_rank() -> int:
 
 
 SMALL = 2500
-"""Matrices up to this size are handled by one BLAS thread: waking a second one costs more than it saves."""
+"""Matrices up to this size are handled by one BLAS thread: waking a second one costs more than it
+saves."""
 
 
 @functools.cache
@@ -48,7 +55,8 @@ def _controller() -> Any:
 
 @contextlib.contextmanager
 def suited_to(size: int) -> Iterator[None]:
-    """One BLAS thread inside the block where matrices are small, all that the rank may use where they are not."""
+    """One BLAS thread inside the block where matrices are small, all that the rank may use where
+    they are not."""
     if size > SMALL or threads_per_rank() == 1:
         yield
         return
@@ -61,7 +69,9 @@ def one_blas_thread() -> Iterator[None]:
     """One BLAS thread inside the block."""
     # to look at all loaded libraries takes 8 ms
     if os.environ.get(VARIABLES[0]) == "1" or all(
-        library.num_threads == 1 for library in _controller().lib_controllers if library.user_api == "blas"
+        library.num_threads == 1
+        for library in _controller().lib_controllers
+        if library.user_api == "blas"
     ):
         yield
         return
@@ -72,7 +82,8 @@ def one_blas_thread() -> Iterator[None]:
 def cap_blas_threads() -> None:
     """Let BLAS use no more threads than the rank may, unless the user has said how many.
 
-    Libraries that are loaded later read the variables of the environment; those that are there already are set by a call.
+    Libraries that are loaded later read the variables of the environment; those that are there
+    already are set by a call.
     """
     os.environ.setdefault(*SOON_ASLEEP)
     given = [name for name in VARIABLES if name in os.environ]

@@ -1,4 +1,5 @@
-"""The ranks that share the work: those of PETSc's world, or this process alone as long as nothing asks for PETSc."""
+"""The ranks that share the work: those of PETSc's world, or this process alone as long as nothing
+asks for PETSc."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ class OneRank:
 
 
 def world(argv: Sequence[str] = ()) -> Any:
-    """The communicator of all ranks; PETSc starts only where its options, files of options, or a launcher ask for it.
+    """The communicator of all ranks; PETSc starts only where its options, files of options, or a
+    launcher ask for it.
 
     Parameters
     ----------

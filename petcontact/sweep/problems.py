@@ -13,25 +13,33 @@ from ..pipeline.run import prepare, run
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
-FRICTION = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.(friction_coefficient|friction_bound|wear_coefficient)")
+FRICTION = re.compile(
+    r"(contact|boundary|body\.\d+\.boundary)\.\d+\."
+    r"(friction_coefficient|friction_bound|wear_coefficient)"
+)
 GAPS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.gap")
 MOTIONS = re.compile(
-    r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?|step\.\d+\.(increments|name)"
+    r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?"
+    r"|step\.\d+\.(increments|name)"
 )
 LOADS = re.compile(
-    r"(step\.\d+\.|body\.\d+\.)?(boundary\.\d+\.(value|pressure|jump)|point_force\.\d+\.(force|at))(\.\d+)?"
-    r"|(step\.\d+\.loads\.\d+|(body\.\d+\.)?loads)\.(acceleration|force|angular_velocity|centre|axis|temperature)(\.\d+)?"
+    r"(step\.\d+\.|body\.\d+\.)?"
+    r"(boundary\.\d+\.(value|pressure|jump)|point_force\.\d+\.(force|at))(\.\d+)?"
+    r"|(step\.\d+\.loads\.\d+|(body\.\d+\.)?loads)\."
+    r"(acceleration|force|angular_velocity|centre|axis|temperature)(\.\d+)?"
     r"|(body\.\d+\.)?material\.(density|thermal_expansion)"
 )
 
 
 def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
-    """What of the value of a dotted key the elimination depends on: None if nothing, else what must be the same.
+    """What of the value of a dotted key the elimination depends on: None if nothing, else what must
+    be the same.
 
-    Parameters of the method are nothing to it, coefficients and bounds of friction, those of wear, how many cycles and
-    increments there are, motions and loads of obstacles. Where meshes follow from sizes that are given, gaps and loads are
-    not either, but for which components are free, and friction may be an expression; where meshes resolve their data, or
-    friction is zero, they may differ.
+    Parameters of the method are nothing to it, coefficients and bounds of friction, those of wear,
+    how many cycles and increments there are, motions and loads of obstacles. Where meshes follow
+    from sizes that are given, gaps and loads are not either, but for which components are free, and
+    friction may be an expression; where meshes resolve their data, or friction is zero, they may
+    differ.
     """
     if key.startswith(("method.", "cycle.")):
         return value if key == "method.formulation" else None
@@ -43,12 +51,17 @@ def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
     if meshes_fixed and GAPS.fullmatch(key):
         return value == "geometry" or None
     if meshes_fixed and LOADS.fullmatch(key):
-        return [component == "free" for component in value] if isinstance(value, list) else value == "free" or None
+        return (
+            [component == "free" for component in value]
+            if isinstance(value, list)
+            else value == "free" or None
+        )
     return value
 
 
 def run_case(shared: PreparedProblem, case: Problem) -> Solution:
-    """One case on the preparation of its group; eliminated on its own where other loads take that."""
+    """One case on the preparation of its group; eliminated on its own where other loads take
+    that."""
     discrete = discretise(case, like=shared.discrete)
     system = shared.system.loaded(discrete.data, discrete.interfaces)
     if system is not None:

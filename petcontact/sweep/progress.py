@@ -14,13 +14,15 @@ from .schedule.deal import Counters
 DONE, FAILED = "done", "failed"
 """Names of the counters of cases on the disk, and of failed ones among them."""
 ON_TERMINAL, PLAIN = 0.5, 30.0
-"""Seconds between two looks at the counters; elsewhere than on a terminal each one leaves a line."""
+"""Seconds between two looks at the counters; elsewhere than on a terminal each one leaves a
+line."""
 LISTED = 20
 """Cases that did not converge that the summary names."""
 
 
 class Progress:
-    """A thread that looks at the counters of a sweep while the block runs; it neither talks to other ranks nor touches HDF5.
+    """A thread that looks at the counters of a sweep while the block runs; it neither talks to
+    other ranks nor touches HDF5.
 
     Parameters
     ----------
@@ -34,7 +36,9 @@ class Progress:
         self._counters, self._cases, self._began = counters, cases, time.monotonic()
         self._over = threading.Event()
         self._status = StatusLine(enabled and on_terminal())
-        self._thread = threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
+        self._thread = (
+            threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
+        )
 
     def __enter__(self) -> None:
         if self._thread is not None:
@@ -105,15 +109,26 @@ class Summary:
     def lines(self) -> list[str]:
         """A few lines for the user."""
         ends = {"failed": self.failed, "not converged": self.not_converged}
-        bad = [f"  {status}: {id_}: {reason}" for status, cases in ends.items() for id_, reason in cases.items()]
-        more = [f"  ... and {len(bad) - LISTED} more, see petcontact report"] if len(bad) > LISTED else []
+        bad = [
+            f"  {status}: {id_}: {reason}"
+            for status, cases in ends.items()
+            for id_, reason in cases.items()
+        ]
+        more = (
+            [f"  ... and {len(bad) - LISTED} more, see petcontact report"]
+            if len(bad) > LISTED
+            else []
+        )
         ranks, converged = len(self.cpu), self.computed + self.reused - len(bad)
         return [
-            *bad[:LISTED], *more,
+            *bad[:LISTED],
+            *more,
             f"  computed {self.computed}, reused {self.reused}, failed {len(self.failed)}"
             f" ({converged} converged, {len(self.not_converged)} not converged)",
-            f"  {self.seconds:.3f} s on {ranks} rank{'s' if ranks != 1 else ''}; processor time a rank: mean "
+            f"  {self.seconds:.3f} s on {ranks} rank{'s' if ranks != 1 else ''}; processor time a "
+            f"rank: mean "
             f"{sum(self.cpu) / ranks:.3f} s, largest {max(self.cpu):.3f} s",
-            f"  summed over the ranks [s]: {', '.join(f'{name} {seconds:.3f}' for name, seconds in self.timings.items())}",
+            f"  summed over the ranks [s]: "
+            f"{', '.join(f'{name} {seconds:.3f}' for name, seconds in self.timings.items())}",
             f"  result: {self.results}",
-        ]  # fmt: skip
+        ]

@@ -17,7 +17,14 @@ from ..results.solution import Solution
 from .published import published_count
 
 Quantity = Callable[[Solution], float]
-QUANTITIES = ("max_u_t", "slip_length", "slip_share", "contact_area", "tension_share", "dissipated_energy")
+QUANTITIES = (
+    "max_u_t",
+    "slip_length",
+    "slip_share",
+    "contact_area",
+    "tension_share",
+    "dissipated_energy",
+)
 
 
 def contact_quantities(solution: Solution) -> dict[str, float]:
@@ -26,10 +33,11 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        max_u_t: largest |u_t|, between bodies the largest slip, at a node [length]; slip_length, slip_share: length (in
-        space: area) of what slips, and its share; contact_area: length (area) of what is not open; tension_share: share that
-        is pulled, σ_n > 0, where a foundation would let go [-]; dissipated_energy: what friction took in all steps, of a
-        single one -∫ σ_t·u_t [stress · length^dim].
+        max_u_t: largest |u_t|, between bodies the largest slip, at a node [length]; slip_length,
+        slip_share: length (in space: area) of what slips, and its share; contact_area: length
+        (area) of what is not open; tension_share: share that is pulled, σ_n > 0, where a foundation
+        would let go [-]; dissipated_energy: what friction took in all steps, of a single one -∫
+        σ_t·u_t [stress · length^dim].
     """
     columns = solution.columns()
     weight, state, sigma_n = columns["weight"], columns["state"], columns["sigma_n"]
@@ -37,32 +45,60 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
     pulled = sigma_n > 1e-9 * float(np.abs(sigma_n).max(initial=0.0))
     steps = solution.steps or solution.tried
     found = (
-        float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)), slips, slips / length,
-        float(weight[state != OPEN].sum()), float(weight[pulled].sum()) / length,
+        float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)),
+        slips,
+        slips / length,
+        float(weight[state != OPEN].sum()),
+        float(weight[pulled].sum()) / length,
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
-    )  # fmt: skip
+    )
     return dict(zip(QUANTITIES, found, strict=True))
 
 
 def resultants(solution: Solution) -> dict[str, float]:
-    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y; of several parts or interfaces with their
-    names, force_x_bottom."""
+    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y; of several parts
+    or interfaces with their names, force_x_bottom."""
     single = len(solution.pairs) == 1
-    return {f"force_{axis}" + ("" if single else f"_{name}"): float(value)
-            for name, pair in solution.pairs.items() for axis, value in zip("xyz", pair.force, strict=False)}  # fmt: skip
+    return {
+        f"force_{axis}" + ("" if single else f"_{name}"): float(value)
+        for name, pair in solution.pairs.items()
+        for axis, value in zip("xyz", pair.force, strict=False)
+    }
 
 
 def wear(solution: Solution) -> dict[str, float]:
-    """worn_volume and worn_depth of both sides together, and max_pressure, where anything wears; of several interfaces that
-    do with their names."""
+    """worn_volume and worn_depth of both sides together, and max_pressure, where anything wears; of
+    several interfaces that do with their names."""
     worn = {name: pair for name, pair in solution.pairs.items() if pair.wear is not None}
-    found = {f"{key}_{name}" if len(worn) > 1 else key: float(value) for name, pair in worn.items()
-             for key, value in (("worn_volume", pair.worn_volume.sum()), ("worn_depth", pair.worn_depth))}  # fmt: skip
-    return {**found, "max_pressure": float(-solution.columns()["sigma_n"].min(initial=0.0))} if found else {}
+    found = {
+        f"{key}_{name}" if len(worn) > 1 else key: float(value)
+        for name, pair in worn.items()
+        for key, value in (("worn_volume", pair.worn_volume.sum()), ("worn_depth", pair.worn_depth))
+    }
+    return (
+        {**found, "max_pressure": float(-solution.columns()["sigma_n"].min(initial=0.0))}
+        if found
+        else {}
+    )
 
 
-COLUMNS = ("id", "problem", "variant", "status", "published", "iterations", "final_rho", "residual", "elastic_residual",
-           "iterate_seconds", "reason", "digest", "keep", "bytes", "sum")  # fmt: skip
+COLUMNS = (
+    "id",
+    "problem",
+    "variant",
+    "status",
+    "published",
+    "iterations",
+    "final_rho",
+    "residual",
+    "elastic_residual",
+    "iterate_seconds",
+    "reason",
+    "digest",
+    "keep",
+    "bytes",
+    "sum",
+)
 """What else a row of a sweep has, in its log and in its table."""
 
 
@@ -81,7 +117,9 @@ def von_mises_at(solution: Solution, points: Sequence[Sequence[float]]) -> dict[
     return {f"von_mises_{number}": float(value) for number, value in enumerate(values, 1)}
 
 
-def users(names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()) -> dict[str, Quantity]:
+def users(
+    names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()
+) -> dict[str, Quantity]:
     """Functions by "module:function"; modules are looked for beside the sweep file first.
 
     Raises
@@ -90,8 +128,12 @@ def users(names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()) -
         If one cannot be imported, or is none, or two columns of the table would have one name.
     """
     taken = [name for name in coordinates if name != "variant"]
-    if clash := next((name for k, name in enumerate(taken) if name in taken[:k] or (k and is_column(name))), None):
-        raise InputError(f"names: {clash}: a column of every table is called that, give another name")
+    if clash := next(
+        (name for k, name in enumerate(taken) if name in taken[:k] or (k and is_column(name))), None
+    ):
+        raise InputError(
+            f"names: {clash}: a column of every table is called that, give another name"
+        )
     found: dict[str, Quantity] = {}
     sys.path.insert(0, str(folder.resolve()))
     try:
@@ -102,12 +144,17 @@ def users(names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()) -
                 for word in attribute.split("."):
                     function = getattr(function, word)
             except Exception as error:  # whatever a module of the user's raises
-                raise InputError(f"quantities: {name}: cannot be imported ({type(error).__name__}: {error})") from None
+                raise InputError(
+                    f"quantities: {name}: cannot be imported ({type(error).__name__}: {error})"
+                ) from None
             if not callable(function):
                 raise InputError(f"quantities: {name}: not a function")
             short = attribute.rsplit(".", 1)[-1]
             if short in found or short in coordinates or is_column(short):
-                raise InputError(f"quantities: {name}: there is a column {short} already; give the function another name")
+                raise InputError(
+                    f"quantities: {name}: there is a column {short} already; give the function "
+                    f"another name"
+                )
             found[short] = function
     finally:
         sys.path.pop(0)
@@ -121,27 +168,51 @@ def is_column(name: str) -> bool:
 
 
 def row_of(
-    id_: str, coordinates: Mapping[str, Any], solution: Solution, *,
-    points: Sequence[Sequence[float]] = (), more: Mapping[str, Quantity] | None = None,
-) -> dict[str, Any]:  # fmt: skip
-    """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at `points`, and `more`."""
+    id_: str,
+    coordinates: Mapping[str, Any],
+    solution: Solution,
+    *,
+    points: Sequence[Sequence[float]] = (),
+    more: Mapping[str, Quantity] | None = None,
+) -> dict[str, Any]:
+    """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at
+    `points`, and `more`."""
     return {
-        "id": id_, **coordinates, "status": solution.status, **_facts(solution), "reason": solution.reason,
-        **contact_quantities(solution), **resultants(solution), **wear(solution),
-        **von_mises_at(solution, points), **{name: float(function(solution)) for name, function in (more or {}).items()},
-    }  # fmt: skip
+        "id": id_,
+        **coordinates,
+        "status": solution.status,
+        **_facts(solution),
+        "reason": solution.reason,
+        **contact_quantities(solution),
+        **resultants(solution),
+        **wear(solution),
+        **von_mises_at(solution, points),
+        **{name: float(function(solution)) for name, function in (more or {}).items()},
+    }
 
 
 def _facts(solution: Solution) -> dict[str, Any]:
     seconds, case = solution.timings, solution.case
     return {
-        "published": published_count(case) if isinstance(case, Problem) else None, "iterations": solution.iterations,
-        "final_rho": solution.rho, "residual": solution.residual, "elastic_residual": solution.elastic_residual,
+        "published": published_count(case) if isinstance(case, Problem) else None,
+        "iterations": solution.iterations,
+        "final_rho": solution.rho,
+        "residual": solution.residual,
+        "elastic_residual": solution.elastic_residual,
         "iterate_seconds": seconds["steps"] if "steps" in seconds else seconds["iterate"],
-    }  # fmt: skip
+    }
 
 
-def failed_row(id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str) -> dict[str, Any]:
+def failed_row(
+    id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str
+) -> dict[str, Any]:
     """The row of a case that has no solution."""
     published = published_count(case) if isinstance(case, Problem) else None
-    return {"id": id_, **coordinates, "status": "failed", "published": published, "iterations": 0, "reason": reason}
+    return {
+        "id": id_,
+        **coordinates,
+        "status": "failed",
+        "published": published,
+        "iterations": 0,
+        "reason": reason,
+    }

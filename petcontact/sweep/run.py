@@ -1,4 +1,5 @@
-"""Independent cases over MPI ranks: dealt out by group, logged as they finish, one table in the end."""
+"""Independent cases over MPI ranks: dealt out by group, logged as they finish, one table in the
+end."""
 
 from __future__ import annotations
 
@@ -55,7 +56,8 @@ def run_sweep(
     only : sequence of str
         Shell patterns of the case ids to compute.
     part : (k, K), optional
-        The k-th of K parts, k = 1 ... K, which jobs of their own compute into one folder at the same time.
+        The k-th of K parts, k = 1 ... K, which jobs of their own compute into one folder at the
+        same time.
     ranks_per_case : int
     force : bool
         Compute finished cases again.
@@ -75,14 +77,17 @@ def run_sweep(
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
     began, began_cpu = time.perf_counter(), time.process_time()
-    # of its own: a rank that meets an error and looks for the others must not find them waiting in a barrier of the sweep
+    # of its own: a rank that meets an error and looks for the others must not find them waiting in
+    # a barrier of the sweep
     world = world.Dup()
     team = Team(world, ranks_per_case)
     chosen = sweep.only(only)
     groups = make_groups(sweep)
     if part is not None:
         # whole groups go to one part, where there are enough of them
-        shares = np.asarray(groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep)))
+        shares = np.asarray(
+            groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep))
+        )
         chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
     more = users(sweep.file.quantities, Path(sweep.source).parent, sweep.coordinate_names)
     place, name = SweepFolder(folder), f"{shared(world, time.time_ns):x}"
@@ -95,12 +100,21 @@ def run_sweep(
         place.write_index(sweep, identity)
         here = np.unique(groups.of_case[to_do]) if to_do else []
         counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
-        for line in [*describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case), *remarks]:
+        for line in [
+            *describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case),
+            *remarks,
+        ]:
             say(line)
     log = Log(place.logs / f"{name}-{world.Get_rank():05d}.log")
     worker = _Worker(sweep, groups, costs, team, log, identity, more)
-    worker.work(make_parts(np.array(to_do, np.int64), groups.of_case, costs, team.count), Counters(running), world)
-    every = world.gather((log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu))
+    worker.work(
+        make_parts(np.array(to_do, np.int64), groups.of_case, costs, team.count),
+        Counters(running),
+        world,
+    )
+    every = world.gather(
+        (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
+    )
 
     def conclude() -> Summary:
         logs, timings, cpu = zip(*every, strict=True)
@@ -111,14 +125,22 @@ def run_sweep(
         with place.renewing():
             # logs by name, too: a network file system may show an old folder for a while
             table = derived(sweep, identity, sorted({*place.log_files(), *logs}))
-            facts = {"ranks": len(cpu), "seconds": since - began, "timings": summary.timings, "cpu": cpu}
+            facts = {
+                "ranks": len(cpu),
+                "seconds": since - began,
+                "timings": summary.timings,
+                "cpu": cpu,
+            }
             write_table(place.table, sweep.title, sweep.coordinate_names, table, facts)
         for status, cases in (("failed", summary.failed), ("not converged", summary.not_converged)):
             bad = [k for k in chosen if table["status"][k] == status.encode()]
             cases.update(zip(texts(table["id"][bad]), texts(table["reason"][bad]), strict=True))
         place.close(running)
         summary.timings["collect"] = time.perf_counter() - since
-        summary.seconds, summary.cpu[0] = time.perf_counter() - began, time.process_time() - began_cpu
+        summary.seconds, summary.cpu[0] = (
+            time.perf_counter() - began,
+            time.process_time() - began_cpu,
+        )
         return summary
 
     summary = shared(world, conclude)
@@ -132,13 +154,17 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
     logs = shared(world, folder.log_files)
     mine = {}
     for number in range(world.Get_rank(), len(logs), world.Get_size()):
-        mine[number] = {row["digest"]: row["status"] != "failed" and DEPTH[row["keep"]] >= DEPTH[sweep.keep]
-                        for row, *_ in records(logs[number], check=True)}  # fmt: skip
+        mine[number] = {
+            row["digest"]: row["status"] != "failed" and DEPTH[row["keep"]] >= DEPTH[sweep.keep]
+            for row, *_ in records(logs[number], check=True)
+        }
     every = world.gather(mine)
 
     def places() -> set[int]:
         by_log = {number: ends for some in every for number, ends in some.items()}
-        usable = {digest: end for number in sorted(by_log) for digest, end in by_log[number].items()}
+        usable = {
+            digest: end for number in sorted(by_log) for digest, end in by_log[number].items()
+        }
         return {place for place in range(len(sweep)) if usable.get(identity.digest(place))}
 
     return shared(world, places)
@@ -147,7 +173,10 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
 def _costs(sweep: Sweep, groups: Groups, world: Any, team: Team) -> list[Cost]:
     """The cost of each group, the same on every rank; every rank meshes its share."""
     asked = groups.first[groups.representatives()].tolist()
-    mine = {k: estimate(sweep[asked[k]].case, team.size) for k in range(world.Get_rank(), len(asked), world.Get_size())}
+    mine = {
+        k: estimate(sweep[asked[k]].case, team.size)
+        for k in range(world.Get_rank(), len(asked), world.Get_size())
+    }
     known = {k: cost for some in world.allgather(mine) for k, cost in some.items()}
     return groups.spread([known[k] for k in range(len(asked))])
 
@@ -156,9 +185,15 @@ class _Worker:
     """What this rank computes in one run of a sweep, and the seconds by stage that it takes."""
 
     def __init__(
-        self, sweep: Sweep, groups: Groups, costs: list[Cost], team: Team, log: Log, identity: Identity,
+        self,
+        sweep: Sweep,
+        groups: Groups,
+        costs: list[Cost],
+        team: Team,
+        log: Log,
+        identity: Identity,
         more: dict[str, Quantity],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.sweep, self.groups, self.costs, self.team, self.log = sweep, groups, costs, team, log
         self.identity, self.more = identity, more
         self.timings: dict[str, float] = {}
@@ -169,7 +204,9 @@ class _Worker:
         """Compute what the team is dealt until nothing is left, and wait for the others."""
         self.log.written = lambda rows, failed: counters.count({DONE: rows, FAILED: failed})
         all_meet(world)
-        with Progress(counters, sum(len(part.places) for part in parts), enabled=world.Get_rank() == 0):
+        with Progress(
+            counters, sum(len(part.places) for part in parts), enabled=world.Get_rank() == 0
+        ):
             batches = dealt(parts, counters)
             try:
                 while (batch := self.team.decide(lambda: next(batches, None))) is not None:
@@ -183,10 +220,11 @@ class _Worker:
             all_meet(world)
 
     def _prepare(self, group: int, place: int = -1) -> None:
-        """Make sure that this team holds the prepared problem of a group, and no other one; -1 is no group.
+        """Make sure that this team holds the prepared problem of a group, and no other one; -1 is
+        no group.
 
-        It is that of the group's first case; where this one fails, which its loads may be the cause of, of the case at a
-        place.
+        It is that of the group's first case; where this one fails, which its loads may be the cause
+        of, of the case at a place.
         """
         if group != self._group:
             if self._prepared is not None:
@@ -200,14 +238,18 @@ class _Worker:
     def _eliminate(self, group: int, place: int) -> None:
         """Prepare a group by one of its cases."""
         size = int(self.groups.size[group])
-        self._prepared, self._reason = self.team.attempt(lambda: prepare(self.sweep[place].case, self.team.comm, cases=size))
+        self._prepared, self._reason = self.team.attempt(
+            lambda: prepare(self.sweep[place].case, self.team.comm, cases=size)
+        )
         if self._prepared is not None:
             self._took(self._prepared.timings)
 
     def _compute(self, place: int) -> None:
         """One case from its config to its record."""
         group = int(self.groups.of_case[place])
-        self.log.begin(self.costs[group].case + (self.costs[group].prepare if group != self._group else 0.0))
+        self.log.begin(
+            self.costs[group].case + (self.costs[group].prepare if group != self._group else 0.0)
+        )
         self._prepare(group, place)
         prepared, reason, case = self._prepared, self._reason, None
         solution: Solution | None = None
@@ -218,7 +260,12 @@ class _Worker:
         if prepared is not None and case is not None:
             solution, reason = self.team.attempt(lambda: run_case(prepared, case))
         if solution is not None:
-            self._took({name: solution.timings[name] for name in {"iterate", "check", "steps"} & set(solution.timings)})
+            self._took(
+                {
+                    name: solution.timings[name]
+                    for name in {"iterate", "check", "steps"} & set(solution.timings)
+                }
+            )
         if not self.team.leads:
             return
         began = time.perf_counter()
@@ -226,7 +273,9 @@ class _Worker:
         row, fields, keep = failed_row(id_, coordinates, case, reason), b"", "scalars"
         if solution is not None:
             try:
-                row = row_of(id_, coordinates, solution, points=self.sweep.file.von_mises, more=self.more)
+                row = row_of(
+                    id_, coordinates, solution, points=self.sweep.file.von_mises, more=self.more
+                )
                 fields, keep = packed(solution, self.sweep.keep), self.sweep.keep
             except Exception as error:  # a quantity of the user's may raise anything
                 row = failed_row(id_, coordinates, case, f"quantities: {describe_error(error)}")

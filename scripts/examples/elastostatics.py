@@ -1,15 +1,21 @@
-"""Boundary elements without contact: a bar of given conditions, its equations checked, stress inside and on the boundary."""
+"""Boundary elements without contact: a bar of given conditions, its equations checked, stress
+inside and on the boundary."""
 
 import numpy as np
 
 from petcontact import Displacement, Material, MeshOptions, Problem, Rectangle, Traction, operators
 
 beam = Problem(
-    material=Material(1000.0, 0.3, "stress"), geometry=Rectangle((0.0, 0.0), (10.0, 1.0)),
+    material=Material(1000.0, 0.3, "stress"),
+    geometry=Rectangle((0.0, 0.0), (10.0, 1.0)),
     mesh=MeshOptions(element_size=0.5, order=2),
-    boundary=[Displacement("left", (0.0, 0.0)), Traction("right", (0.0, "-6*y*(1 - y)")),
-              Traction("bottom", (0.0, 0.0)), Traction("top", (0.0, 0.0))],
-)  # fmt: skip
+    boundary=[
+        Displacement("left", (0.0, 0.0)),
+        Traction("right", (0.0, "-6*y*(1 - y)")),
+        Traction("bottom", (0.0, 0.0)),
+        Traction("top", (0.0, 0.0)),
+    ],
+)
 body = operators(beam).body
 u, t = body.solve()  # (n, 2) each, at the nodes body.mesh.x
 defect = 0.5 * u.ravel() + body.H @ u.ravel() - body.G @ t.ravel()

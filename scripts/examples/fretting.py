@@ -17,9 +17,12 @@ from petcontact import (
 )
 
 ground = Body(
-    "ground", Material(1.0, 0.3), Rectangle((-3.0, -3.0), (3.0, 0.0)),
-    MeshOptions(element_size=1.0, order=1, element_sizes={"top": 0.15}), boundary=[Displacement("bottom", (0.0, 0.0))],
-)  # fmt: skip
+    "ground",
+    Material(1.0, 0.3),
+    Rectangle((-3.0, -3.0), (3.0, 0.0)),
+    MeshOptions(element_size=1.0, order=1, element_sizes={"top": 0.15}),
+    boundary=[Displacement("bottom", (0.0, 0.0))],
+)
 pad = Obstacle("pad", displacement=(0.0, -0.1))
 
 
@@ -28,16 +31,32 @@ def moved(x):
 
 
 rub = Problem(
-    body=[ground], obstacle=[pad],
-    contact=[Pair("touch", secondary="ground.top", primary="pad", gap="x**2/4", direction=(0.0, 1.0),
-                  friction_coefficient=0.5)],
-    step=[Step("press"), Step("to", increments=4, obstacle=moved(0.06)), Step("fro", increments=4, obstacle=moved(-0.06)),
-          Step("to again", increments=4, obstacle=moved(0.06))],
-)  # fmt: skip
+    body=[ground],
+    obstacle=[pad],
+    contact=[
+        Pair(
+            "touch",
+            secondary="ground.top",
+            primary="pad",
+            gap="x**2/4",
+            direction=(0.0, 1.0),
+            friction_coefficient=0.5,
+        )
+    ],
+    step=[
+        Step("press"),
+        Step("to", increments=4, obstacle=moved(0.06)),
+        Step("fro", increments=4, obstacle=moved(-0.06)),
+        Step("to again", increments=4, obstacle=moved(0.06)),
+    ],
+)
 solution = solve(rub)
 for step in solution.steps:
     pair = step.pairs["touch"]
-    print(f"{step.name:>8} {step.load_factor:4.2f}  Q = {pair.force[0]:+.4f}  dissipated {pair.dissipated:.2e}")
+    print(
+        f"{step.name:>8} {step.load_factor:4.2f}  Q = {pair.force[0]:+.4f}  dissipated "
+        f"{pair.dissipated:.2e}"
+    )
 whole = np.sum([step.pairs["touch"].dissipated for step in solution.steps[-8:]])
 print(f"a whole cycle takes {whole:.4g}")
 result = whole

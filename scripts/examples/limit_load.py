@@ -1,17 +1,30 @@
 """The push at which a block under its weight begins to slide, by bisection: µ times its weight."""
 
-from petcontact import Contact, Material, MeshOptions, Problem, Rectangle, Traction, VolumeLoads, solve
+from petcontact import (
+    Contact,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Traction,
+    VolumeLoads,
+    solve,
+)
 
 mu, weight = 0.4, 2.0  # of a block of area 2 and unit density under unit gravity
 
 
 def holds(push):
     block = Problem(
-        material=Material(1000.0, 0.3, density=1.0), geometry=Rectangle((0.0, 0.0), (2.0, 1.0)),
-        mesh=MeshOptions(element_size=0.25, order=1), loads=VolumeLoads(acceleration=(push / weight, -1.0)),
-        boundary=[Contact("bottom", normal="unilateral", friction_coefficient=mu),
-                  *(Traction(part, (0.0, 0.0)) for part in ("left", "right", "top"))],
-    )  # fmt: skip
+        material=Material(1000.0, 0.3, density=1.0),
+        geometry=Rectangle((0.0, 0.0), (2.0, 1.0)),
+        mesh=MeshOptions(element_size=0.25, order=1),
+        loads=VolumeLoads(acceleration=(push / weight, -1.0)),
+        boundary=[
+            Contact("bottom", normal="unilateral", friction_coefficient=mu),
+            *(Traction(part, (0.0, 0.0)) for part in ("left", "right", "top")),
+        ],
+    )
     return solve(block).converged
 
 

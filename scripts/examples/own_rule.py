@@ -12,8 +12,13 @@ class Geometric:
         return (rho * balance) ** 0.5
 
 
-block = load(Path(__file__).resolve().parents[2] / "configs/example1.toml", {"mesh.element_size": 0.4})
+block = load(
+    Path(__file__).resolve().parents[2] / "configs/example1.toml", {"mesh.element_size": 0.4}
+)
 own = solve(block, rule=Geometric())
 theirs = solve(block)
-print(f"{own.info['rule']}: {own.iterations} iterations to ρ = {own.rho:.0f}; {theirs.info['rule']}: {theirs.iterations}")
+print(
+    f"{own.info['rule']}: {own.iterations} iterations to ρ = {own.rho:.0f}; {theirs.info['rule']}: "
+    f"{theirs.iterations}"
+)
 result = abs(own.contact.u_t - theirs.contact.u_t).max() / abs(theirs.contact.u_t).max()

@@ -1,4 +1,5 @@
-"""Example 1 of the paper on a coarse mesh: the projection method by three rules for ρ, and a Newton method."""
+"""Example 1 of the paper on a coarse mesh: the projection method by three rules for ρ, and a Newton
+method."""
 
 from pathlib import Path
 

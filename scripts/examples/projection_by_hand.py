@@ -1,4 +1,5 @@
-"""The paper's Algorithm 1 in numpy on S and u_0: u = u_0 + Sσ with Tresca's law, the Robin parameter fixed."""
+"""The paper's Algorithm 1 in numpy on S and u_0: u = u_0 + Sσ with Tresca's law, the Robin
+parameter fixed."""
 
 from pathlib import Path
 
@@ -6,7 +7,9 @@ import numpy as np
 
 from petcontact import load, operators, solve
 
-block = load(Path(__file__).resolve().parents[2] / "configs/example1.toml", {"mesh.element_size": 0.4})
+block = load(
+    Path(__file__).resolve().parents[2] / "configs/example1.toml", {"mesh.element_size": 0.4}
+)
 found = operators(block)
 S, u_0, bound = found.S, found.u_0.ravel(), 150.0
 rho = 2.0 / np.abs(np.diag(S)).mean()  # of the size of the stiffness at a node
@@ -20,5 +23,8 @@ while change > 1e-8 and count < 1000:
     change = np.abs(new - sigma).max() / bound
     u, sigma, count = new_u, new, count + 1
 reference = solve(block, method="semismooth-newton").pairs["bottom"].sigma_t[:, 0]
-print(f"{count} iterations, σ_t differs from that of `solve` by {np.abs(sigma - reference).max():.1e} of {bound:g}")
+print(
+    f"{count} iterations, σ_t differs from that of `solve` by "
+    f"{np.abs(sigma - reference).max():.1e} of {bound:g}"
+)
 result = np.abs(sigma - reference).max() / bound

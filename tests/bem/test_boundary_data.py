@@ -1,4 +1,5 @@
-"""Boundary data at nodes: frames, rollers, pressure, several contact parts, and every ill-posed input refused."""
+"""Boundary data at nodes: frames, rollers, pressure, several contact parts, and every ill-posed
+input refused."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ from petcontact.pipeline.discrete.discretise import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
 STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)
-DOVETAIL = Polygon(vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=("bottom", "right", "top", "left"))
+DOVETAIL = Polygon(
+    vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=("bottom", "right", "top", "left")
+)
 
 
 def contact(part, g=1.0):
@@ -43,7 +46,12 @@ def clamped(part):
 
 
 def data(*boundary, body=BOX, **mesh):
-    problem = Problem(material=STEEL, geometry=body, mesh=MeshOptions(**(mesh or {"element_size": 0.25})), boundary=boundary)
+    problem = Problem(
+        material=STEEL,
+        geometry=body,
+        mesh=MeshOptions(**(mesh or {"element_size": 0.25})),
+        boundary=boundary,
+    )
     discrete = discretise(problem)
     return discrete.meshes[0], discrete.data[0], discrete.law
 
@@ -59,7 +67,9 @@ def test_expressions_are_evaluated_at_the_nodes_of_their_part():
     )
     top, right, bottom = (m.nodes_of(part) for part in ("top", "right", "bottom"))
     assert np.allclose(d.value[1, top], np.column_stack([m.x[top, 0] * 1.0, np.sin(m.x[top, 0])]))
-    assert np.allclose(d.value[1, right], np.column_stack([10.0 * m.x[right, 1], np.ones(len(right))]))
+    assert np.allclose(
+        d.value[1, right], np.column_stack([10.0 * m.x[right, 1], np.ones(len(right))])
+    )
     assert np.allclose(law.bound, 1.0 + m.x[bottom, 0]) and np.array_equal(d.contact_nodes, bottom)
     assert d.states == 2 and not d.value[0].any()
     assert not d.traction_known[top].any() and d.traction_known[right].all()
@@ -68,24 +78,37 @@ def test_expressions_are_evaluated_at_the_nodes_of_their_part():
 def test_pressure_acts_against_the_normal():
     body = SideBySide(
         loops=(
-            ({"part": "arc", "to": (0, 1), "radius": 1.0}, {"part": "left", "to": (0, 0)}, {"part": "bottom", "to": (1, 0)}),
+            (
+                {"part": "arc", "to": (0, 1), "radius": 1.0},
+                {"part": "left", "to": (0, 0)},
+                {"part": "bottom", "to": (1, 0)},
+            ),
         )
     )
-    m, d, _ = data(Traction(part="arc", pressure="2 + x"), contact("left", 0.0), contact("bottom", 0.0), body=body)
+    m, d, _ = data(
+        Traction(part="arc", pressure="2 + x"),
+        contact("left", 0.0),
+        contact("bottom", 0.0),
+        body=body,
+    )
     arc = m.nodes_of("arc")
     assert np.allclose(d.value[1, arc], -(2.0 + m.x[arc, :1]) * m.normal[arc])
     assert np.allclose(m.normal[arc], m.x[arc], atol=1e-14)
 
 
 def test_roller_knows_one_displacement_and_no_traction_along_the_other():
-    m, d, _ = data(contact("bottom"), Displacement(part="left", value=(0.5, "free")), *free("top", "right"))
+    m, d, _ = data(
+        contact("bottom"), Displacement(part="left", value=(0.5, "free")), *free("top", "right")
+    )
     left = m.nodes_of("left")
     assert np.array_equal(d.traction_known[left], [[False, True]] * len(left))
     assert np.array_equal(d.value[1, left], [[0.5, 0.0]] * len(left))
 
 
 def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal():
-    m, d, law = data(contact("bottom"), contact("left", 2.0), contact("right", "3"), *free("top"), body=DOVETAIL)
+    m, d, law = data(
+        contact("bottom"), contact("left", 2.0), contact("right", "3"), *free("top"), body=DOVETAIL
+    )
     nodes = d.contact_nodes
     normal = m.normal[nodes]
     tangent, along = d.contact_frame[:, 0], d.contact_directions[:, 0]
@@ -103,10 +126,14 @@ def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal()
 
 @pytest.mark.parametrize("d", [2, 3])
 def test_rigid_modes_strain_nothing(d):
-    """Distances between points stay, to first order: (x_i - x_j)·(u_i - u_j) = 0; and the modes are independent."""
+    """Distances between points stay, to first order: (x_i - x_j)·(u_i - u_j) = 0; and the modes are
+    independent."""
     x = 5.0 + np.random.default_rng(d).standard_normal((9, d))
     modes = rigid_motions(x)
-    assert modes.shape == (9, d, d * (d + 1) // 2) and np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
+    assert (
+        modes.shape == (9, d, d * (d + 1) // 2)
+        and np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
+    )
     apart = x[:, None] - x
     assert np.abs(np.einsum("ijc,ijcm->ijm", apart, modes[:, None] - modes)).max() < 1e-13
 
@@ -132,9 +159,16 @@ def test_contact_directions_are_ordered_by_the_axes(d):
             (contact("bottom", 0.0), *free("left", "right", "top")),
             r"the body can translate along \(1, 0\) freely \(friction",
         ),
-        ((*free("bottom", "left", "right", "top"),), r"the body can translate along \(1, 0\) freely"),
         (
-            (Displacement(part="left", value=(0.0, "free")), contact("right", 0.0), *free("bottom", "top")),
+            (*free("bottom", "left", "right", "top"),),
+            r"the body can translate along \(1, 0\) freely",
+        ),
+        (
+            (
+                Displacement(part="left", value=(0.0, "free")),
+                contact("right", 0.0),
+                *free("bottom", "top"),
+            ),
             r"the body can translate along \(0, 1\) freely \(friction",
         ),
         (
@@ -163,7 +197,12 @@ def test_contact_directions_are_ordered_by_the_axes(d):
             r"body 'body': top\.value\[0\]: unknown name 'q'",
         ),
         (
-            (clamped("top"), Traction(part="left", pressure="log(-1)"), contact("bottom"), *free("right")),
+            (
+                clamped("top"),
+                Traction(part="left", pressure="log(-1)"),
+                contact("bottom"),
+                *free("right"),
+            ),
             r"body 'body': left\.pressure: expression .* is not finite",
         ),
     ],
@@ -176,7 +215,12 @@ def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
 
 def test_a_disc_held_by_contact_can_rotate():
     disc = SideBySide(
-        loops=(({"part": "bed", "to": (1, 0), "through": (0, -1)}, {"part": "rim", "to": (-1, 0), "through": (0, 1)}),)
+        loops=(
+            (
+                {"part": "bed", "to": (1, 0), "through": (0, -1)},
+                {"part": "rim", "to": (-1, 0), "through": (0, 1)},
+            ),
+        )
     )
     with pytest.raises(InputError, match="the body can rotate freely"):
         data(contact("bed", 0.0), *free("rim"), body=disc)
@@ -184,21 +228,39 @@ def test_a_disc_held_by_contact_can_rotate():
 
 
 def test_bodies_of_any_size_are_judged_alike():
-    """Whether a body is held depends on its shape only: 1e-6 of a unit, 1e6 units, far off the origin."""
+    """Whether a body is held depends on its shape only: 1e-6 of a unit, 1e6 units, far off the
+    origin."""
     for size, offset in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)):
-        body = Rectangle(lower_left=(offset, offset), upper_right=(offset + 2.0 * size, offset + size))
-        held = (contact("bottom"), Displacement(part="left", value=(0.0, "free")), *free("top", "right"))
+        body = Rectangle(
+            lower_left=(offset, offset), upper_right=(offset + 2.0 * size, offset + size)
+        )
+        held = (
+            contact("bottom"),
+            Displacement(part="left", value=(0.0, "free")),
+            *free("top", "right"),
+        )
         data(*held, body=body, element_size=0.25 * size)
         with pytest.raises(InputError, match="freely"):
-            data(contact("bottom", 0.0), *free("left", "top", "right"), body=body, element_size=0.25 * size)
+            data(
+                contact("bottom", 0.0),
+                *free("left", "top", "right"),
+                body=body,
+                element_size=0.25 * size,
+            )
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5), r"must lie in \(-1, 1/2\), got 0.5"),
+        (
+            lambda: Material(young_modulus=1.0, poisson_ratio=0.5),
+            r"must lie in \(-1, 1/2\), got 0.5",
+        ),
         (lambda: Material(young_modulus=1.0, poisson_ratio=-1.0), r"must lie in \(-1, 1/2\)"),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.51, plane="stress"), r"\(-1, 1/2\] in plane stress"),
+        (
+            lambda: Material(young_modulus=1.0, poisson_ratio=0.51, plane="stress"),
+            r"\(-1, 1/2\] in plane stress",
+        ),
         (lambda: Material(young_modulus=0.0, poisson_ratio=0.3), "young_modulus"),
         (lambda: Material(young_modulus=math.nan, poisson_ratio=0.3), "young_modulus"),
         (lambda: Material(young_modulus=1.0, poisson_ratio=math.nan), "poisson_ratio"),
@@ -217,4 +279,6 @@ def test_data_out_of_range_are_refused_in_one_line(make, message):
 
 
 def test_half_is_a_poisson_ratio_in_plane_stress():
-    assert Material(young_modulus=1.0, poisson_ratio=0.5, plane="stress").plane_strain_ratio == pytest.approx(1.0 / 3.0)
+    assert Material(
+        young_modulus=1.0, poisson_ratio=0.5, plane="stress"
+    ).plane_strain_ratio == pytest.approx(1.0 / 3.0)

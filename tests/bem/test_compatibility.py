@@ -12,7 +12,8 @@ MATERIAL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
 
 def problem(left, geometry=None, **contact):
     return Problem(
-        material=MATERIAL, geometry=geometry or Rectangle(lower_left=(0, 0), upper_right=(4, 2)),
+        material=MATERIAL,
+        geometry=geometry or Rectangle(lower_left=(0, 0), upper_right=(4, 2)),
         mesh=MeshOptions(element_size=0.5),
         boundary=[
             {"part": "bottom", "condition": "contact", "friction_bound": 1.0, **contact},
@@ -20,18 +21,24 @@ def problem(left, geometry=None, **contact):
             {"part": "right", "condition": "traction", "value": (0, 0)},
             {"part": "top", "condition": "traction", "value": (0, -1)},
         ],
-    )  # fmt: skip
+    )
 
 
-@pytest.mark.parametrize("value", [(0.1, -0.1), ("free", 0.01), (0, "1e-5*(1 + y)"), (0, "cos(x + y)"), (0, "ny - nx")])
+@pytest.mark.parametrize(
+    "value", [(0.1, -0.1), ("free", 0.01), (0, "1e-5*(1 + y)"), (0, "cos(x + y)"), (0, "ny - nx")]
+)
 @pytest.mark.parametrize("run", [solve, lambda case: adapt(case, 1e-2)], ids=["solve", "adapt"])
 def test_a_displacement_into_the_contact_is_refused_in_one_line(run, value):
-    with pytest.raises(InputError, match=r"^boundary\[1\] \(left\)\.value: has u·n = \S+ at \(0, 0\), .* 'bottom'") as error:
+    with pytest.raises(
+        InputError, match=r"^boundary\[1\] \(left\)\.value: has u·n = \S+ at \(0, 0\), .* 'bottom'"
+    ) as error:
         run(problem(value))
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("value", [(0, 0), (0.1, 0), (0.1, "free"), (0.1, "y"), ("1/y", "y"), (0, "y/(y+x)")])
+@pytest.mark.parametrize(
+    "value", [(0, 0), (0.1, 0), (0.1, "free"), (0.1, "y"), ("1/y", "y"), (0, "y/(y+x)")]
+)
 def test_what_is_compatible_or_cannot_be_known_is_taken(value):
     given = problem(value)
     check_compatible(given, given.geometry.outline())
@@ -43,10 +50,16 @@ def test_only_contact_without_gap_that_holds_both_ways_counts():
         check_compatible(given, given.geometry.outline())
 
 
-@pytest.mark.parametrize(("value", "fits"), [(("x", "y"), False), (("-y", "x"), True), ((0.1, 0), False), ((0, 0.1), True)])
+@pytest.mark.parametrize(
+    ("value", "fits"),
+    [(("x", "y"), False), (("-y", "x"), True), ((0.1, 0), False), ((0, 0.1), True)],
+)
 def test_arcs_have_the_normal_of_their_ends(value, fits):
     """A circle in contact on one half: at its ends, (1, 0) and (-1, 0), the normal is ±x."""
-    halves = [{"part": "bottom", "to": (1, 0), "through": (0, -1)}, {"part": "left", "to": (-1, 0), "through": (0, 1)}]
+    halves = [
+        {"part": "bottom", "to": (1, 0), "through": (0, -1)},
+        {"part": "left", "to": (-1, 0), "through": (0, 1)},
+    ]
     ring = Circle(part="hole", center=(0, 0), radius=0.5)
     given = problem(value, SideBySide(loops=(halves, ring)))
     if fits:

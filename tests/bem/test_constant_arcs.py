@@ -1,4 +1,5 @@
-"""Constant elements on arcs: of second order, since they know the slope of the displacement from their neighbours."""
+"""Constant elements on arcs: of second order, since they know the slope of the displacement from
+their neighbours."""
 
 from __future__ import annotations
 
@@ -10,12 +11,17 @@ from petcontact.bem.kernels import kernel_for
 from petcontact.geometry.rotation import rigid_motions
 from petcontact.mesh.grading import mesh_outline
 
-RING = SideBySide(loops=[Circle(part=name, center=(0.3, 0.1), radius=r) for name, r in (("rim", 2.0), ("hub", 1.0))])
+RING = SideBySide(
+    loops=[
+        Circle(part=name, center=(0.3, 0.1), radius=r) for name, r in (("rim", 2.0), ("hub", 1.0))
+    ]
+)
 
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
 def test_a_rigid_rotation_has_no_traction_to_second_order(nu):
-    """(½ + H) u for rigid motions: 0 for translations, and 3.3e-3, 1.7e-3 for the rotation without the slope."""
+    """(½ + H) u for rigid motions: 0 for translations, and 3.3e-3, 1.7e-3 for the rotation without
+    the slope."""
     material, worst = Material(young_modulus=1.0, poisson_ratio=nu), []
     for size in (0.2, 0.1):
         mesh = mesh_outline(RING.outline(), MeshOptions(element_size=size))
@@ -30,16 +36,23 @@ def test_a_rigid_rotation_has_no_traction_to_second_order(nu):
 
 
 def test_a_sliding_ring_converges_monotonically_with_second_order():
-    """A ring in a rough socket, turned and pushed at its hub; the reference has elements of order 3 (error 1e-8)."""
+    """A ring in a rough socket, turned and pushed at its hub; the reference has elements of order 3
+    (error 1e-8)."""
 
     def slip(**mesh):
         problem = Problem(
-            material=Material(young_modulus=1000.0, poisson_ratio=0.3), geometry=RING, mesh=MeshOptions(**mesh),
+            material=Material(young_modulus=1000.0, poisson_ratio=0.3),
+            geometry=RING,
+            mesh=MeshOptions(**mesh),
             boundary=[
                 {"part": "rim", "condition": "contact", "friction_bound": "1 + 0.5*x"},
-                {"part": "hub", "condition": "displacement", "value": ["-0.01*y + 0.002", "0.01*x + 0.003"]},
+                {
+                    "part": "hub",
+                    "condition": "displacement",
+                    "value": ["-0.01*y + 0.002", "0.01*x + 0.003"],
+                },
             ],
-        )  # fmt: skip
+        )
         contact = solve(problem, method=Method(tolerance=1e-10)).contact
         return contact.arc_length, contact.weight, contact.u_t[:, 0]
 

@@ -1,4 +1,5 @@
-"""Elements at corners whose unknowns are powers: exact fields where two sides slide and meet at nearly 180°."""
+"""Elements at corners whose unknowns are powers: exact fields where two sides slide and meet at
+nearly 180°."""
 
 from __future__ import annotations
 
@@ -18,10 +19,11 @@ YOUNG, RATIO, LENGTH = 3.0, 0.3, 2.0
 
 
 def wedge(degrees: float) -> tuple[Problem, float, float]:
-    """A body around the corner with the leading term of Williams' series as its displacement; λ, and u_r at r = 1, θ = 0.
+    """A body around the corner with the leading term of Williams' series as its displacement; λ,
+    and u_r at r = 1, θ = 0.
 
-    u = r^λ (f(θ), g(θ)) in polar coordinates: the gradient of r^(π/ω) cos(πθ/ω) below 180°, above the term of potentials
-    a z^λ with a real.
+    u = r^λ (f(θ), g(θ)) in polar coordinates: the gradient of r^(π/ω) cos(πθ/ω) below 180°, above
+    the term of potentials a z^λ with a real.
     """
     angle, kappa = math.radians(degrees), 3.0 - 4.0 * RATIO
     power = abs(math.pi / angle - 1.0)
@@ -30,19 +32,28 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
         first, f, g = 1.0, f"cos({1.0 + power!r}*{theta})", f"(-sin({1.0 + power!r}*{theta}))"
     else:
         first = kappa - power
-        f, g = f"({first!r}*cos({power - 1.0!r}*{theta}))", f"({kappa + power!r}*sin({power - 1.0!r}*{theta}))"
+        f, g = (
+            f"({first!r}*cos({power - 1.0!r}*{theta}))",
+            f"({kappa + power!r}*sin({power - 1.0!r}*{theta}))",
+        )
     r = f"hypot(x, y)**{power - 1.0!r}"
     value = [f"{r}*({f}*x - {g}*y)", f"{r}*({f}*y + {g}*x)"]
     right, up = LENGTH * math.sin(0.5 * angle), LENGTH * math.cos(0.5 * angle)
     data = {
         "material": {"young_modulus": YOUNG, "poisson_ratio": RATIO},
-        "geometry": {"shape": "polygon", "parts": ["first", "right", "top", "left", "second"],
-                     "vertices": [[0.0, 0.0], [right, up], [right, 2.0], [-right, 2.0], [-right, up]]},
+        "geometry": {
+            "shape": "polygon",
+            "parts": ["first", "right", "top", "left", "second"],
+            "vertices": [[0.0, 0.0], [right, up], [right, 2.0], [-right, 2.0], [-right, up]],
+        },
         "boundary": [
             *({"part": part, "condition": "contact"} for part in ("first", "second")),
-            *({"part": part, "condition": "displacement", "value": value} for part in ("right", "top", "left")),
+            *(
+                {"part": part, "condition": "displacement", "value": value}
+                for part in ("right", "top", "left")
+            ),
         ],
-    }  # fmt: skip
+    }
     return parse(Problem, data, "wedge"), power, first
 
 
@@ -56,7 +67,8 @@ def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
     exact = first * r**power
     error = np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2 / (contact.weight @ exact**2))
     assert error <= 1e-5
-    # a mesh of polynomials needs elements of 1e-5^(1/2λ): 1e-36 at 193°, and beyond all numbers at 177°
+    # a mesh of polynomials needs elements of 1e-5^(1/2λ): 1e-36 at 193°, and beyond all numbers at
+    # 177°
     assert solution.mesh.n_nodes < 2000
     # what lies in the corner element carries its share: the resultant is exact, 2µ r^λ below 180°
     pairs = {name: float(pair.weight @ pair.pressure) for name, pair in solution.pairs.items()}
@@ -65,12 +77,15 @@ def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
         assert list(pairs.values()) == pytest.approx([force, -force], rel=1e-4)
     solution.save(tmp_path / "r.h5")
     assert np.array_equal(read_solution(tmp_path / "r.h5").mesh.power, solution.mesh.power)
-    assert read_solution(tmp_path / "r.h5").mesh.x == pytest.approx(solution.mesh.x, rel=1e-12, abs=1e-15)
+    assert read_solution(tmp_path / "r.h5").mesh.x == pytest.approx(
+        solution.mesh.x, rel=1e-12, abs=1e-15
+    )
 
 
 @pytest.mark.parametrize("degrees", [120.0, 135.0, 170.0, 177.0, 200.0, 270.0, 350.0])
 def test_exponents_between_sliding_sides_are_zeros_of_the_determinant(degrees):
-    # a side that slides is one held along its normal; the general determinant is asked with an angle a little off
+    # a side that slides is one held along its normal; the general determinant is asked with an
+    # angle a little off
     angle = math.radians(degrees)
     found = corner_exponent(angle, 1.8, SLIDING, SLIDING)
     assert found == pytest.approx(min(1.0, *(abs(k * math.pi / angle - 1.0) for k in (1, 2, 3))))
@@ -81,6 +96,12 @@ def test_exponents_between_sliding_sides_are_zeros_of_the_determinant(degrees):
 def test_a_mesh_of_polynomials_has_no_estimate_there(comm):
     """Two of them are off by the same 4 %."""
     problem, *_ = wedge(177.0)
-    fixed = parse(Problem, {**tomllib.loads(problem.toml()), "mesh": {"element_size": 0.1, "order": 1}}, "wedge")
+    fixed = parse(
+        Problem,
+        {**tomllib.loads(problem.toml()), "mesh": {"element_size": 0.1, "order": 1}},
+        "wedge",
+    )
     solution = solve(fixed, comm=comm)
-    assert "estimated_error" not in solution.info and "nearly 180°" in solution.info["error_unknown"]
+    assert (
+        "estimated_error" not in solution.info and "nearly 180°" in solution.info["error_unknown"]
+    )

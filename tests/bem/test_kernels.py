@@ -16,7 +16,8 @@ from petcontact.bem.kernels import KERNELS, kernel_for
 
 @dataclass(frozen=True)
 class OtherUnit(Kelvin2D):
-    """Kelvin's solution with tractions in units four times as large: other numbers, the same solution."""
+    """Kelvin's solution with tractions in units four times as large: other numbers, the same
+    solution."""
 
     @property
     def traction_scale(self):
@@ -41,7 +42,8 @@ def test_a_new_kernel_is_one_registration(monkeypatch, comm, mat_type):
 
 
 def test_integrals_are_pure_numbers():
-    """A body a thousand times as large, of another stiffness: the same G and H, whole and in space the same stress."""
+    """A body a thousand times as large, of another stiffness: the same G and H, whole and in space
+    the same stress."""
     pairs = []
     for length, stress in ((1.0, 1.0), (1e3, 1e-4)):
         case = example(1, mesh=MeshOptions(element_size=0.5 * length))
@@ -51,8 +53,15 @@ def test_integrals_are_pure_numbers():
         kernel, targets = kernel_for(ops.mesh, material), ops.mesh.targets(slice(0, 9))
         inside = ops.mesh.points(length * np.array([[4.0, 2.0], [1.0, 3.9]]))
         (batch,) = ops.mesh.batches()
-        pairs.append([*kernel.integrals(targets, batch.elements), *kernel.stress_integrals(inside, batch.elements)])
-        assert kernel.traction_scale == pytest.approx(case.material.shear_modulus * 2.0 * stress / length)
+        pairs.append(
+            [
+                *kernel.integrals(targets, batch.elements),
+                *kernel.stress_integrals(inside, batch.elements),
+            ]
+        )
+        assert kernel.traction_scale == pytest.approx(
+            case.material.shear_modulus * 2.0 * stress / length
+        )
     for one, other in zip(*pairs, strict=True):
         assert np.allclose(one, other, rtol=1e-9, atol=1e-11)
 
@@ -70,12 +79,15 @@ def test_plane_stress_is_plane_strain_with_other_constants():
 
 
 def test_the_unit_of_length_changes_no_field_in_equilibrium(comm):
-    """ln ℓ multiplies the resultant of the tractions, which vanishes; so the kernel's unit is nobody's business."""
+    """ln ℓ multiplies the resultant of the tractions, which vanishes; so the kernel's unit is
+    nobody's business."""
     ops = operators(example(1, mesh=MeshOptions(element_size=0.5)))
     rows = np.arange(ops.mesh.n_nodes)
     traction = ops.mesh.normal @ np.array([[2.0, 0.5], [0.5, -1.0]])
     one, other = (
-        replace(ops, kernel=Kelvin2D(ops.kernel.material, length)).residual(rows, np.zeros_like(traction), traction)
+        replace(ops, kernel=Kelvin2D(ops.kernel.material, length)).residual(
+            rows, np.zeros_like(traction), traction
+        )
         for length in (1.0, 7.0)
     )
     assert np.abs(one).max() > 1e-6

@@ -1,4 +1,5 @@
-"""G and H on whole outlines: identities from theory, blocks against each other, dense matrices against blocks."""
+"""G and H on whole outlines: identities from theory, blocks against each other, dense matrices
+against blocks."""
 
 from __future__ import annotations
 
@@ -12,7 +13,9 @@ from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Pr
 
 END = np.array([0.0, 1.0])
 """All of the last load state."""
-PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
+PENTAGON = Polygon(
+    vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e")
+)
 
 
 def operators(order: int, plane: str = "strain", size: float = 0.4):
@@ -21,12 +24,17 @@ def operators(order: int, plane: str = "strain", size: float = 0.4):
 
 def problem_of(order: int, plane: str = "strain", size: float = 0.4):
     return Problem(
-        material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane), geometry=PENTAGON,
+        material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane),
+        geometry=PENTAGON,
         mesh=MeshOptions(element_size=size, order=order),
-        boundary=(Contact(part="a", friction_bound=1.0), Displacement(part="b", value=("0.1*(x - 3)", "y - 0.2")),
-                  Traction(part="c", value=(3.0, "x")), Traction(part="d", pressure=2.0),
-                  Displacement(part="e", value=(0.0, "free"))),
-    )  # fmt: skip
+        boundary=(
+            Contact(part="a", friction_bound=1.0),
+            Displacement(part="b", value=("0.1*(x - 3)", "y - 0.2")),
+            Traction(part="c", value=(3.0, "x")),
+            Traction(part="d", pressure=2.0),
+            Displacement(part="e", value=(0.0, "free")),
+        ),
+    )
 
 
 @pytest.mark.parametrize("order", [0, 1, 3])
@@ -45,7 +53,11 @@ def test_linear_fields_leave_no_residual(order, plane):
     ops = operators(order, plane)
     mesh, material = ops.mesh, ops.kernel.material
     mu, nu = material.shear_modulus, material.plane_strain_ratio
-    gradients = [np.array([[0, -1], [1, 0]]), np.array([[1, 0.3], [-0.2, 0.5]]), np.array([[0.1, 1], [1, -0.1]])]
+    gradients = [
+        np.array([[0, -1], [1, 0]]),
+        np.array([[1, 0.3], [-0.2, 0.5]]),
+        np.array([[0.1, 1], [1, -0.1]]),
+    ]
     for gradient in gradients:
         strain = 0.5 * (gradient + gradient.T)
         stress = 2 * mu * (strain + nu / (1 - 2 * nu) * np.trace(strain) * np.eye(2))
@@ -73,7 +85,9 @@ def test_blocks_are_the_whole_matrix():
         expected = filled_system[np.ix_(*pairs)]
         assert np.allclose(ops.system_entries(rows, columns), expected, atol=1e-14)
         slots = np.flatnonzero(np.isin(carriers, columns))
-        assert np.allclose(ops.outer_entries(rows, columns), outer[np.ix_(pairs[0], slots)], atol=1e-14)
+        assert np.allclose(
+            ops.outer_entries(rows, columns), outer[np.ix_(pairs[0], slots)], atol=1e-14
+        )
         system, beside = ops.all_entries(rows, columns)
         assert np.array_equal(system, ops.system_entries(rows, columns))
         assert np.allclose(beside, outer[np.ix_(pairs[0], slots)], atol=1e-14)
@@ -84,7 +98,10 @@ def test_columns_against_residual():
     ops = operators(2)
     everything = np.arange(ops.mesh.n_nodes)
     rng = np.random.default_rng(2)
-    x, sigma = rng.standard_normal(2 * len(everything)), rng.standard_normal((len(ops.data.contact_nodes), 1))
+    x, sigma = (
+        rng.standard_normal(2 * len(everything)),
+        rng.standard_normal((len(ops.data.contact_nodes), 1)),
+    )
     u, traction = ops.split(x, END, sigma)
     direct = ops.residual(everything, u, traction).ravel()
     beside = ops.amplitudes @ END
@@ -94,11 +111,17 @@ def test_columns_against_residual():
 
 
 def test_contact_columns_in_any_directions():
-    """The normal traction looked for as well: two columns a contact node, along the axes, and the same residual."""
+    """The normal traction looked for as well: two columns a contact node, along the axes, and the
+    same residual."""
     coulomb = Contact(part="a", friction_coefficient=0.3)
-    ops = operators_of(problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])}))
+    ops = operators_of(
+        problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])})
+    )
     m, everything = len(ops.data.contact_nodes), np.arange(ops.mesh.n_nodes)
-    assert ops.data.contact_directions.shape == (m, 2) and ops.data.traction_known[ops.data.contact_nodes].all()
+    assert (
+        ops.data.contact_directions.shape == (m, 2)
+        and ops.data.traction_known[ops.data.contact_nodes].all()
+    )
     frame = ops.data.contact_frame
     assert np.allclose(frame, np.eye(2))
     rng = np.random.default_rng(3)
@@ -147,6 +170,11 @@ print(peak / (8 * (4 * n * n + 2 * n * m + 2 * n)))
 """
     from pathlib import Path
 
-    done = subprocess.run([sys.executable, "-c", program, str(Path(__file__).parents[1])], capture_output=True, text=True,
-                          timeout=300, check=True)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(Path(__file__).parents[1])],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
     assert 0.9 < float(done.stdout) < 1.3

@@ -1,4 +1,5 @@
-"""Elements of order 0 to 5 through one code path: rates on smooth problems, exponential convergence, every method."""
+"""Elements of order 0 to 5 through one code path: rates on smooth problems, exponential
+convergence, every method."""
 
 from __future__ import annotations
 
@@ -24,22 +25,31 @@ from petcontact import (
 TRANSITION = 2.4115453362464914, 8.435704696178437
 """Of Example 2, from shared/reference."""
 SQUARE = Rectangle(lower_left=(0.0, 0.0), upper_right=(1.0, 1.0))
-BARREL = SideBySide(loops=((
-    OutlineSide(part="bottom", to=(1.0, 0.0)),
-    OutlineSide(part="right", to=(1.0, 1.0), radius=0.8),
-    OutlineSide(part="top", to=(0.0, 1.0)),
-    OutlineSide(part="left", to=(0.0, 0.0), radius=0.8),
-),))  # fmt: skip
+BARREL = SideBySide(
+    loops=(
+        (
+            OutlineSide(part="bottom", to=(1.0, 0.0)),
+            OutlineSide(part="right", to=(1.0, 1.0), radius=0.8),
+            OutlineSide(part="top", to=(0.0, 1.0)),
+            OutlineSide(part="left", to=(0.0, 0.0), radius=0.8),
+        ),
+    )
+)
 
 
 def error_of(order: int, size: float, geometry, formulation: str = "condensed") -> float:
-    """Relative L2 error of u_t where the solution is u = (exp(ax) cos(ay), -exp(ax) sin(ay)), a = 1.4.
+    """Relative L2 error of u_t where the solution is u = (exp(ax) cos(ay), -exp(ax) sin(ay)), a =
+    1.4.
 
-    u is the gradient of a harmonic function, so it has neither divergence nor rotation and solves Lamé's equations with
-    σ = 2µ grad u. On y = 0 both u_n and σ_t vanish: frictionless contact.
+    u is the gradient of a harmonic function, so it has neither divergence nor rotation and solves
+    Lamé's equations with σ = 2µ grad u. On y = 0 both u_n and σ_t vanish: frictionless contact.
     """
     a, two_mu = 1.4, 1000.0 / 1.3
-    grow, xx, xy = "exp(1.4*x)", f"{a * two_mu}*exp(1.4*x)*cos(1.4*y)", f"(-{a * two_mu})*exp(1.4*x)*sin(1.4*y)"
+    grow, xx, xy = (
+        "exp(1.4*x)",
+        f"{a * two_mu}*exp(1.4*x)*cos(1.4*y)",
+        f"(-{a * two_mu})*exp(1.4*x)*sin(1.4*y)",
+    )
     case = Problem(
         material=Material(young_modulus=1000.0, poisson_ratio=0.3),
         geometry=geometry,
@@ -56,7 +66,9 @@ def error_of(order: int, size: float, geometry, formulation: str = "condensed") 
     assert solution.converged
     contact = solution.contact
     exact = np.exp(a * contact.x[:, 0])
-    return float(np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2 / (contact.weight @ exact**2)))
+    return float(
+        np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2 / (contact.weight @ exact**2))
+    )
 
 
 @pytest.mark.parametrize("geometry", [SQUARE, BARREL], ids=["square", "barrel"])
@@ -71,7 +83,9 @@ def test_rate_on_a_smooth_problem(order, geometry):
 
 @pytest.mark.parametrize("order", range(6))
 def test_both_formulations_agree_at_every_order(order):
-    condensed, full = (error_of(order, 0.5, SQUARE, formulation) for formulation in ("condensed", "full"))
+    condensed, full = (
+        error_of(order, 0.5, SQUARE, formulation) for formulation in ("condensed", "full")
+    )
     assert condensed == pytest.approx(full, abs=1e-11)
 
 
@@ -82,19 +96,24 @@ def test_projection_and_newton_agree_at_every_order(order):
     projection = solve(example(2, mesh=mesh, name="projection", rule="modified", tolerance=1e-9))
     assert newton.converged
     assert projection.converged
-    assert projection.contact.u_t == pytest.approx(newton.contact.u_t, abs=1e-6 * np.abs(newton.contact.u_t).max())
+    assert projection.contact.u_t == pytest.approx(
+        newton.contact.u_t, abs=1e-6 * np.abs(newton.contact.u_t).max()
+    )
     assert np.array_equal(newton.contact.state, projection.contact.state)
 
 
 def test_convergence_is_exponential_when_order_and_levels_grow(comm):
-    """The logarithm of the error falls like the square root of the number of unknowns at least, as theory has it."""
+    """The logarithm of the error falls like the square root of the number of unknowns at least, as
+    theory has it."""
     best = adapt(example(2, name="semismooth-newton", rule=None), 2e-8, comm=comm).contact
     norm = np.sqrt(best.weight @ best.u_t[:, 0] ** 2)
     roots, errors = [], []
     for order, levels in ((1, 3), (2, 5), (3, 7), (4, 9), (5, 11)):
         points = tuple((x, 0.0) for x in TRANSITION)
         mesh = MeshOptions(order=order, grading=0.3, levels=levels, graded_points=points)
-        contact = solve(example(2, mesh=mesh, name="semismooth-newton", rule=None), comm=comm).contact
+        contact = solve(
+            example(2, mesh=mesh, name="semismooth-newton", rule=None), comm=comm
+        ).contact
         errors.append(abs(np.sqrt(contact.weight @ contact.u_t[:, 0] ** 2) / norm - 1.0))
         roots.append(np.sqrt(2.0 * contact.weight.size))
     slope = np.polyfit(roots, np.log(errors), 1)[0]

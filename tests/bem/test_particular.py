@@ -1,4 +1,5 @@
-"""Particular solutions: Navier's equations by differences of what they give, linear heat, fits and their error."""
+"""Particular solutions: Navier's equations by differences of what they give, linear heat, fits and
+their error."""
 
 from __future__ import annotations
 
@@ -9,7 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from petcontact import Box, Contact, Material, MeshOptions, Polygon, Problem, Rectangle, SideBySide, Traction, VolumeLoads
+from petcontact import (
+    Box,
+    Contact,
+    Material,
+    MeshOptions,
+    Polygon,
+    Problem,
+    Rectangle,
+    SideBySide,
+    Traction,
+    VolumeLoads,
+)
 from petcontact.bem.particular.fit import fitted, points_in
 from petcontact.bem.particular.polynomials import BodyBox, padded, total_degrees, values
 from petcontact.bem.particular.solution import particular_solution
@@ -27,11 +39,19 @@ def steel(plane):
     return Material(200.0, 0.3, plane, thermal_expansion=1e-2)
 
 
-RING = SideBySide(loops=[{"part": "o", "center": (0, 0), "radius": 2.0}, {"part": "i", "center": (0, 0), "radius": 1.0}])
+RING = SideBySide(
+    loops=[
+        {"part": "o", "center": (0, 0), "radius": 2.0},
+        {"part": "i", "center": (0, 0), "radius": 1.0},
+    ]
+)
 SHAPES = {
-    "plate": Rectangle((0, 0), (2, 1)), "far": Rectangle((1e4, 0), (1e4 + 20, 1)), "ring": RING,
-    "thin": Polygon([(0, 0), (3, 4), (2.992, 4.006), (-0.008, 0.006)], list("abcd")), "box": Box((0, 0, 0), (1, 1, 1)),
-}  # fmt: skip
+    "plate": Rectangle((0, 0), (2, 1)),
+    "far": Rectangle((1e4, 0), (1e4 + 20, 1)),
+    "ring": RING,
+    "thin": Polygon([(0, 0), (3, 4), (2.992, 4.006), (-0.008, 0.006)], list("abcd")),
+    "box": Box((0, 0, 0), (1, 1, 1)),
+}
 
 
 @functools.cache
@@ -40,7 +60,9 @@ def meshed(name):
     boundary = geometry.outline()
     free = [Traction(part, (0.0,) * boundary.dim) for part in boundary.parts]
     mesh = MeshOptions(element_size=0.25, order=2)
-    return mesh_of(Problem(material=steel("strain"), geometry=geometry, mesh=mesh, boundary=free), boundary)
+    return mesh_of(
+        Problem(material=steel("strain"), geometry=geometry, mesh=mesh, boundary=free), boundary
+    )
 
 
 @functools.cache
@@ -64,7 +86,10 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
     rng, material = np.random.default_rng(degree), steel("strain" if d == 3 else plane)
     force, heat = [random(rng, d, degree) for _ in range(d)], random(rng, d, degree)
     found = particular_solution(force, heat, material, box)
-    x, step = box.centre + (0.5 * rng.uniform(-1.0, 1.0, (20, d)) * box.half) @ box.axes, 1e-3 * box.half.min()
+    x, step = (
+        box.centre + (0.5 * rng.uniform(-1.0, 1.0, (20, d)) * box.half) @ box.axes,
+        1e-3 * box.half.min(),
+    )
 
     def slope(function, j):
         # fourth order
@@ -73,9 +98,14 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
 
     gradient = np.stack([slope(found.displacement, j) for j in range(d)], axis=2)
     mu, nu = material.shear_modulus, material.plane_strain_ratio
-    even = 2.0 * mu * nu / (1.0 - 2.0 * nu) * np.trace(gradient, axis1=1, axis2=2) - found.thermal_stress(x)
+    even = 2.0 * mu * nu / (1.0 - 2.0 * nu) * np.trace(
+        gradient, axis1=1, axis2=2
+    ) - found.thermal_stress(x)
     stress = mu * (gradient + gradient.transpose(0, 2, 1)) + even[:, None, None] * np.eye(d)
-    size, round_off = np.abs(found.stress(x)).max(), 1e-15 * np.abs(box.centre).max() / box.half.min() / step
+    size, round_off = (
+        np.abs(found.stress(x)).max(),
+        1e-15 * np.abs(box.centre).max() / box.half.min() / step,
+    )
     blur = 1e-7 + 100.0 * round_off * box.half.max()
     assert np.abs(found.stress(x) - stress).max() < blur * size
     b = np.stack([values(component, box.local(x)) for component in force], axis=1) @ box.axes
@@ -91,7 +121,9 @@ def test_stresses_are_as_large_as_the_loads(name):
     for force, heat in ((1.0, 0.0), (0.0, 1.0)):
         p = random(np.random.default_rng(1), mesh.dim, 8)
         found = particular_solution([force * p] * mesh.dim, heat * p, steel("strain"), box)
-        load = np.abs(values(p, box.local(mesh.x))).max() * (force * box.half.max() + heat * steel("strain").thermal_stress)
+        load = np.abs(values(p, box.local(mesh.x))).max() * (
+            force * box.half.max() + heat * steel("strain").thermal_stress
+        )
         assert np.abs(found.stress(mesh.x)).max() < 20.0 * load
 
 
@@ -102,13 +134,24 @@ def test_the_solution_turns_with_the_body():
     tractions = []
     for way, shift in ((np.eye(2), np.zeros(2)), (turn, np.array([100.0, 7.0]))):
         geometry = Polygon([tuple(map(float, way @ p + shift)) for p in corners], list("abcde"))
-        mesh = mesh_of(Problem(material=steel("strain"), geometry=geometry, mesh=MeshOptions(element_size=0.3, order=1),
-                               boundary=[Traction(part, (0.0, 0.0)) for part in "abcde"]), geometry.outline())  # fmt: skip
+        mesh = mesh_of(
+            Problem(
+                material=steel("strain"),
+                geometry=geometry,
+                mesh=MeshOptions(element_size=0.3, order=1),
+                boundary=[Traction(part, (0.0, 0.0)) for part in "abcde"],
+            ),
+            geometry.outline(),
+        )
         loads = VolumeLoads(
-            angular_velocity=2.0, centre=tuple(way @ [0.4, -2.0] + shift), acceleration=tuple(way @ [1.0, -9.0])
+            angular_velocity=2.0,
+            centre=tuple(way @ [0.4, -2.0] + shift),
+            acceleration=tuple(way @ [1.0, -9.0]),
         )
         material = Material(200.0, 0.3, density=2.0)
-        problem = Problem(material=material, geometry=geometry, boundary=[Contact("a")], loads=loads)
+        problem = Problem(
+            material=material, geometry=geometry, boundary=[Contact("a")], loads=loads
+        )
         found = volume_solution(problem, 0, mesh)
         tractions.append(found.on(mesh)[1, -1] @ way)
     assert np.abs(tractions[0] - tractions[1]).max() < 1e-12 * np.abs(tractions[0]).max()
@@ -119,7 +162,9 @@ def test_what_a_heated_bar_without_room_feels_is_e_alpha_over_its_constants():
     assert steel("stress").thermal_stress == pytest.approx(200.0 * 1e-2 / 0.7)
 
 
-@pytest.mark.parametrize(("name", "plane"), [("plate", "strain"), ("thin", "stress"), ("box", "strain")])
+@pytest.mark.parametrize(
+    ("name", "plane"), [("plate", "strain"), ("thin", "stress"), ("box", "strain")]
+)
 def test_temperatures_that_leave_a_free_body_without_stress_give_none(name, plane):
     box, d = box_of(name), meshed(name).dim
     rng, material = np.random.default_rng(1), steel(plane)
@@ -131,7 +176,9 @@ def test_temperatures_that_leave_a_free_body_without_stress_give_none(name, plan
     for heat in heats:
         found = particular_solution([np.zeros((1,) * d)] * d, heat, material, box)
         assert np.abs(found.stress(x)).max() < 1e-12 * np.abs(found.thermal_stress(x)).max()
-        size = np.abs(values(heat, box.local(x))).max() * material.thermal_expansion * box.half.min()
+        size = (
+            np.abs(values(heat, box.local(x))).max() * material.thermal_expansion * box.half.min()
+        )
         assert np.abs(found.displacement(x)).max() > 1e-3 * size
 
 
@@ -153,7 +200,10 @@ def test_a_fit_misses_as_much_as_it_says(name, function, largest):
     mesh, box = meshed(name), box_of(name)
     p, missed = fitted(function, points_in(mesh, box), box)
     assert missed < largest
-    x = box.centre + (np.random.default_rng(0).uniform(-1.0, 1.0, (4000, mesh.dim)) * box.half) @ box.axes
+    x = (
+        box.centre
+        + (np.random.default_rng(0).uniform(-1.0, 1.0, (4000, mesh.dim)) * box.half) @ box.axes
+    )
     if name == "ring":
         x = x[(np.hypot(*x.T) > 1.0) & (np.hypot(*x.T) < 2.0)]
     defect = np.abs(values(p, box.local(x)) - function(x)).max() / np.abs(function(mesh.x)).max()

@@ -1,4 +1,5 @@
-"""Starters solve as they are written, editors get a schema that fits, and chapters of the manual are shown."""
+"""Starters solve as they are written, editors get a schema that fits, and chapters of the manual
+are shown."""
 
 from __future__ import annotations
 
@@ -17,10 +18,16 @@ from petcontact.manual import ORDER, chapter
 def test_a_starter_solves_as_it_is(kind, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["init", "own", "--kind", kind]) == 0
-    schema = json.loads((tmp_path / f"petcontact.{'sweep-' if kind == 'sweep' else ''}schema.json").read_text())
+    schema = json.loads(
+        (tmp_path / f"petcontact.{'sweep-' if kind == 'sweep' else ''}schema.json").read_text()
+    )
     jsonschema.Draft7Validator.check_schema(schema)
     jsonschema.validate(tomllib.loads((tmp_path / "own.toml").read_text()), schema)
-    command = ["sweep", "own.toml", "-o", "out"] if kind == "sweep" else ["solve", "own.toml", "--no-figures"]
+    command = (
+        ["sweep", "own.toml", "-o", "out"]
+        if kind == "sweep"
+        else ["solve", "own.toml", "--no-figures"]
+    )
     assert main(command) == 0
     printed = capsys.readouterr().out
     assert "converged" in printed and "warning" not in printed
@@ -31,7 +38,11 @@ def test_the_schema_refuses_what_the_program_refuses(tmp_path, monkeypatch):
     assert main(["init", "own"]) == 0
     schema = json.loads((tmp_path / "petcontact.schema.json").read_text())
     config = tomllib.loads((tmp_path / "own.toml").read_text())
-    wrong = [("material", "young_modulus", -1.0), ("material", "youngs_modulus", 1.0), ("geometry", "shape", "disc")]
+    wrong = [
+        ("material", "young_modulus", -1.0),
+        ("material", "youngs_modulus", 1.0),
+        ("geometry", "shape", "disc"),
+    ]
     for table, key, value in wrong:
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(config | {table: config[table] | {key: value}}, schema)

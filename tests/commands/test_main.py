@@ -32,8 +32,14 @@ def petcontact(folder, *words, program=(), **environment):
     """A forked command, or what the words in `program` make of an interpreter."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     start = [sys.executable, *program] if program else [forked.program()]
-    done = subprocess.run([*start, *words], capture_output=True, text=True, timeout=300, cwd=folder,
-                          env=os.environ | {"PYTHONPATH": path} | environment)  # fmt: skip
+    done = subprocess.run(
+        [*start, *words],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path} | environment,
+    )
     assert "Traceback" not in done.stderr, done.stderr
     return done
 
@@ -64,19 +70,38 @@ for words in {lines}:
 """
     done = petcontact(folder, program=("-c", WITHOUT_PETSC + program))
     assert done.returncode == 0 and done.stderr == ""
-    assert [line for line in done.stdout.splitlines() if "STATUS" in line] == [f"STATUS 0 {' '.join(w)}" for w in lines]
+    assert [line for line in done.stdout.splitlines() if "STATUS" in line] == [
+        f"STATUS 0 {' '.join(w)}" for w in lines
+    ]
     assert all(f"usage: petcontact {name}" in done.stdout for name in COMMANDS)
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
 def test_a_missing_petsc_is_one_line_where_it_is_asked_for(folder):
-    done = petcontact(folder, "solve", "case.toml", "-ksp_type", "gmres", program=("-c", WITHOUT_PETSC + "entry()"))
+    done = petcontact(
+        folder,
+        "solve",
+        "case.toml",
+        "-ksp_type",
+        "gmres",
+        program=("-c", WITHOUT_PETSC + "entry()"),
+    )
     assert done.returncode == 1
-    assert re.fullmatch(r"petcontact: petsc4py cannot be loaded \(.*\); install python3-petsc4py, or .*\n", done.stderr)
+    assert re.fullmatch(
+        r"petcontact: petsc4py cannot be loaded \(.*\); install python3-petsc4py, or .*\n",
+        done.stderr,
+    )
 
 
 def test_a_small_solve_needs_no_petsc(folder):
-    done = petcontact(folder, "solve", "case.toml", "--no-figures", *COARSE, program=("-c", WITHOUT_PETSC + "entry()"))
+    done = petcontact(
+        folder,
+        "solve",
+        "case.toml",
+        "--no-figures",
+        *COARSE,
+        program=("-c", WITHOUT_PETSC + "entry()"),
+    )
     assert done.returncode == 0 and done.stderr == "", done.stdout + done.stderr
     with h5py.File(folder / "case.h5") as file:
         assert "PETSc" not in file.attrs["versions"] and file.attrs["petsc_options"] == ""
@@ -86,7 +111,10 @@ def test_a_small_solve_needs_no_petsc(folder):
     ("words", "message"),
     [
         (["solv", "case.toml"], "unknown command 'solv', did you mean 'solve'?"),
-        (["solve", "case.toml", "--figure", "x"], "unknown option --figure, did you mean --figures?"),
+        (
+            ["solve", "case.toml", "--figure", "x"],
+            "unknown option --figure, did you mean --figures?",
+        ),
         (["solve", "case.toml", "--forse"], "unknown option --forse, did you mean --force?"),
         (["solve", "case.toml", "--qqq"], "unknown option --qqq"),
         (["solve", "case.toml", "two.toml"], "unknown argument two.toml"),
@@ -94,15 +122,27 @@ def test_a_small_solve_needs_no_petsc(folder):
         (["solve"], "CONFIG.toml"),
         (["solve", "missing.toml"], "missing.toml: cannot be read (No such file or directory)"),
         (["solve", "case.toml", "--set", "method.rho"], "--set method.rho: expected KEY=VALUE"),
-        (["solve", "case.toml", "--set", "method.rhho=3"], "method.rhho: unknown key, did you mean 'rho'?"),
-        (["solve", "case.toml", "--set", "method.rho=fast"], "method.rho: must be a number, got 'fast'"),
-        (["solve", "case.toml", "-o", "no/such/folder/r.h5"], "the folder no/such/folder does not exist"),
-        (["solve", "case.toml", "--figures", "case.toml"], "--figures case.toml: is a file, and figures need a folder"),
+        (
+            ["solve", "case.toml", "--set", "method.rhho=3"],
+            "method.rhho: unknown key, did you mean 'rho'?",
+        ),
+        (
+            ["solve", "case.toml", "--set", "method.rho=fast"],
+            "method.rho: must be a number, got 'fast'",
+        ),
+        (
+            ["solve", "case.toml", "-o", "no/such/folder/r.h5"],
+            "the folder no/such/folder does not exist",
+        ),
+        (
+            ["solve", "case.toml", "--figures", "case.toml"],
+            "--figures case.toml: is a file, and figures need a folder",
+        ),
         (["plot", "case.toml"], "case.toml: not a whole HDF5 file"),
         (["doctor", "-ksp_type", "lu"], "doctor takes no PETSc options"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
-)  # fmt: skip
+)
 def test_bad_input_is_one_line_and_status_2(folder, words, message, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     try:
@@ -147,12 +187,23 @@ def test_status_3_keeps_the_last_iterate(folder):
 def test_status_1_for_a_solve_that_fails(folder):
     done = solve(folder, "-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2")
     assert done.returncode == 1
-    assert "iterate: KSP richardson ended with DIVERGED_" in done.stderr and "try -ksp_type preonly" in done.stderr
+    assert (
+        "iterate: KSP richardson ended with DIVERGED_" in done.stderr
+        and "try -ksp_type preonly" in done.stderr
+    )
     assert done.stderr.count("\n") == 1
 
 
 def test_a_wrong_elastic_solve_fails_with_its_last_iterate(folder):
-    done = solve(folder, "-elastic_ksp_type", "gmres", "-elastic_pc_type", "none", "-elastic_ksp_rtol", "1e-2")
+    done = solve(
+        folder,
+        "-elastic_ksp_type",
+        "gmres",
+        "-elastic_pc_type",
+        "none",
+        "-elastic_ksp_rtol",
+        "1e-2",
+    )
     assert done.returncode == 1 and "  failed: " in done.stdout
     with h5py.File(folder / "case.h5") as file:
         assert file.attrs["status"] == "failed" and len(file["history/rho"]) > 0
@@ -168,45 +219,87 @@ def test_an_existing_result_is_refused_and_forced(folder):
 
 
 def test_set_reads_toml_values_and_text(folder):
-    done = solve(folder, "--set", "method.rule=fixed", "--set", "method.rho=2e4", "--set", "title='a b'",
-                 "--set", "boundary.0.friction_bound=140 + x")  # fmt: skip
+    done = solve(
+        folder,
+        "--set",
+        "method.rule=fixed",
+        "--set",
+        "method.rho=2e4",
+        "--set",
+        "title='a b'",
+        "--set",
+        "boundary.0.friction_bound=140 + x",
+    )
     assert done.returncode == 0 and "rule fixed" in done.stdout and done.stdout.startswith("a b\n")
     with h5py.File(folder / "case.h5") as file:
         assert file["contact/friction_bound"][0] == pytest.approx(140.25)
 
 
-# --- PETSc's manners -----------------------------------------------------------------------------------------------
+# --- PETSc's manners
+# -----------------------------------------------------------------------------------------------
 def test_view_monitor_log_and_help(folder):
     done = solve(folder, "-ksp_view", "-ksp_monitor", "-log_view", "-help")
     assert done.returncode == 0 and done.stderr == ""
-    assert "type: preonly" in done.stdout and "type: lu" in done.stdout and "KSP Residual norm" in done.stdout
+    assert (
+        "type: preonly" in done.stdout
+        and "type: lu" in done.stdout
+        and "KSP Residual norm" in done.stdout
+    )
     stages = re.findall(r"^ *\d+: +(\w+):", done.stdout, re.MULTILINE)
-    assert [name for name in stages if name in ("assemble", "factor", "iterate")] == ["assemble", "factor", "iterate"]
+    assert [name for name in stages if name in ("assemble", "factor", "iterate")] == [
+        "assemble",
+        "factor",
+        "iterate",
+    ]
     # the options of the objects that are really built, both prefixes
-    assert all(f"-{name}" in done.stdout for name in ("ksp_type", "pc_type", "elastic_ksp_type", "elastic_pc_type"))
+    assert all(
+        f"-{name}" in done.stdout
+        for name in ("ksp_type", "pc_type", "elastic_ksp_type", "elastic_pc_type")
+    )
 
 
 def test_options_left_is_petscs_own(folder):
     done = solve(folder, "-options_left", "-no_such_option", "7")
-    assert done.returncode == 0 and re.search(r"Option left: name:-no_such_option value: 7", done.stdout + done.stderr)
+    assert done.returncode == 0 and re.search(
+        r"Option left: name:-no_such_option value: 7", done.stdout + done.stderr
+    )
 
 
 @pytest.mark.parametrize("place", ["line", "table", "file"])
 def test_unused_options_are_named_wherever_they_come_from(folder, place):
     (folder / "options").write_text("-no_such_option 7\n" if place == "file" else "# nothing\n")
-    words = {"line": ["-no_such_option", "7"], "table": ["--set", "petsc.no_such_option=7"],
-             "file": ["-options_file", "options"]}[place]  # fmt: skip
+    words = {
+        "line": ["-no_such_option", "7"],
+        "table": ["--set", "petsc.no_such_option=7"],
+        "file": ["-options_file", "options"],
+    }[place]
     done = solve(folder, *words)
     assert done.returncode == 0
-    assert done.stderr.startswith("petcontact: PETSc option -no_such_option was not used") and done.stderr.count("\n") == 1
+    assert (
+        done.stderr.startswith("petcontact: PETSc option -no_such_option was not used")
+        and done.stderr.count("\n") == 1
+    )
 
 
 def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
     """Newton factors the block of the sticking nodes by LAPACK: no KSP, and none in the verdict."""
-    done = solve(folder, "-ksp_type", "gmres", "-pc_type", "none", "-ksp_max_it", "1", "--set",
-                 "method.name=semismooth-newton")  # fmt: skip
+    done = solve(
+        folder,
+        "-ksp_type",
+        "gmres",
+        "-pc_type",
+        "none",
+        "-ksp_max_it",
+        "1",
+        "--set",
+        "method.name=semismooth-newton",
+    )
     assert done.returncode == 0 and "KSP" not in done.stdout
-    assert re.findall(r"option (\S+) was not used", done.stderr) == ["-ksp_max_it", "-ksp_type", "-pc_type"]
+    assert re.findall(r"option (\S+) was not used", done.stderr) == [
+        "-ksp_max_it",
+        "-ksp_type",
+        "-pc_type",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -214,13 +307,17 @@ def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
     [
         (
             ("--set", "method.name=semismooth-newton"),
-            "semismooth-newton does not use method.rho, method.omega, method.tau, method.max_changes, method.rule",
+            "semismooth-newton does not use method.rho, method.omega, method.tau, "
+            "method.max_changes, method.rule",
         ),
         (
             ("--set", "method.rule=fixed", "--set", "method.tau=1.5"),
             "projection with rule fixed does not use method.tau, method.max_changes",
         ),
-        (("--adapt", "--accuracy", "0.1"), "an adaptive solve does not use mesh.element_size, mesh.order"),
+        (
+            ("--adapt", "--accuracy", "0.1"),
+            "an adaptive solve does not use mesh.element_size, mesh.order",
+        ),
         (("--set", "method.rule=modified"), ""),
     ],
 )
@@ -230,34 +327,70 @@ def test_keys_that_are_not_read_are_named(folder, words, said):
 
 
 def test_keys_that_load_steps_do_not_read_are_named(capsys):
-    report_ignored(load(ROOT / "configs" / "wedge.toml", {"start": "frictionless", "omega": 1.0}), False)
+    report_ignored(
+        load(ROOT / "configs" / "wedge.toml", {"start": "frictionless", "omega": 1.0}), False
+    )
     assert capsys.readouterr().err == "petcontact: semismooth-newton does not use method.omega\n"
     report_ignored(load(ROOT / "configs" / "stack.toml", {"body.1.mesh.order": 2}), True)
-    assert "an adaptive solve does not use" in (said := capsys.readouterr().err) and "body[1].mesh.order" in said
+    assert (
+        "an adaptive solve does not use" in (said := capsys.readouterr().err)
+        and "body[1].mesh.order" in said
+    )
 
 
 def test_monitor_prints_a_line_an_iteration(folder):
     done = solve(folder, "--monitor")
     with h5py.File(folder / "case.h5") as file:
-        rows = re.findall(r"^ +(\d+): change (\S+), \|R_rho\| (\S+), (.*)$", done.stdout, re.MULTILINE)
+        rows = re.findall(
+            r"^ +(\d+): change (\S+), \|R_rho\| (\S+), (.*)$", done.stdout, re.MULTILINE
+        )
         assert [int(row[0]) for row in rows] == list(range(1, file.attrs["iterations"] + 1))
-        assert [float(row[1]) for row in rows] == pytest.approx(file["history/change"][()], rel=1e-3)
-        stick, slip = (int(np.count_nonzero(file["contact/state"][()] == state)) for state in (0, 1))
+        assert [float(row[1]) for row in rows] == pytest.approx(
+            file["history/change"][()], rel=1e-3
+        )
+        stick, slip = (
+            int(np.count_nonzero(file["contact/state"][()] == state)) for state in (0, 1)
+        )
         assert rows[-1][3] == f"stick {stick}, slip {slip}"
 
 
 def test_a_wrong_elastic_solve_is_told_by_the_option_that_mends_it(folder):
-    done = solve(folder, "-elastic_ksp_type", "gmres", "-elastic_pc_type", "none", "-elastic_ksp_rtol", "1e-2")
+    done = solve(
+        folder,
+        "-elastic_ksp_type",
+        "gmres",
+        "-elastic_pc_type",
+        "none",
+        "-elastic_ksp_rtol",
+        "1e-2",
+    )
     assert "use -elastic_pc_type lu, or a smaller -elastic_ksp_rtol" in done.stdout
-    done = solve(folder, "--force", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-3", "-bem_hodlr_leaf", "8",
-                 "--set", "mesh.element_size=0.02")  # fmt: skip
-    assert done.returncode == 1 and "use a smaller -bem_hodlr_tol, or -bem_mat_type dense" in done.stdout
+    done = solve(
+        folder,
+        "--force",
+        "-bem_mat_type",
+        "hodlr",
+        "-bem_hodlr_tol",
+        "1e-3",
+        "-bem_hodlr_leaf",
+        "8",
+        "--set",
+        "mesh.element_size=0.02",
+    )
+    assert (
+        done.returncode == 1
+        and "use a smaller -bem_hodlr_tol, or -bem_mat_type dense" in done.stdout
+    )
     done = solve(folder, "-bem_mat_type", "sparse", "--force")
-    assert done.returncode == 2 and done.stderr.startswith("petcontact: -bem_mat_type: must be 'auto'")
+    assert done.returncode == 2 and done.stderr.startswith(
+        "petcontact: -bem_mat_type: must be 'auto'"
+    )
 
 
 def test_options_that_are_used_are_not_named(folder):
-    done = solve(folder, "-ksp_type", "gmres", "-pc_type", "jacobi", "--set", "petsc.ksp_gmres_restart=7")
+    done = solve(
+        folder, "-ksp_type", "gmres", "-pc_type", "jacobi", "--set", "petsc.ksp_gmres_restart=7"
+    )
     assert done.returncode == 0 and done.stderr == ""
 
 
@@ -272,7 +405,8 @@ def test_options_that_are_used_are_not_named(folder):
     ],
 )
 def test_precedence(folder, levels, wanted):
-    """Built-in default < [petsc] table < -options_file < command line, in any order of the words."""
+    """Built-in default < [petsc] table < -options_file < command line, in any order of the
+    words."""
     table = ["--set", "petsc.ksp_type=gmres"]
     (folder / "options").write_text("-ksp_type bcgs\n")
     given = {"file": ["-options_file", "options"], "line": ["-ksp_type", "fgmres"], "table": table}
@@ -281,7 +415,10 @@ def test_precedence(folder, levels, wanted):
 
 
 def test_words_are_ours_or_petscs():
-    words = "solve a.toml -ksp_monitor b.toml -ksp_type gmres --force -x -1.5 -ksp_rtol -1e-3 -o c.h5 -- -d"
+    words = (
+        "solve a.toml -ksp_monitor b.toml -ksp_type gmres --force -x -1.5 -ksp_rtol -1e-3 -o "
+        "c.h5 -- -d"
+    )
     ours, theirs = split_arguments(words.split(" "))
     assert ours == ["solve", "a.toml", "b.toml", "--force", "-x", "-1.5", "-o", "c.h5", "-d"]
     assert theirs == ["-ksp_monitor", "-ksp_type", "gmres", "-ksp_rtol", "-1e-3"]
@@ -291,13 +428,25 @@ def test_main_returns_the_status(capsys):
     assert main([]) == 2
     assert "COMMAND" in capsys.readouterr().out
     assert main(["solve", "/missing.toml"]) == 2
-    assert capsys.readouterr().err == "petcontact: /missing.toml: cannot be read (No such file or directory)\n"
+    assert (
+        capsys.readouterr().err
+        == "petcontact: /missing.toml: cannot be read (No such file or directory)\n"
+    )
 
 
 def test_a_reader_that_leaves_ends_quietly(folder):
     solve(folder)
-    command = f"{forked.program()} solve case.toml --force --no-figures {' '.join(COARSE)} -ksp_view | head -1"
-    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=300, cwd=folder)
+    command = (
+        f"{forked.program()} solve case.toml --force --no-figures {' '.join(COARSE)} "
+        f"-ksp_view | head -1"
+    )
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        cwd=folder,
+    )
     assert "Traceback" not in done.stderr and "KSP Object" in done.stdout
 
 
@@ -311,7 +460,8 @@ def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
     assert "Traceback" in capsys.readouterr().err
 
 
-# --- files ---------------------------------------------------------------------------------------------------------
+# --- files
+# --------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("kind", ["config", "linked", "fifo", "device"])
 def test_what_must_not_be_replaced_is_refused_before_the_solve(folder, kind):
     """The config itself, also under another name, and what is no file."""
@@ -326,7 +476,9 @@ def test_what_must_not_be_replaced_is_refused_before_the_solve(folder, kind):
     done = solve(folder, "-o", str(path), "--force")
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert ("is what is read" in done.stderr) == (kind in ("config", "linked"))
-    assert (folder / "case.toml").read_text() == before and path.is_file() != (kind in ("fifo", "device"))
+    assert (folder / "case.toml").read_text() == before and path.is_file() != (
+        kind in ("fifo", "device")
+    )
 
 
 def test_two_solves_onto_one_name_lose_nothing(folder):
@@ -338,4 +490,6 @@ def test_two_solves_onto_one_name_lose_nothing(folder):
     # the second one is late, or comes so late that it is refused at once
     assert status in ([0, 1], [0, 2]), errors
     kept = {"case.toml", "r.h5"} | ({"r-2.h5"} if status == [0, 1] else set())
-    assert set(os.listdir(folder)) == kept and all(h5py.is_hdf5(folder / name) for name in kept - {"case.toml"})
+    assert set(os.listdir(folder)) == kept and all(
+        h5py.is_hdf5(folder / name) for name in kept - {"case.toml"}
+    )

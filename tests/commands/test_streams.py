@@ -1,4 +1,5 @@
-"""Standard streams that are closed, full, without a reader or not made for the text; texts that are not made for them."""
+"""Standard streams that are closed, full, without a reader or not made for the text; texts that are
+not made for them."""
 
 from __future__ import annotations
 
@@ -26,9 +27,13 @@ def shell(folder, line, **environment):
     program = f'petcontact() {{ {shlex.quote(forked.program())} "$@"; }}; {line}'
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.run(
-        ["bash", "-o", "pipefail", "-c", program], cwd=folder, capture_output=True, text=True, timeout=300,
+        ["bash", "-o", "pipefail", "-c", program],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
         env=os.environ | {"PYTHONPATH": path} | environment,
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture
@@ -43,7 +48,10 @@ def folder(tmp_path):
         ("2>&-", ""),
         (">&-", ""),
         ("<&- >&- 2>&-", ""),
-        (">/dev/full", "petcontact: standard output: cannot be written (No space left on device)\n"),
+        (
+            ">/dev/full",
+            "petcontact: standard output: cannot be written (No space left on device)\n",
+        ),
         ("| true", ""),
     ],
 )
@@ -57,20 +65,30 @@ def test_a_report_that_cannot_be_written_is_a_failure(folder):
     """What is printed is all that `doctor` is for."""
     done = shell(folder, "petcontact doctor > /dev/full")
     assert done.returncode == 1
-    assert done.stderr == "petcontact: standard output: cannot be written (No space left on device)\n"
+    assert (
+        done.stderr == "petcontact: standard output: cannot be written (No space left on device)\n"
+    )
 
 
 @pytest.mark.parametrize("locale", ["C.UTF-8", "C"])
 def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, locale):
     """Formulas that are none, escape sequences, line ends, letters that the stream has not."""
-    (folder / "c.toml").write_text((folder / "c.toml").read_text().replace('title = "', f"title = {toml(EVIL)} # "))
+    (folder / "c.toml").write_text(
+        (folder / "c.toml").read_text().replace('title = "', f"title = {toml(EVIL)} # ")
+    )
     more = {"LC_ALL": locale, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
     figures = "" if locale == "C" else "--no-figures"  # they know no locale; once is enough
-    done = shell(folder, f"petcontact solve c.toml {COARSE} {figures} --set 'boundary.0.friction_bound=150'", **more)
+    done = shell(
+        folder,
+        f"petcontact solve c.toml {COARSE} {figures} --set 'boundary.0.friction_bound=150'",
+        **more,
+    )
     assert done.returncode == 0 and done.stderr == ""
     first, second = done.stdout.splitlines()[:2]
     accented = "é" if locale == "C.UTF-8" else "\\xe9"
-    assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith("  converged")
+    assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith(
+        "  converged"
+    )
     assert len(list(folder.glob("*.png"))) == (0 if figures else 7)
 
 
@@ -80,17 +98,26 @@ def toml(text):
 
 
 def test_set_takes_utf8_whatever_the_locale(folder):
-    done = shell(folder, f"petcontact solve c.toml --no-figures {COARSE} --set 'title=\"é\"'", LC_ALL="C", PYTHONUTF8="0",
-                 PYTHONCOERCECLOCALE="0")  # fmt: skip
+    done = shell(
+        folder,
+        f"petcontact solve c.toml --no-figures {COARSE} --set 'title=\"é\"'",
+        LC_ALL="C",
+        PYTHONUTF8="0",
+        PYTHONCOERCECLOCALE="0",
+    )
     assert done.returncode == 0 and done.stdout.startswith("\\xe9\n")
     done = shell(folder, rf"petcontact solve c.toml {COARSE} --set $'title=\xff'")
-    assert done.returncode == 2 and "not text in UTF-8" in done.stderr and done.stderr.count("\n") == 1
+    assert (
+        done.returncode == 2 and "not text in UTF-8" in done.stderr and done.stderr.count("\n") == 1
+    )
 
 
 def test_an_error_names_a_file_in_one_line_whatever_its_name(folder):
     done = shell(folder, r"petcontact solve $'a\nb\033[2J.toml'")
     assert done.returncode == 2
-    assert done.stderr == "petcontact: a b\\x1b[2J.toml: cannot be read (No such file or directory)\n"
+    assert (
+        done.stderr == "petcontact: a b\\x1b[2J.toml: cannot be read (No such file or directory)\n"
+    )
 
 
 def test_printable_and_plain():
@@ -98,9 +125,14 @@ def test_printable_and_plain():
     assert plain("$x$") == r"\$x\$"
 
 
-@pytest.mark.parametrize("text", ["=1+1", "+x", "-x", "@SUM(A1)", "\t=1", "\r=1", "a,b", 'say "x"', "two\nlines", "plain"])
+@pytest.mark.parametrize(
+    "text",
+    ["=1+1", "+x", "-x", "@SUM(A1)", "\t=1", "\r=1", "a,b", 'say "x"', "two\nlines", "plain"],
+)
 def test_csv_cells_are_no_formulas(text):
-    ((_, cell, number, empty),) = list(csv.reader(io.StringIO(as_csv(["a", "b", "c", "d"], [["x", text, -1.5, None]]))))[1:]
+    ((_, cell, number, empty),) = list(
+        csv.reader(io.StringIO(as_csv(["a", "b", "c", "d"], [["x", text, -1.5, None]])))
+    )[1:]
     assert cell.lstrip("'") == printable(text) and cell.isprintable() and cell[0] not in "=+-@"
     assert (number, empty) == ("-1.5", "")
 
@@ -110,13 +142,17 @@ def test_words_of_a_table_stay_in_their_cells():
     assert len(lines) == 3 and lines[2] == "| x\\|y\\n\\x1b[1m |   z |"
 
 
-# --- PETSc's files --------------------------------------------------------------------------------------------------
+# --- PETSc's files
+# --------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         ("-options_file a.opt", "-options_file a.opt: includes itself"),
         ("-options_file b.opt", "-options_file none.opt: no such file"),
-        ("-log_view :/nonexistent/x", "-log_view :/nonexistent/x: /nonexistent/x cannot be written"),
+        (
+            "-log_view :/nonexistent/x",
+            "-log_view :/nonexistent/x: /nonexistent/x cannot be written",
+        ),
         ("-ksp_view ascii:{folder}", "cannot be written"),
     ],
 )
@@ -124,7 +160,9 @@ def test_petsc_files_that_cannot_be(folder, words, said):
     (folder / "a.opt").write_text("-ksp_type gmres\n# -options_file none\n-options_file c.opt\n")
     (folder / "c.opt").write_text("-options_file a.opt\n")
     (folder / "b.opt").write_text("-options_file none.opt\n")
-    done = shell(folder, f"petcontact solve c.toml --no-figures {COARSE} {words.format(folder=folder)}")
+    done = shell(
+        folder, f"petcontact solve c.toml --no-figures {COARSE} {words.format(folder=folder)}"
+    )
     assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
     assert not (folder / "c.h5").exists()
 
@@ -132,5 +170,9 @@ def test_petsc_files_that_cannot_be(folder, words, said):
 def test_petsc_files_that_can_be(folder):
     (folder / "a.opt").write_text("-options_file c.opt\n")
     (folder / "c.opt").write_text("-ksp_type gmres\n")
-    done = shell(folder, f"petcontact solve c.toml --no-figures {COARSE} -options_file a.opt -ksp_view ascii:view.txt")
+    done = shell(
+        folder,
+        f"petcontact solve c.toml --no-figures {COARSE} -options_file a.opt -ksp_view "
+        f"ascii:view.txt",
+    )
     assert done.returncode == 0 and "type: gmres" in (folder / "view.txt").read_text()

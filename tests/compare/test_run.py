@@ -21,7 +21,9 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def rows(comm):
-    cases = [(f"h = {size}", example(1, mesh=MeshOptions(element_size=size))) for size in (0.4, 0.2)]
+    cases = [
+        (f"h = {size}", example(1, mesh=MeshOptions(element_size=size))) for size in (0.4, 0.2)
+    ]
     return compare(cases, rhos=(1.0, 1e3, 1e7), comm=comm)
 
 
@@ -51,15 +53,24 @@ def test_followed_runs_count_their_own_work(rows):
 def test_reference_from_a_file(tmp_path, comm):
     from petcontact import solve, write_solution
 
-    write_solution(tmp_path / "fine.h5", solve(example(1, mesh=MeshOptions(element_size=0.05)), comm=comm))
-    (row,) = compare([("a", example(1))], contenders=["semismooth-newton"], reference=str(tmp_path / "fine.h5"), comm=comm)
+    write_solution(
+        tmp_path / "fine.h5", solve(example(1, mesh=MeshOptions(element_size=0.05)), comm=comm)
+    )
+    (row,) = compare(
+        [("a", example(1))],
+        contenders=["semismooth-newton"],
+        reference=str(tmp_path / "fine.h5"),
+        comm=comm,
+    )
     assert 1e-4 < row.error_u < 1e-2  # the discretisation error of h = 0.1
 
 
 def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm):
     floor = Contact("bottom", normal="unilateral", friction_coefficient=0.3)
     case = example(1, mesh=MeshOptions(element_size=1.0))
-    case = case.model_copy(update={"boundary": [floor if isinstance(c, Contact) else c for c in case.boundary]})
+    case = case.model_copy(
+        update={"boundary": [floor if isinstance(c, Contact) else c for c in case.boundary]}
+    )
     rows = compare([("a", case)], rhos=(1e3,), comm=comm)
     assert {row.contender for row in rows} == set(CONTENDERS) - {"tao"}
     with pytest.raises(InputError, match="tao solves bilateral"):
@@ -81,19 +92,39 @@ def test_tables_and_figures(rows, tmp_path):
 
 def test_command(tmp_path):
     done = subprocess.run(
-        [forked.program(), "compare", str(ROOT / "configs/example1.toml"), "-o", "out", "--rho", "1,1e4",
-         "--element-size", "0.4", "--methods", "rule (4.3),operator-robin"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300
-    )  # fmt: skip
+        [
+            forked.program(),
+            "compare",
+            str(ROOT / "configs/example1.toml"),
+            "-o",
+            "out",
+            "--rho",
+            "1,1e4",
+            "--element-size",
+            "0.4",
+            "--methods",
+            "rule (4.3),operator-robin",
+        ],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     assert "operator-robin" in done.stdout and "semismooth" not in done.stdout
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
-        "compare-iterations.png", "compare-residual.png", "compare.csv", "compare.md",
-    ]  # fmt: skip
+        "compare-iterations.png",
+        "compare-residual.png",
+        "compare.csv",
+        "compare.md",
+    ]
     wrong = subprocess.run(
         [forked.program(), "compare", "x.toml", "--methods", "magic"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert wrong.returncode == 2 and "magic" in wrong.stderr and "operator-robin" in wrong.stderr
 
 

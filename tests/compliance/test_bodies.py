@@ -1,4 +1,5 @@
-"""Bodies on compressed operators against dense ones; T of pairs; methods that know S by its products."""
+"""Bodies on compressed operators against dense ones; T of pairs; methods that know S by its
+products."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def config(name, **changes):
 
 
 def random_pair(seed):
-    """Two blocks of random size, stiffness and load, the upper one pressed or held, no two of them alike."""
+    """Two blocks of random size, stiffness and load, the upper one pressed or held, no two of them
+    alike."""
     rng = np.random.default_rng(seed)
     (wide, high), (width, height) = rng.uniform(1.0, 4.0, (2, 2))
     left = rng.uniform(-0.5, 0.5)
@@ -41,17 +43,27 @@ def random_pair(seed):
     pressed = {"part": "top", "condition": "traction", "value": [rng.uniform(-0.1, 0.1), -1.0]}
 
     def body(name, lower, upper, condition):
-        material = {"young_modulus": 10.0 ** rng.uniform(1, 3), "poisson_ratio": rng.uniform(0, 0.45)}
-        return {"name": name, "material": material,
-                "geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper},
-                "mesh": {"element_size": rng.uniform(0.15, 0.3), "order": int(rng.integers(0, 3))},
-                "boundary": [condition]}  # fmt: skip
+        material = {
+            "young_modulus": 10.0 ** rng.uniform(1, 3),
+            "poisson_ratio": rng.uniform(0, 0.45),
+        }
+        return {
+            "name": name,
+            "material": material,
+            "geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper},
+            "mesh": {"element_size": rng.uniform(0.15, 0.3), "order": int(rng.integers(0, 3))},
+            "boundary": [condition],
+        }
 
     base = {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}
     upper = body("upper", [left, 0.0], [left + width, height], held if seed % 2 else pressed)
     lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
-    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top",
-               "friction_coefficient": rng.uniform(0.2, 1.0)}  # fmt: skip
+    contact = {
+        "name": "pair",
+        "secondary": "upper.bottom",
+        "primary": "lower.top",
+        "friction_coefficient": rng.uniform(0.2, 1.0),
+    }
     return parse(Problem, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
@@ -62,7 +74,9 @@ def difference(one: Solution, other: Solution) -> float:
         for name, pair in b.pairs.items():
             size = np.abs(pair.pressure).max()
             for key in ("pressure", "sigma_t"):
-                worst = max(worst, np.abs(getattr(a.pairs[name], key) - getattr(pair, key)).max() / size)
+                worst = max(
+                    worst, np.abs(getattr(a.pairs[name], key) - getattr(pair, key)).max() / size
+                )
     return worst
 
 
@@ -73,15 +87,23 @@ def same_body(body, dense, tolerance):
     for ours, theirs in zip(body.u_0, dense.u_0, strict=True):
         assert np.abs(ours - theirs).max() <= tolerance * np.abs(dense.u_0).max()
     traction, size = np.cos(dense.mesh.x[dense.contact])[:, :k], np.abs(dense.compliance).max()
-    assert np.abs(body.apply(np.eye(m * k)[:, :3]) - dense.compliance[:, :3]).max() < tolerance * size
-    assert np.abs(body.apply(traction.ravel()) - dense.apply(traction.ravel())).max() < tolerance * size * m
+    assert (
+        np.abs(body.apply(np.eye(m * k)[:, :3]) - dense.compliance[:, :3]).max() < tolerance * size
+    )
+    assert (
+        np.abs(body.apply(traction.ravel()) - dense.apply(traction.ravel())).max()
+        < tolerance * size * m
+    )
     shares = np.arange(1.0, len(dense.u_0) + 1.0)
     ours, theirs = (b.unknowns(shares, traction) for b in (body, dense))
     assert len(theirs) == n * d + dense.modes.shape[2]
     assert np.abs(ours - theirs).max() < 10.0 * tolerance * np.abs(theirs).max()
     alpha = np.ones(dense.modes.shape[2])
     for each in (dense, body):
-        assert each.residual(shares, *each.boundary(shares, traction, alpha), traction, alpha) < 10.0 * tolerance
+        assert (
+            each.residual(shares, *each.boundary(shares, traction, alpha), traction, alpha)
+            < 10.0 * tolerance
+        )
 
 
 @pytest.mark.parametrize("name", ["blade", "pin"])
@@ -93,14 +115,21 @@ def test_compressed_body_is_the_dense_one(name, comm):
         dense = DenseBody(operators, modes, comm)
         formed, products = (HodlrBody(operators, modes, TIGHT, comm, most) for most in (1000, 0))
         assert products.compliance is None
-        assert np.abs(formed.compliance - dense.compliance).max() < 1e-10 * np.abs(dense.compliance).max()
+        assert (
+            np.abs(formed.compliance - dense.compliance).max()
+            < 1e-10 * np.abs(dense.compliance).max()
+        )
         for body in (formed, products):
             same_body(body, dense, 1e-10)
 
 
 def two_states(case):
-    """Operators of a body whose normals of contact are held, with a known gap, in two steps of other loads."""
-    boundary = tuple(c.model_copy(update={"gap": "1e-4*(1 + 0.1*x)"}) if c.part == "bottom" else c for c in case.boundary)
+    """Operators of a body whose normals of contact are held, with a known gap, in two steps of
+    other loads."""
+    boundary = tuple(
+        c.model_copy(update={"gap": "1e-4*(1 + 0.1*x)"}) if c.part == "bottom" else c
+        for c in case.boundary
+    )
     push = {"part": "left", "value": [3.0, 4.0]}
     steps = (Step(name="first"), Step(name="second", boundary=(push,)))
     discrete = discretise(case.model_copy(update={"boundary": boundary, "step": steps}))
@@ -110,7 +139,10 @@ def two_states(case):
 
 def test_bodies_that_are_held_agree_in_two_load_states(comm):
     operators, modes = two_states(example(1, mesh=MeshOptions(element_size=0.25)))
-    assert operators.data.contact_shape[1] == 1 and np.abs(operators.data.value[1] - operators.data.value[2]).max() > 1.0
+    assert (
+        operators.data.contact_shape[1] == 1
+        and np.abs(operators.data.value[1] - operators.data.value[2]).max() > 1.0
+    )
     dense = DenseBody(operators, modes, comm)
     assert np.abs(dense.u_0[1] - dense.u_0[2]).max() > 1e-3 * np.abs(dense.u_0).max()
     full = FullBody(operators, modes, comm)
@@ -119,9 +151,12 @@ def test_bodies_that_are_held_agree_in_two_load_states(comm):
     full.close()
 
 
-@pytest.mark.parametrize("case", ["stack", 1, *(pytest.param(case, marks=pytest.mark.slow) for case in ("pin", 2))])
+@pytest.mark.parametrize(
+    "case", ["stack", 1, *(pytest.param(case, marks=pytest.mark.slow) for case in ("pin", 2))]
+)
 def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
-    """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in it."""
+    """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in
+    it."""
     assembly = config(case) if isinstance(case, str) else random_pair(case)
     dense = run(Posed(assembly).prepared)
     monkeypatch.setattr(eliminate, "FORMED", 0)
@@ -157,17 +192,24 @@ def test_projection_and_operator_robin_need_products_only(monkeypatch):
     monkeypatch.setattr(eliminate, "FORMED", 0)
     case = config("press_fit")
     dense, changes = solve(case), {"bem": TIGHT}
-    for method in (Method(name="projection", tolerance=1e-9, rho=100.0), Method(name="operator-robin", tolerance=1e-9)):
+    for method in (
+        Method(name="projection", tolerance=1e-9, rho=100.0),
+        Method(name="operator-robin", tolerance=1e-9),
+    ):
         found = solve(case.model_copy(update=changes), method=method)
         assert found.status == "converged" and difference(found, dense) < 1e-6
 
 
 def test_steps_are_foretold_where_newton_does_not_find_its_sets_soon():
-    """From one step to the next no more than those after which T pays, with all of a step's load in one increment."""
+    """From one step to the next no more than those after which T pays, with all of a step's load in
+    one increment."""
     for name in ("blade", "wedge", "stack"):
         case = config(name)
         whole = tuple(step.model_copy(update={"increments": 1}) for step in case.step)
-        assert max(step.iterations for step in solve(case.model_copy(update={"step": whole})).steps) <= LATE[1]
+        assert (
+            max(step.iterations for step in solve(case.model_copy(update={"step": whole})).steps)
+            <= LATE[1]
+        )
 
 
 def test_bordered_systems():
@@ -199,7 +241,9 @@ def test_solve_takes_all_that_a_file_can_say():
     plain = example(1)
     assert isinstance(solve(plain), Solution)
     fixed = {c.part for c in plain.boundary if c.condition == "displacement"}
-    loads = [Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary]
+    loads = [
+        Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary
+    ]
     loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
     assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 3}
     stepped = solve(config("wedge"))

@@ -21,8 +21,11 @@ from petcontact.sweep.problems import run_case
 from petcontact.sweep.schedule.groups import make_groups
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),
-          MeshOptions(order=2, grading=0.4, levels=9)]  # fmt: skip
+MESHES = [
+    MeshOptions(element_size=0.05),
+    MeshOptions(element_size=0.4, order=3),
+    MeshOptions(order=2, grading=0.4, levels=9),
+]
 
 
 def compressed(case, **bem):
@@ -43,7 +46,9 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
         assert np.abs(compliance - exact).max() < 1e5 * tolerance * np.abs(exact).max()
         assert np.abs(system.u_0 - dense.u_0).max() < 1e5 * tolerance * np.abs(dense.u_0).max()
         sigma = np.cos(whole.operators.mesh.x[whole.operators.data.contact_nodes, :1])
-        assert np.allclose(system.apply(sigma)[:, 0], compliance @ sigma[:, 0], atol=1e-12 * np.abs(exact).sum())
+        assert np.allclose(
+            system.apply(sigma)[:, 0], compliance @ sigma[:, 0], atol=1e-12 * np.abs(exact).sum()
+        )
         for a, b in zip(posed.boundary(sigma), whole.boundary(sigma), strict=True):
             assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
         posed.close()
@@ -56,7 +61,10 @@ def test_elements_of_a_billionth_of_the_body(comm):
     dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
     assert dense.operators.mesh.length.min() < 1e-9
     sigma = np.cos(dense.operators.mesh.x[dense.operators.data.contact_nodes, :1])
-    for found, exact in ((small.system.u_0, dense.system.u_0), (small.system.apply(sigma), dense.system.apply(sigma))):
+    for found, exact in (
+        (small.system.u_0, dense.system.u_0),
+        (small.system.apply(sigma), dense.system.apply(sigma)),
+    ):
         assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
     assert small.residual(sigma) < 1e-8
     for each in (dense, small):
@@ -64,7 +72,8 @@ def test_elements_of_a_billionth_of_the_body(comm):
 
 
 def test_the_unit_of_length_does_not_matter(comm):
-    """Single and double layers stand in one matrix; in metres the first would be a thousand times smaller."""
+    """Single and double layers stand in one matrix; in metres the first would be a thousand times
+    smaller."""
     missed, found = [], []
     for unit in (1.0, 1e-3, 1e3):
         keys = {"geometry.upper_right": [8.0 * unit, 4.0 * unit], "mesh.element_size": 0.1 * unit}
@@ -87,19 +96,26 @@ def test_iteration_counts_are_the_dense_ones(number, rule):
     case = example(number, mesh=MeshOptions(element_size=0.1), rule=rule, rho=100.0)
     dense, small = solve(case), solve(compressed(case))
     assert dense.iterations == small.iterations
-    assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-8 * np.abs(dense.contact.u_t).max()
+    assert (
+        np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-8 * np.abs(dense.contact.u_t).max()
+    )
 
 
 @pytest.mark.parametrize("name", ["semismooth-newton", "operator-robin"])
 def test_other_methods_need_the_operator_only_by_products(name):
-    case = example(2, mesh=MeshOptions(element_size=0.1)).model_copy(update={"method": Method(name=name, tolerance=1e-9)})
+    case = example(2, mesh=MeshOptions(element_size=0.1)).model_copy(
+        update={"method": Method(name=name, tolerance=1e-9)}
+    )
     dense, small = solve(case), solve(compressed(case))
     assert dense.converged and small.converged
-    assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-7 * np.abs(dense.contact.u_t).max()
+    assert (
+        np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-7 * np.abs(dense.contact.u_t).max()
+    )
 
 
 def test_a_compression_that_misses_its_tolerance_is_an_error(comm, monkeypatch):
-    """Entries that change between the compression and the probe stand for any compression that went wrong."""
+    """Entries that change between the compression and the probe stand for any compression that went
+    wrong."""
     case = example(1, mesh=MeshOptions(element_size=0.1))
     kind = type(operators(case))
     exact = kind.system_entries
@@ -132,10 +148,25 @@ def test_full_formulation_is_dense():
 
 def test_ksp_view_names_the_compression(tmp_path):
     done = subprocess.run(
-        [forked.program(), "solve", str(CONFIGS / "example1.toml"), "-o", str(tmp_path / "r.h5"),
-         "--no-figures", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-9", "-ksp_view", "--set", "mesh.element_size=0.2"],
-        capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+        [
+            forked.program(),
+            "solve",
+            str(CONFIGS / "example1.toml"),
+            "-o",
+            str(tmp_path / "r.h5"),
+            "--no-figures",
+            "-bem_mat_type",
+            "hodlr",
+            "-bem_hodlr_tol",
+            "1e-9",
+            "-ksp_view",
+            "--set",
+            "mesh.element_size=0.2",
+        ],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout
 
@@ -147,20 +178,28 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
         cases = [sweep[place].case for place in np.flatnonzero(groups.of_case == group)]
         found = []
         for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
-            prepared = prepare(cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, cases=len(cases))
+            prepared = prepare(
+                cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, cases=len(cases)
+            )
             found.append([run_case(prepared, case) for case in cases])
             prepared.close()
         for dense, small in zip(*found, strict=True):
             assert "hodlr" in small.info["solver"] and dense.converged and small.converged
             assert dense.iterations == small.iterations
-            assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-9 * np.abs(dense.contact.u_t).max()
+            assert (
+                np.abs(dense.contact.u_t - small.contact.u_t).max()
+                < 1e-9 * np.abs(dense.contact.u_t).max()
+            )
             counted += 1
     assert counted == 128
 
 
-@pytest.mark.parametrize("ksp", [{}, {"ksp_type": "bcgs"}, {"ksp_gmres_restart": 3, "ksp_rtol": 1e-12}])
+@pytest.mark.parametrize(
+    "ksp", [{}, {"ksp_type": "bcgs"}, {"ksp_gmres_restart": 3, "ksp_rtol": 1e-12}]
+)
 def test_a_robin_increment_takes_no_product_of_its_own(ksp, comm):
-    """u = S σ comes from the products that the KSP asked for, to round-off, however loosely it solved."""
+    """u = S σ comes from the products that the KSP asked for, to round-off, however loosely it
+    solved."""
     posed = Posed(compressed(example(1, mesh=MeshOptions(element_size=0.1)), hodlr_leaf=16), comm)
     product, counted = posed.bodies.operator._product, []
     posed.bodies.operator._product = lambda x: counted.append(1) or product(x)

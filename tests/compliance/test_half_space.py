@@ -24,13 +24,16 @@ SMALL = {"mesh.element_size": 2.0}
 
 @pytest.fixture(scope="module", params=["space_a", "space_b", "space_bracket"])
 def prepared(request: pytest.FixtureRequest):
-    result = Posed(load(CONFIGS / f"{request.param}.toml", {} if "bracket" in request.param else SMALL))
+    result = Posed(
+        load(CONFIGS / f"{request.param}.toml", {} if "bracket" in request.param else SMALL)
+    )
     yield request.param, result
     result.close()
 
 
 def test_spectrum(prepared) -> None:
-    """A prototype found [0.6, 2.7] with images, [1.0, 6.3] without; the bracket's foot is no rectangle."""
+    """A prototype found [0.6, 2.7] with images, [1.0, 6.3] without; the bracket's foot is no
+    rectangle."""
     name, problem = prepared
     layer, weight = problem.system.surrogate(), np.repeat(problem.weight, 2)
     weighted = weight[:, None] * layer.matrix()
@@ -51,7 +54,9 @@ def test_operations_agree_with_the_matrix(prepared) -> None:
     np.testing.assert_allclose(layer.apply(x).ravel(), matrix @ flat)
     np.testing.assert_allclose(matrix @ layer.solve(x).ravel(), flat)
     rho = 1.0 / np.trace(matrix)
-    np.testing.assert_allclose(flat, (np.eye(len(flat)) + rho * matrix) @ layer.solve(x, rho).ravel())
+    np.testing.assert_allclose(
+        flat, (np.eye(len(flat)) + rho * matrix) @ layer.solve(x, rho).ravel()
+    )
     held = x > 0.3
     found = layer.stick_solve(held, x)
     np.testing.assert_allclose(layer.apply(found)[held], x[held])
@@ -59,10 +64,13 @@ def test_operations_agree_with_the_matrix(prepared) -> None:
 
 
 def test_methods_on_disks(prepared) -> None:
-    """Prediction brings Newton down to 4 steps on boxes; operator Robin takes 12 to 13 iterations there at ω = 1.8."""
+    """Prediction brings Newton down to 4 steps on boxes; operator Robin takes 12 to 13 iterations
+    there at ω = 1.8."""
     name, problem = prepared
     run = Iteration(Criterion(1e-8), 100)
-    plain, predicted = (SemismoothNewton(predict=p)(problem.system, problem.law, run) for p in (False, True))
+    plain, predicted = (
+        SemismoothNewton(predict=p)(problem.system, problem.law, run) for p in (False, True)
+    )
     robin = OperatorRobin(1.8)(problem.system, problem.law, run)
     assert plain.converged and predicted.converged and robin.converged
     np.testing.assert_allclose(predicted.sigma, plain.sigma, atol=1e-7 * np.abs(plain.sigma).max())
@@ -72,7 +80,8 @@ def test_methods_on_disks(prepared) -> None:
 
 
 def test_images_where_a_side_is_held(tmp_path) -> None:
-    """Beside a clamped face T goes on with the other sign: the block gets stiffer, and T with it."""
+    """Beside a clamped face T goes on with the other sign: the block gets stiffer, and T with
+    it."""
     text = (CONFIGS / "space_a.toml").read_text()
     right = 'part = "right"\ncondition = "traction"'
     held = tmp_path / "held.toml"
@@ -83,25 +92,54 @@ def test_images_where_a_side_is_held(tmp_path) -> None:
     for system in (lambda p: p.system.compliance(), lambda p: p.system.surrogate().matrix()):
         one, other = (np.diag(system(p)).reshape(-1, 2)[beside] for p in (free_t, held_t))
         assert np.all(other < one)
-    ratio = np.linalg.eigvals(np.linalg.solve(held_t.system.surrogate().matrix(), held_t.system.compliance())).real
+    ratio = np.linalg.eigvals(
+        np.linalg.solve(held_t.system.surrogate().matrix(), held_t.system.compliance())
+    ).real
     assert ratio.min() > 0.4 and ratio.max() < 3.0
     free_t.close()
     held_t.close()
 
 
 def stack() -> dict:
-    """Two blocks that only contact holds above a clamped face, pressed and then pushed, with Coulomb friction."""
+    """Two blocks that only contact holds above a clamped face, pressed and then pushed, with
+    Coulomb friction."""
     lower, upper = (
-        {"name": name, "material": {"young_modulus": e, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5, "order": 1},
-         "geometry": {"shape": "box", "lower": [*low, height], "upper": [*high, height + 1.0]}, "boundary": [condition]}
+        {
+            "name": name,
+            "material": {"young_modulus": e, "poisson_ratio": 0.3},
+            "mesh": {"element_size": 0.5, "order": 1},
+            "geometry": {"shape": "box", "lower": [*low, height], "upper": [*high, height + 1.0]},
+            "boundary": [condition],
+        }
         for name, e, low, high, height, condition in (
-            ("lower", 10.0, (-1.0, -1.0), (1.0, 1.0), 0.0,
-             {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}),
-            ("upper", 3.0, (-0.5, -0.5), (0.5, 0.5), 1.0,
-             {"part": "top", "condition": "traction", "value": [0.0, 0.0, -0.1]}))
-    )  # fmt: skip
-    push = {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": [0.02, 0.0, -0.1]}]}
-    contact = {"name": "joint", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.4}
+            (
+                "lower",
+                10.0,
+                (-1.0, -1.0),
+                (1.0, 1.0),
+                0.0,
+                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]},
+            ),
+            (
+                "upper",
+                3.0,
+                (-0.5, -0.5),
+                (0.5, 0.5),
+                1.0,
+                {"part": "top", "condition": "traction", "value": [0.0, 0.0, -0.1]},
+            ),
+        )
+    )
+    push = {
+        "name": "push",
+        "boundary": [{"body": "upper", "part": "top", "value": [0.02, 0.0, -0.1]}],
+    }
+    contact = {
+        "name": "joint",
+        "secondary": "upper.bottom",
+        "primary": "lower.top",
+        "friction_coefficient": 0.4,
+    }
     return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
 
 
@@ -109,9 +147,14 @@ def test_operator_robin_where_surfaces_may_separate() -> None:
     """What Newton's method finds: blocks that contact holds, and a sphere that is dragged along."""
     sphere = load(CONFIGS / "space_sphere.toml", {"body.0.mesh": {"element_size": 1.0}})
     for problem in (parse(Problem, stack(), "stack"), sphere):
-        ours, other = (solve(problem, method=method) for method in ("operator-robin", "semismooth-newton"))
+        ours, other = (
+            solve(problem, method=method) for method in ("operator-robin", "semismooth-newton")
+        )
         assert ours.converged and max(len(step.history) for step in ours.steps) < 120
-        one, two = ({step.step: step for step in solution.steps}[len(problem.step)] for solution in (ours, other))
+        one, two = (
+            {step.step: step for step in solution.steps}[len(problem.step)]
+            for solution in (ours, other)
+        )
         for pair, wanted in zip(one.pairs.values(), two.pairs.values(), strict=True):
             assert np.abs(pair.pressure - wanted.pressure).max() < 1e-5 * wanted.pressure.max()
             assert np.abs(pair.sigma_t - wanted.sigma_t).max() < 1e-5 * wanted.pressure.max()

@@ -15,8 +15,11 @@ from petcontact.model.solver_options import Bem
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 
-MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),
-          MeshOptions(order=2, grading=0.4, levels=5)]  # fmt: skip
+MESHES = [
+    MeshOptions(element_size=0.1),
+    MeshOptions(element_size=0.4, order=3),
+    MeshOptions(order=2, grading=0.4, levels=5),
+]
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -33,7 +36,10 @@ def test_robin_solves_are_those_of_the_system(number, mesh, comm):
             r = rng.standard_normal((len(exact), 1))
             u_t, sigma_t = shared.robin_increment(rho, r)
             # both equations, whatever the condition of S: u = S σ and σ + ρ u = r
-            assert np.abs(u_t - exact @ sigma_t).max() < 1e-9 * np.abs(exact).sum(axis=1).max() * np.abs(sigma_t).max()
+            assert (
+                np.abs(u_t - exact @ sigma_t).max()
+                < 1e-9 * np.abs(exact).sum(axis=1).max() * np.abs(sigma_t).max()
+            )
             assert np.abs(sigma_t + rho * u_t - r).max() < 1e-9 * np.abs(r).max()
         rho = 1e4
         with options({"ksp_rtol": 1e-12}):
@@ -55,9 +61,14 @@ def test_motions_and_several_rho_take_lus(comm):
     dense = DenseCompliance(matrix, comm, lambda: None)
     modes = Modes(rng.standard_normal((m, k, 1)), rng.standard_normal((1, m, k)), np.ones(1))
     r, none = rng.standard_normal((m, k)), np.zeros(0)
-    for rho, motions, work in ((np.full((m, k), 3.0), None, none), (rng.uniform(1.0, 9.0, (m, k)), None, none),
-                               (np.full((m, k), 3.0), modes, np.array([0.7]))):  # fmt: skip
-        for ours, theirs in zip(shared.robin(rho, r, motions, work), dense.robin(rho, r, motions, work), strict=True):
+    for rho, motions, work in (
+        (np.full((m, k), 3.0), None, none),
+        (rng.uniform(1.0, 9.0, (m, k)), None, none),
+        (np.full((m, k), 3.0), modes, np.array([0.7])),
+    ):
+        for ours, theirs in zip(
+            shared.robin(rho, r, motions, work), dense.robin(rho, r, motions, work), strict=True
+        ):
             assert np.abs(ours - theirs).max() < 1e-11 * np.abs(theirs).max()
     shared.close()
     dense.close()
@@ -72,13 +83,21 @@ def test_a_case_among_many_takes_the_same_iterations(rule):
         solutions.append(run(posed.prepared))
         posed.close()
     alone, together = solutions
-    assert "Hessenberg" not in alone.info["solver"] and "Hessenberg form of S" in together.info["solver"]
+    assert (
+        "Hessenberg" not in alone.info["solver"]
+        and "Hessenberg form of S" in together.info["solver"]
+    )
     assert alone.converged and alone.iterations == together.iterations
-    assert np.abs(alone.contact.u_t - together.contact.u_t).max() < 1e-10 * np.abs(alone.contact.u_t).max()
+    assert (
+        np.abs(alone.contact.u_t - together.contact.u_t).max()
+        < 1e-10 * np.abs(alone.contact.u_t).max()
+    )
     assert together.elastic_residual < 1e-12
 
 
-@pytest.mark.parametrize("given", [{}, {"ksp_type": "gmres"}, {"ksp_monitor": ""}, {"pc_type": "lu"}])
+@pytest.mark.parametrize(
+    "given", [{}, {"ksp_type": "gmres"}, {"ksp_monitor": ""}, {"pc_type": "lu"}]
+)
 def test_whoever_names_a_ksp_gets_it(given):
     case = example(2, mesh=MeshOptions(element_size=0.4))
     with options(given):

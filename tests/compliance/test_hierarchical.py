@@ -1,4 +1,5 @@
-"""The contact system on an H-matrix against the dense one: a body in space, bilateral Tresca contact."""
+"""The contact system on an H-matrix against the dense one: a body in space, bilateral Tresca
+contact."""
 
 from __future__ import annotations
 
@@ -57,18 +58,23 @@ def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, de
     for rho in (1.0, 1e3, 1e7):
         for a, b in zip(system.robin(rho, sigma), exact.robin(rho, sigma), strict=True):
             assert near(a, b, 1e-3)
-        for a, b in zip(system.robin_increment(rho, sigma), exact.robin_increment(rho, sigma), strict=True):
+        for a, b in zip(
+            system.robin_increment(rho, sigma), exact.robin_increment(rho, sigma), strict=True
+        ):
             assert near(a, b, 1e-3)
 
 
 @pytest.mark.parametrize(
     ("name", "method"),
-    [("space_a", {}), ("space_bracket", {}),
-     pytest.param("space_b", {"method.rule": "self-adaptive"}, marks=pytest.mark.slow),
-     pytest.param("space_a", {"method.name": "operator-robin"}, marks=pytest.mark.slow),
-     pytest.param("space_b", {"method.rule": "modified"}, marks=pytest.mark.slow)],
+    [
+        ("space_a", {}),
+        ("space_bracket", {}),
+        pytest.param("space_b", {"method.rule": "self-adaptive"}, marks=pytest.mark.slow),
+        pytest.param("space_a", {"method.name": "operator-robin"}, marks=pytest.mark.slow),
+        pytest.param("space_b", {"method.rule": "modified"}, marks=pytest.mark.slow),
+    ],
     ids=["A", "bracket", "B 4.2", "A by T", "B 4.3"],
-)  # fmt: skip
+)
 def test_solves_are_those_of_dense_operators(name, method, comm):
     mesh, found = {} if name == "space_bracket" else COARSE, {}
     for kind in ("dense", "hmatrix"):
@@ -84,7 +90,10 @@ def test_solves_are_those_of_dense_operators(name, method, comm):
 
 def test_options_of_petsc_reach_the_mixed_solve(comm):
     case = problem()
-    for table in ({"ksp_type": "gmres", "ksp_pc_side": "right"}, {"pc_type": "none", "ksp_gmres_restart": 400}):
+    for table in (
+        {"ksp_type": "gmres", "ksp_pc_side": "right"},
+        {"pc_type": "none", "ksp_gmres_restart": 400},
+    ):
         with options({"bem_mat_type": "hmatrix", **table}):
             found = solve(case, comm=comm)
         assert found.converged and (table.get("pc_type") or "python") in found.info["solver"]
@@ -104,7 +113,9 @@ def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
 
 
 def test_auto_compresses_what_is_cheaper_compressed(comm):
-    small, large = (Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9))
+    small, large = (
+        Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9)
+    )
     assert isinstance(small.body, DenseBody) and isinstance(large.body, HierarchicalBody)
     for made in (small, large):
         made.close()

@@ -1,4 +1,5 @@
-"""The layer operator T: its integrals against adaptive quadrature, and how near T is to S on any mesh."""
+"""The layer operator T: its integrals against adaptive quadrature, and how near T is to S on any
+mesh."""
 
 from __future__ import annotations
 
@@ -22,15 +23,29 @@ GRADED = MeshOptions(order=3)
 
 def quad(f, a, b, points):
     inside = [p for p in points if a < p < b]
-    return scipy.integrate.quad(f, a, b, points=inside or None, epsabs=1e-13, epsrel=1e-12, limit=200)[0]
+    return scipy.integrate.quad(
+        f, a, b, points=inside or None, epsabs=1e-13, epsrel=1e-12, limit=200
+    )[0]
 
 
 @pytest.mark.parametrize("order", range(6))
 def test_log_moments(order):
     for x in (-3.9, -1.0001, -0.3, 0.9, 1.5):
         for b in range(order + 1):
-            value = quad(lambda s, x=x, b=b: lagrange(order, np.array([s]))[b, 0] * np.log(abs(s - x)), -1, 1, [x])
-            found = powers(order, np.array([x + 1.0]), np.array([x - 1.0]), np.zeros(1), np.ones(1, dtype=bool), 1)[0][b, 0]
+            value = quad(
+                lambda s, x=x, b=b: lagrange(order, np.array([s]))[b, 0] * np.log(abs(s - x)),
+                -1,
+                1,
+                [x],
+            )
+            found = powers(
+                order,
+                np.array([x + 1.0]),
+                np.array([x - 1.0]),
+                np.zeros(1),
+                np.ones(1, dtype=bool),
+                1,
+            )[0][b, 0]
             assert found == pytest.approx(value, abs=1e-9)
 
 
@@ -41,10 +56,21 @@ def test_matrix_against_adaptive_quadrature(order, closed):
     start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     total = length.sum()
     count = len(length) * (order + 1)
-    strip = Strip(np.arange(count), start, length, np.full(5, order), total if closed else 0.0, layers=((1.0, 0.9),))
+    strip = Strip(
+        np.arange(count),
+        start,
+        length,
+        np.full(5, order),
+        total if closed else 0.0,
+        layers=((1.0, 0.9),),
+    )
     matrix = layer_matrix(strip)
-    nodes = np.concatenate([s + 0.5 * k * (1 + np.polynomial.legendre.leggauss(order + 1)[0])
-                            for s, k in zip(start, length, strict=True)])  # fmt: skip
+    nodes = np.concatenate(
+        [
+            s + 0.5 * k * (1 + np.polynomial.legendre.leggauss(order + 1)[0])
+            for s, k in zip(start, length, strict=True)
+        ]
+    )
 
     def kernel(x, s):
         d = abs(x - s)
@@ -58,10 +84,19 @@ def test_matrix_against_adaptive_quadrature(order, closed):
             a, h = start[e], length[e]
             for b in range(order + 1):
                 breaks = [nodes[i], nodes[i] + total / 2, nodes[i] - total / 2]
-                value = quad(lambda s, b=b, a=a, h=h, i=i: kernel(nodes[i], s)
-                             * lagrange(order, np.array([2 * (s - a) / h - 1]))[b, 0], a, a + h, breaks)  # fmt: skip
-                # across the kink half-way round a loop Gauss points do not see more than a few digits
-                assert matrix[i, e * (order + 1) + b] == pytest.approx(value, rel=1e-4, abs=5e-3 if closed else 1e-6)
+                value = quad(
+                    lambda s, b=b, a=a, h=h, i=i: (
+                        kernel(nodes[i], s) * lagrange(order, np.array([2 * (s - a) / h - 1]))[b, 0]
+                    ),
+                    a,
+                    a + h,
+                    breaks,
+                )
+                # across the kink half-way round a loop Gauss points do not see more than a few
+                # digits
+                assert matrix[i, e * (order + 1) + b] == pytest.approx(
+                    value, rel=1e-4, abs=5e-3 if closed else 1e-6
+                )
     part = layer_matrix(strip, np.array([0, 3]), np.array([1, 2, count - 1]))
     assert np.allclose(part, matrix[np.ix_([0, 3], [1, 2, count - 1])], rtol=1e-13)
 
@@ -77,7 +112,11 @@ def test_convolution_has_the_layer_s_own_modes(order):
     convolution = FourierStrip(strip, np.tile(weight, count) / 16)
     for j in (1, 3, 7):
         k = j * np.pi / length
-        assert np.allclose(convolution.apply(np.cos(k * x)), np.pi * np.tanh(k * height) / k * np.cos(k * x), atol=0.01)
+        assert np.allclose(
+            convolution.apply(np.cos(k * x)),
+            np.pi * np.tanh(k * height) / k * np.cos(k * x),
+            atol=0.01,
+        )
     assert np.allclose(convolution.apply(np.ones(len(x))), np.pi * height, rtol=1e-3)
 
 
@@ -89,9 +128,16 @@ def test_thickness_is_the_distance_through_the_body(number, thickness):
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), MeshOptions(element_size=0.2, order=1), GRADED,
-                                  MeshOptions(order=5, levels=14)],
-                         ids=["h=0.1", "order 1", "graded 3", "graded 5"])  # fmt: skip
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        MeshOptions(element_size=0.1),
+        MeshOptions(element_size=0.2, order=1),
+        GRADED,
+        MeshOptions(order=5, levels=14),
+    ],
+    ids=["h=0.1", "order 1", "graded 3", "graded 5"],
+)
 def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
     prepared = Posed(example(number, mesh=mesh), comm)
     compliance = prepared.system.compliance()
@@ -101,7 +147,13 @@ def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
 
 
 @pytest.mark.parametrize(
-    "mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025), MeshOptions(element_size=0.05, order=2)]
+    "mesh",
+    [
+        MeshOptions(element_size=0.1),
+        GRADED,
+        MeshOptions(element_size=0.025),
+        MeshOptions(element_size=0.05, order=2),
+    ],
 )
 def test_operations_agree_with_the_matrix(mesh):
     layer = layer_of(operators(example(1, mesh=mesh)))
@@ -109,15 +161,20 @@ def test_operations_agree_with_the_matrix(mesh):
     matrix = layer.matrix()
     rng = np.random.default_rng(8)
     x, stick = rng.standard_normal((layer.size, 1)), rng.random((layer.size, 1)) < 0.6
-    assert np.allclose(layer.apply(x), matrix @ x, rtol=1e-10, atol=1e-10 * np.abs(matrix @ x).max())
+    assert np.allclose(
+        layer.apply(x), matrix @ x, rtol=1e-10, atol=1e-10 * np.abs(matrix @ x).max()
+    )
     assert np.allclose(layer.apply(layer.solve(x)), x, atol=1e-8)
-    assert np.allclose(x + 5e3 * matrix @ layer.solve(x + 5e3 * matrix @ x, 5e3), x + 5e3 * matrix @ x, atol=1e-8)
+    assert np.allclose(
+        x + 5e3 * matrix @ layer.solve(x + 5e3 * matrix @ x, 5e3), x + 5e3 * matrix @ x, atol=1e-8
+    )
     found = layer.stick_solve(stick, x)
     assert np.allclose((matrix @ found)[stick], x[stick], atol=1e-7) and not found[~stick].any()
 
 
 def test_compressed_strip_is_the_dense_one(monkeypatch):
-    """To the tolerance of the compression; its own products and solves belong together to round-off."""
+    """To the tolerance of the compression; its own products and solves belong together to
+    round-off."""
     ops = operators(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
     dense = layer_of(ops)
     monkeypatch.setattr(petcontact.compliance.layer.strips, "LONG_SIZE", 100)
@@ -129,33 +186,51 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
     assert np.allclose(compressed.apply(compressed.solve(x)), x, atol=1e-7)
     assert np.allclose(compressed.solve(x + 1e4 * compressed.apply(x), 1e4), x, atol=1e-4)
     found = compressed.stick_solve(stick, reference)
-    assert np.allclose(compressed.apply(found)[stick], reference[stick], atol=1e-8 * np.abs(reference).max())
+    assert np.allclose(
+        compressed.apply(found)[stick], reference[stick], atol=1e-8 * np.abs(reference).max()
+    )
     assert not found[~stick].any() and not compressed.fast
 
 
-@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.2), MeshOptions(levels=8)], ids=["uniform", "graded"])
+@pytest.mark.parametrize(
+    "mesh", [MeshOptions(element_size=0.2), MeshOptions(levels=8)], ids=["uniform", "graded"]
+)
 @pytest.mark.parametrize("held", [("left",), ("right",), ("left", "right"), ()])
 def test_held_neighbours_turn_the_reflection(mesh, held, comm):
-    """Beside a roller that holds u_t the strip goes on oddly: T⁻¹S stays as good as beside free sides."""
+    """Beside a roller that holds u_t the strip goes on oddly: T⁻¹S stays as good as beside free
+    sides."""
     base = example(1, mesh=mesh)
-    boundary = [Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c for c in base.boundary]
+    boundary = [
+        Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c
+        for c in base.boundary
+    ]
     prepared = Posed(base.model_copy(update={"boundary": tuple(boundary)}), comm)
     (strip,) = strips_of(prepared.operators)
     assert strip.ends == tuple(-1.0 if side in held else 1.0 for side in ("left", "right"))
-    values = np.linalg.eigvals(np.linalg.solve(layer_of(prepared.operators).matrix(), prepared.system.compliance()))
+    values = np.linalg.eigvals(
+        np.linalg.solve(layer_of(prepared.operators).matrix(), prepared.system.compliance())
+    )
     prepared.close()
     assert values.real.min() > 0.6 and values.real.max() < 2.0
 
 
 def test_parts_that_go_on_into_each_other_are_one_strip():
     base = example(1)
-    halves = Polygon(vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("one", "two", "right", "top", "left"))
-    boundary = (Contact(part="one", friction_bound=1.0), Contact(part="two", friction_bound=2.0), *base.boundary[1:3],
-                Contact(part="right", friction_bound=3.0))  # fmt: skip
+    halves = Polygon(
+        vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)),
+        parts=("one", "two", "right", "top", "left"),
+    )
+    boundary = (
+        Contact(part="one", friction_bound=1.0),
+        Contact(part="two", friction_bound=2.0),
+        *base.boundary[1:3],
+        Contact(part="right", friction_bound=3.0),
+    )
     ops = operators(base.model_copy(update={"geometry": halves, "boundary": boundary}))
     bottom, right = strips_of(ops)
     assert bottom.length.sum() == pytest.approx(8.0) and right.length.sum() == pytest.approx(4.0)
-    # each of the two holds the other's tangent at their corner, the clamped top holds the right side's other end
+    # each of the two holds the other's tangent at their corner, the clamped top holds the right
+    # side's other end
     assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
     assert np.array_equal(np.sort(np.concatenate([bottom.nodes, right.nodes])), np.arange(120))
 
@@ -178,7 +253,9 @@ def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
     iterations = []
     for rho in (1.0, 1e3, 1e5, 1e8):
         dense = np.eye(len(compliance)) + rho * compliance
-        x = krylov.solve(lambda y, a=dense: a @ y, lambda y, rho=rho: layer.solve(y, rho), system.u_0, 0.0, 1e-10)
+        x = krylov.solve(
+            lambda y, a=dense: a @ y, lambda y, rho=rho: layer.solve(y, rho), system.u_0, 0.0, 1e-10
+        )
         expected = np.linalg.solve(dense, system.u_0)
         assert np.allclose(x, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
         iterations.append(krylov.iterations)
@@ -188,19 +265,42 @@ def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
 
 
 @pytest.mark.parametrize("n", [21, 53])
-@pytest.mark.parametrize(("ends", "signs"), [
-    ((1.0, 1.0), (1, 1)), ((-1.0, -1.0), (1, -1)), ((1.0, -1.0), (1, -1, -1, 1)), ((-1.0, 1.0), (1, 1, -1, -1)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ends", "signs"),
+    [
+        ((1.0, 1.0), (1, 1)),
+        ((-1.0, -1.0), (1, -1)),
+        ((1.0, -1.0), (1, -1, -1, 1)),
+        ((-1.0, 1.0), (1, 1, -1, -1)),
+    ],
+)
 def test_reflections_by_transforms_are_the_folded_loop(ends, signs, n):
-    """T of a strip is that of the loop of its copies, each the reflection of the one before, on vectors of that symmetry."""
+    """T of a strip is that of the loop of its copies, each the reflection of the one before, on
+    vectors of that symmetry."""
     h, thickness = 0.1, 0.7
-    strip = Strip(np.arange(n), h * np.arange(n), np.full(n, h), np.zeros(n, dtype=int), 0.0, ((1.0, thickness),), ends)
+    strip = Strip(
+        np.arange(n),
+        h * np.arange(n),
+        np.full(n, h),
+        np.zeros(n, dtype=int),
+        0.0,
+        ((1.0, thickness),),
+        ends,
+    )
     copies = len(signs) * n
-    loop = Strip(np.arange(copies), h * np.arange(copies), np.full(copies, h), np.zeros(copies, dtype=int),
-                 copies * h, ((1.0, thickness),))  # fmt: skip
+    loop = Strip(
+        np.arange(copies),
+        h * np.arange(copies),
+        np.full(copies, h),
+        np.zeros(copies, dtype=int),
+        copies * h,
+        ((1.0, thickness),),
+    )
     whole = layer_matrix(loop)
     unit = np.eye(n)
-    unfold = np.concatenate([sign * (unit if k % 2 == 0 else unit[::-1]) for k, sign in enumerate(signs)])
+    unfold = np.concatenate(
+        [sign * (unit if k % 2 == 0 else unit[::-1]) for k, sign in enumerate(signs)]
+    )
     expected = (whole @ unfold)[:n]
     ours = FourierStrip(strip, np.full(n, h))
     # the loop is as symmetric as its quadrature, and ours is its symmetric part
@@ -213,7 +313,9 @@ def test_reflections_by_transforms_are_the_folded_loop(ends, signs, n):
 
 @pytest.mark.parametrize("ends", petcontact.compliance.layer.reflection.REFLECTED)
 @pytest.mark.parametrize("size", [1, 2, 53, 106, 271])
-def test_lengths_with_a_large_prime_factor_take_longer_transforms_and_the_same_products(ends, size, monkeypatch):
+def test_lengths_with_a_large_prime_factor_take_longer_transforms_and_the_same_products(
+    ends, size, monkeypatch
+):
     rng = np.random.default_rng(size)
     symbol, x = rng.uniform(0.1, 1.0, size) / np.arange(1, size + 1), rng.standard_normal(size)
     products = []

@@ -1,4 +1,5 @@
-"""Bodies in space on H-matrices against dense ones: every law, motions of bodies and obstacles, faces that do not match."""
+"""Bodies in space on H-matrices against dense ones: every law, motions of bodies and obstacles,
+faces that do not match."""
 
 from __future__ import annotations
 
@@ -42,72 +43,132 @@ def blocks(young=1.0, **contact):
     """Two blocks with a gap, pressed, then pushed."""
     pressed, pushed = [0.0, 0.0, -0.02], [0.01, 0.0, -0.02]
     return {
-        "body": [box("lower", [-1, -1, -1], [1, 1, 0], 0.5, young, held("bottom", [0.0, 0.0, 0.0])),
-                 box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, held("top", pressed))],
-        "contact": [{"name": "pair", "secondary": "lower.top", "primary": "upper.bottom", "gap": "0.05*(x**2 + y**2)",
-                     **contact}],
+        "body": [
+            box("lower", [-1, -1, -1], [1, 1, 0], 0.5, young, held("bottom", [0.0, 0.0, 0.0])),
+            box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, held("top", pressed)),
+        ],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "lower.top",
+                "primary": "upper.bottom",
+                "gap": "0.05*(x**2 + y**2)",
+                **contact,
+            }
+        ],
         "method": {"tolerance": 1e-7},
-        "step": [{"name": "press"}, {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": pushed}]}],
-    }  # fmt: skip
+        "step": [
+            {"name": "press"},
+            {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": pushed}]},
+        ],
+    }
 
 
 def floating():
-    """A stack of three that contact holds, on panels that do not match, with a point force and weight."""
+    """A stack of three that contact holds, on panels that do not match, with a point force and
+    weight."""
     force = {"at": [0.1, 0, 0.3], "force": [0.001, 0, -0.004]}
     middle = box("middle", [-1, -1, 0], [1, 1, 0.6], 0.6, 3.0, point_force=[force])
-    top = box("top", [-0.8, -0.7, 0.6], [0.7, 0.8, 1.2], 0.41, 2.0, loaded("top", [0.001, 0.0, -0.01]))
+    top = box(
+        "top", [-0.8, -0.7, 0.6], [0.7, 0.8, 1.2], 0.41, 2.0, loaded("top", [0.001, 0.0, -0.01])
+    )
     bottom = box("bottom", [-1, -1, -0.6], [1, 1, 0], 0.6, 1.0, held("bottom", [0.0, 0.0, 0.0]))
     return {
         "body": [bottom, middle, {**top, "loads": {"force": [0.0, 0.0, -0.002]}}],
-        "contact": [{"name": "one", "secondary": "middle.bottom", "primary": "bottom.top", "friction_coefficient": 0.4},
-                    {"name": "two", "secondary": "top.bottom", "primary": "middle.top", "friction_coefficient": 0.3}],
-    }  # fmt: skip
+        "contact": [
+            {
+                "name": "one",
+                "secondary": "middle.bottom",
+                "primary": "bottom.top",
+                "friction_coefficient": 0.4,
+            },
+            {
+                "name": "two",
+                "secondary": "top.bottom",
+                "primary": "middle.top",
+                "friction_coefficient": 0.3,
+            },
+        ],
+    }
 
 
 def punched():
     """A rigid punch, round below, that its force presses and draws and that may tilt."""
-    punch = {"name": "punch", "displacement": ["free"] * 3, "rotation": ["free", "free", 0.0], "force": [0.001, 0.0, -0.02],
-             "centre": [0.0, 0.0, 1.0]}  # fmt: skip
-    contact = {"name": "one", "secondary": "block.top", "primary": "punch", "friction_coefficient": 0.4,
-               "gap": "0.05*(x**2 + y**2)"}  # fmt: skip
+    punch = {
+        "name": "punch",
+        "displacement": ["free"] * 3,
+        "rotation": ["free", "free", 0.0],
+        "force": [0.001, 0.0, -0.02],
+        "centre": [0.0, 0.0, 1.0],
+    }
+    contact = {
+        "name": "one",
+        "secondary": "block.top",
+        "primary": "punch",
+        "friction_coefficient": 0.4,
+        "gap": "0.05*(x**2 + y**2)",
+    }
     block = box("block", [-1, -1, -1], [1, 1, 0], 0.5, 1.0, held("bottom", [0.0, 0.0, 0.0]))
     return {"body": [block], "obstacle": [punch], "contact": [contact]}
 
 
 def on_ground():
-    """A block that lies on rigid ground and is pushed by less than friction holds; one that slides on rollers beside it."""
-    ground = {"part": "bottom", "condition": "contact", "normal": "unilateral", "friction_coefficient": 0.5}
+    """A block that lies on rigid ground and is pushed by less than friction holds; one that slides
+    on rollers beside it."""
+    ground = {
+        "part": "bottom",
+        "condition": "contact",
+        "normal": "unilateral",
+        "friction_coefficient": 0.5,
+    }
     free = box("free", [0, 0, 0], [1, 1, 1], 0.5, 1.0, ground, loaded("top", [0.002, 0.0, -0.01]))
     roller, pressed = held("left", [0.0, "free", "free"]), loaded("top", [0.0, 0.0, -0.02])
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
 def constant():
-    """A block of constant elements of several sizes, which do not turn as a whole, pressed and drawn by loads."""
+    """A block of constant elements of several sizes, which do not turn as a whole, pressed and
+    drawn by loads."""
     data = floating()
-    upper = {**data["body"][1], "mesh": {"element_size": 0.6, "element_sizes": {"bottom": 0.3}, "order": 0}}
+    upper = {
+        **data["body"][1],
+        "mesh": {"element_size": 0.6, "element_sizes": {"bottom": 0.3}, "order": 0},
+    }
     upper["boundary"] = [loaded("top", [0.001, 0.0, -0.01])]
     return {"body": [data["body"][0], upper], "contact": data["contact"][:1]}
 
 
 CASES = {
-    "Coulomb": lambda: blocks(friction_coefficient=0.3), "stiff": lambda: blocks(1e4, friction_coefficient=0.3),
-    "Tresca": lambda: blocks(1e-2, friction_bound=0.0005), "frictionless": lambda: blocks(),
-    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "constant": constant, "punch": punched,
-    "ground": on_ground, "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
-}  # fmt: skip
+    "Coulomb": lambda: blocks(friction_coefficient=0.3),
+    "stiff": lambda: blocks(1e4, friction_coefficient=0.3),
+    "Tresca": lambda: blocks(1e-2, friction_bound=0.0005),
+    "frictionless": lambda: blocks(),
+    "bonded": lambda: blocks(normal="bonded"),
+    "floating": floating,
+    "constant": constant,
+    "punch": punched,
+    "ground": on_ground,
+    "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
+}
 
 
 def solved(data, **changes):
-    return solve(parse_problem(data, "test", {key.replace("__", "."): value for key, value in changes.items()}, Path()))
+    return solve(
+        parse_problem(
+            data, "test", {key.replace("__", "."): value for key, value in changes.items()}, Path()
+        )
+    )
 
 
 SLOW = ("stiff", "frictionless", "worn")
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES])
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
+)
 def test_bodies_are_solved_as_on_dense_operators(name):
-    """The same sets, and everything to some ten times the tolerance of the compression, each body by its own size."""
+    """The same sets, and everything to some ten times the tolerance of the compression, each body
+    by its own size."""
     dense = solved(CASES[name](), bem__mat_type="dense")
     found = solved(CASES[name](), bem__mat_type="hmatrix", bem__hmatrix_tol=TOLERANCE)
     assert dense.converged and found.converged, (dense.reason, found.reason)
@@ -117,17 +178,27 @@ def test_bodies_are_solved_as_on_dense_operators(name):
         for key, pair in other.pairs.items():
             size = np.abs(pair.pressure).max()
             assert np.array_equal(step.pairs[key].state, pair.state)
-            assert np.abs(step.pairs[key].force - pair.force).max() <= 10 * TOLERANCE * np.abs(pair.force).max()
+            assert (
+                np.abs(step.pairs[key].force - pair.force).max()
+                <= 10 * TOLERANCE * np.abs(pair.force).max()
+            )
             for values in ("pressure", "sigma_t", "wear"):
                 if getattr(pair, values) is not None:
                     wanted = getattr(pair, values)
                     most = size if values != "wear" else np.abs(wanted).max() + 1e-12
-                    assert np.abs(getattr(step.pairs[key], values) - wanted).max() <= 20 * TOLERANCE * most, values
+                    assert (
+                        np.abs(getattr(step.pairs[key], values) - wanted).max()
+                        <= 20 * TOLERANCE * most
+                    ), values
         for key, body in other.bodies.items():
-            assert np.abs(step.bodies[key].u - body.u).max() <= 10 * TOLERANCE * np.abs(body.u).max()
+            assert (
+                np.abs(step.bodies[key].u - body.u).max() <= 10 * TOLERANCE * np.abs(body.u).max()
+            )
         for key, obstacle in other.obstacles.items():
             moved = step.obstacles[key].displacement
-            assert moved == pytest.approx(obstacle.displacement, abs=10 * TOLERANCE * np.abs(obstacle.displacement).max())
+            assert moved == pytest.approx(
+                obstacle.displacement, abs=10 * TOLERANCE * np.abs(obstacle.displacement).max()
+            )
 
 
 def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
@@ -142,30 +213,45 @@ def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
     dense = solved(data, bem__mat_type="dense")
     assert "dense" in mixed.info["solver"] and "hmatrix" in mixed.info["solver"]
     wanted = dense.pairs["pair"]
-    assert np.abs(mixed.pairs["pair"].pressure - wanted.pressure).max() <= 20 * TOLERANCE * wanted.pressure.max()
+    assert (
+        np.abs(mixed.pairs["pair"].pressure - wanted.pressure).max()
+        <= 20 * TOLERANCE * wanted.pressure.max()
+    )
 
 
 def test_a_part_that_is_a_secondary_twice_is_refused():
     data = blocks()
     again = {**data["contact"][0], "name": "again", "primary": "wall"}
     data |= {"contact": [data["contact"][0], again], "obstacle": [{"name": "wall"}]}
-    with pytest.raises(InputError, match=r"^bem\.mat_type: compressed bodies in space can be secondary once") as caught:
+    with pytest.raises(
+        InputError, match=r"^bem\.mat_type: compressed bodies in space can be secondary once"
+    ) as caught:
         solved(data, bem__mat_type="hmatrix")
     assert "\n" not in str(caught.value)
 
 
-def test_bodies_that_do_not_fit_the_machine_together_are_refused_before_contact_is_looked_for(monkeypatch):
+def test_bodies_that_do_not_fit_the_machine_together_are_refused_before_contact_is_looked_for(
+    monkeypatch,
+):
     monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
-    monkeypatch.setattr(facing, "face", lambda *arguments, **keys: pytest.fail("contact is looked for"))
-    with pytest.raises(InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this"):
+    monkeypatch.setattr(
+        facing, "face", lambda *arguments, **keys: pytest.fail("contact is looked for")
+    )
+    with pytest.raises(
+        InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this"
+    ):
         solved(blocks(), bem__mat_type="hmatrix")
 
 
 def test_loads_that_nothing_holds_are_named_before_a_matrix_is_built(monkeypatch):
-    monkeypatch.setattr(HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built"))
+    monkeypatch.setattr(
+        HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built")
+    )
     data = on_ground()
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
-    with pytest.raises(SolverError, match=r"body .free. cannot be held: the load pushes it along \+x") as told:
+    with pytest.raises(
+        SolverError, match=r"body .free. cannot be held: the load pushes it along \+x"
+    ) as told:
         solved(data, bem__mat_type="hmatrix")
     assert told.value.exit_status == 3  # as with matrices, where the method finds it out
 
@@ -178,17 +264,27 @@ def pushed_too_hard(**step):
 
 def freed():
     """A block that its sides hold, until a later step frees them."""
-    data, sides = on_ground(), {"part": "right", "condition": "displacement", "value": [0.0, "free", "free"]}
+    data, sides = (
+        on_ground(),
+        {"part": "right", "condition": "displacement", "value": [0.0, "free", "free"]},
+    )
     free = {"body": "free", "part": "right", "value": ["free", "free", "free"]}
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
     data["body"][0]["boundary"].append(sides)
     return {**data, "step": [{"name": "press"}, {"name": "push", "boundary": [free]}]}
 
 
-@pytest.mark.parametrize("made", [pushed_too_hard, lambda: pushed_too_hard(increments="auto"), freed])
+@pytest.mark.parametrize(
+    "made", [pushed_too_hard, lambda: pushed_too_hard(increments="auto"), freed]
+)
 def test_later_loads_that_nothing_holds_are_named_before_a_matrix_is_built(made, monkeypatch):
-    monkeypatch.setattr(HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built"))
-    with pytest.raises(SolverError, match="at the end of step 'push': body 'free' cannot be held: the load pushes it along"):
+    monkeypatch.setattr(
+        HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built")
+    )
+    with pytest.raises(
+        SolverError,
+        match="at the end of step 'push': body 'free' cannot be held: the load pushes it along",
+    ):
         solved(made(), bem__mat_type="hmatrix")
 
 
@@ -197,13 +293,16 @@ def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, stat
     """Blocks hold it each by itself; five times it is reported as the failure that it may be."""
     monkeypatch.setattr(HierarchicalBody, "residual", lambda *arguments: times * 1e-4)
     data = on_ground()
-    found = solved({**data, "body": data["body"][1:]}, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
+    found = solved(
+        {**data, "body": data["body"][1:]}, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4
+    )
     assert found.status == status
     assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")
 
 
 def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
-    """The upper one is moved as a whole, the lower one by nothing: what round-off leaves of it has no residual."""
+    """The upper one is moved as a whole, the lower one by nothing: what round-off leaves of it has
+    no residual."""
     data = blocks(gap="geometry")
     data["body"][1]["geometry"] |= {"lower": [-1, -1, 3], "upper": [1, 1, 4]}
     found = solved(data, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
@@ -212,23 +311,44 @@ def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
 
 
 MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
-PLATE = {"geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [8, 2, 0.4]}, "mesh": {"element_size": 0.8, "order": 0}}
+PLATE = {
+    "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [8, 2, 0.4]},
+    "mesh": {"element_size": 0.8, "order": 0},
+}
 
 
-@pytest.mark.parametrize(("conditions", "more", "unbalanced"), [
-    ([MOVED], {}, False),  # moved and turned as a whole: taken out of the data
-    ([MOVED, loaded("front", [1e-8, 0.0, 0.0])], {}, False),  # so that the reaction to a small load is not lost in noise
-    ([held("left", [0.0] * 3), held("right", [0.0, 0.0, 0.5])], PLATE, True),  # constant elements, bent
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("conditions", "more", "unbalanced"),
+    [
+        ([MOVED], {}, False),  # moved and turned as a whole: taken out of the data
+        (
+            [MOVED, loaded("front", [1e-8, 0.0, 0.0])],
+            {},
+            False,
+        ),  # so that the reaction to a small load is not lost in noise
+        (
+            [held("left", [0.0] * 3), held("right", [0.0, 0.0, 0.5])],
+            PLATE,
+            True,
+        ),  # constant elements, bent
+    ],
+)
 def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, unbalanced):
-    found = solved({"body": [box("one", [0, 0, 0], [2, 2, 1], 0.5, 1.0, *conditions, **more)]}, bem__mat_type="hmatrix",
-                   bem__hmatrix_tol=TOLERANCE)  # fmt: skip
+    found = solved(
+        {"body": [box("one", [0, 0, 0], [2, 2, 1], 0.5, 1.0, *conditions, **more)]},
+        bem__mat_type="hmatrix",
+        bem__hmatrix_tol=TOLERANCE,
+    )
     assert found.converged or unbalanced
-    assert any("in equilibrium" in text for text in [found.reason, *found.info["warnings"]]) == unbalanced
+    assert (
+        any("in equilibrium" in text for text in [found.reason, *found.info["warnings"]])
+        == unbalanced
+    )
 
 
 def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
-    """Near the largest load that friction holds a Krylov solve may fail before Newton's method does."""
+    """Near the largest load that friction holds a Krylov solve may fail before Newton's method
+    does."""
     related = JointBodies.related
     monkeypatch.setattr(run, "check_feasible", lambda *arguments: None)
 
@@ -236,36 +356,66 @@ def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
         if shares[-1] > 0.1:
             self.failed = getattr(self, "failed", 0) + 1
             if self.failed > 1:
-                raise SolverError("iterate", "KSP fgmres ended with DIVERGED_MAX_IT", "try another one")
+                raise SolverError(
+                    "iterate", "KSP fgmres ended with DIVERGED_MAX_IT", "try another one"
+                )
         return related(self, *arguments, shares=shares, **keys)
 
     monkeypatch.setattr(JointBodies, "related", failing)
     found = solved(pushed_too_hard(), bem__mat_type="hmatrix")
     assert found.status == "not converged" and found.steps[0].status == "converged"
-    assert "body 'free' cannot be held: the load pushes it along +x" in found.reason and "DIVERGED_MAX_IT" in found.reason
+    assert (
+        "body 'free' cannot be held: the load pushes it along +x" in found.reason
+        and "DIVERGED_MAX_IT" in found.reason
+    )
 
 
 def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
-    """A ring of few panels around: over a quarter of it tangents and normals sum up to one direction."""
+    """A ring of few panels around: over a quarter of it tangents and normals sum up to one
+    direction."""
     sides = {"bottom": [0.99, 0.0], "outer": [0.99, 0.6], "top": [0.4, 0.6], "inner": [0.4, 0.0]}
     loop = [{"part": part, "to": to} for part, to in sides.items()]
-    pin = box("pin", 0, 0, 0.3, 1.0, held("inner", [0.05, 0.0, 0.0]), held("bottom", ["free", "free", 0.0]),
-              held("top", ["free", "free", 0.0]), geometry={"shape": "revolved", "loops": [loop]})  # fmt: skip
+    pin = box(
+        "pin",
+        0,
+        0,
+        0.3,
+        1.0,
+        held("inner", [0.05, 0.0, 0.0]),
+        held("bottom", ["free", "free", 0.0]),
+        held("top", ["free", "free", 0.0]),
+        geometry={"shape": "revolved", "loops": [loop]},
+    )
     contact = {"name": "fit", "secondary": "pin.outer", "primary": "wall", "gap": "0.01"}
-    found = solved({"body": [pin], "obstacle": [{"name": "wall"}], "contact": [contact]}, bem__mat_type="hmatrix",
-                   bem__hmatrix_tol=1e-3)  # fmt: skip
+    found = solved(
+        {"body": [pin], "obstacle": [{"name": "wall"}], "contact": [contact]},
+        bem__mat_type="hmatrix",
+        bem__hmatrix_tol=1e-3,
+    )
     assert found.converged and max(found.history.ksp_iterations) <= 20
 
 
 def test_given_tractions_on_round_bodies_that_only_contact_holds(monkeypatch):
-    """S σ took more than 2000 iterations: contact directions, which unknowns of open contact are along, are not the axes."""
+    """S σ took more than 2000 iterations: contact directions, which unknowns of open contact are
+    along, are not the axes."""
     side = lambda part, z, r=None: {"part": part, "to": [0, z]} | ({"through": [r, 0]} if r else {})  # noqa: E731
     ball = [side("axis", -1), side("fit", 1, 1)]
     shell = [side("axis", 1), side("fit", -1, 1), side("axis", -2), side("outside", 2, 2)]
-    data = {"body": [box("ball", 0, 0, 1.0, 1.0, geometry={"shape": "revolved", "loops": [ball]}),
-                     box("shell", 0, 0, 1.2, 3.0, geometry={"shape": "revolved", "loops": [shell]})],
-            "contact": [{"name": "fit", "secondary": "ball.fit", "primary": "shell.fit", "gap": -0.01,
-                         "friction_coefficient": 0.3}]}  # fmt: skip
+    data = {
+        "body": [
+            box("ball", 0, 0, 1.0, 1.0, geometry={"shape": "revolved", "loops": [ball]}),
+            box("shell", 0, 0, 1.2, 3.0, geometry={"shape": "revolved", "loops": [shell]}),
+        ],
+        "contact": [
+            {
+                "name": "fit",
+                "secondary": "ball.fit",
+                "primary": "shell.fit",
+                "gap": -0.01,
+                "friction_coefficient": 0.3,
+            }
+        ],
+    }
     for body in data["body"]:
         body["mesh"]["order"] = 0
     monkeypatch.setattr(choice, "SMALLEST_SURFACE", 60)

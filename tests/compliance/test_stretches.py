@@ -32,7 +32,9 @@ def under(traction):
 def test_sides_of_equal_elements(size, order):
     counts = [round(length / size) * (order + 1) for length in (8.0, 4.0, 8.0, 4.0)]
     ends = [sum(counts[: i + 1]) for i in range(4)]
-    expected = [Stretch(end - count, end, order + 1) for end, count in zip(ends, counts, strict=True)]
+    expected = [
+        Stretch(end - count, end, order + 1) for end, count in zip(ends, counts, strict=True)
+    ]
     assert found(mesh=MeshOptions(element_size=size, order=order)) == expected
 
 
@@ -43,8 +45,11 @@ def test_graded_elements_are_no_stretch():
 def test_a_drift_is_no_round_off():
     """Each element is as long as the next but for 1e-10."""
     ops = operators(example(1, mesh=MeshOptions(element_size=0.05)))
-    moved = {name: x + 1e-8 * x * (8.0 - x) / 8.0 * (x[:, 1:] == 0.0) for name, x in vars(ops.mesh).items()
-             if name in ("start", "end")}  # fmt: skip
+    moved = {
+        name: x + 1e-8 * x * (8.0 - x) / 8.0 * (x[:, 1:] == 0.0)
+        for name, x in vars(ops.mesh).items()
+        if name in ("start", "end")
+    }
     assert [s.start for s in stretches_of(replace(ops.mesh, **moved), ops)] == [160, 240, 400]
 
 
@@ -56,7 +61,12 @@ def test_data_that_vary_are_columns_of_their_own():
 def test_entries_that_do_not_repeat_are_noticed(monkeypatch):
     """A kernel of a user's own may know where it is."""
     plain = BoundaryOperators.system_entries
-    monkeypatch.setattr(BoundaryOperators, "system_entries", lambda self, rows, columns: plain(self, rows, columns)
-                        * (1.0 + 1e-7 * self.mesh.x[columns, 0].repeat(2)))  # fmt: skip
+    monkeypatch.setattr(
+        BoundaryOperators,
+        "system_entries",
+        lambda self, rows, columns: (
+            plain(self, rows, columns) * (1.0 + 1e-7 * self.mesh.x[columns, 0].repeat(2))
+        ),
+    )
     stretches = found(mesh=MeshOptions(element_size=0.05))
     assert [(s.start, s.stop) for s in stretches] == [(160, 240), (400, 480)]

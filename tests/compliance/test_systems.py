@@ -19,14 +19,20 @@ GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-14, "ksp_gmres
 BICGSTAB = {"ksp_type": "bcgs", "pc_type": "none", "ksp_rtol": 1e-13}
 
 
-@pytest.mark.parametrize(("case", "solver"), [(CASE, {}), (CASE, GMRES), (CASE, BICGSTAB), (FULL, {}), (FULL, GMRES)])
+@pytest.mark.parametrize(
+    ("case", "solver"), [(CASE, {}), (CASE, GMRES), (CASE, BICGSTAB), (FULL, {}), (FULL, GMRES)]
+)
 def test_robin_against_numpy(case, solver, comm):
     rng = np.random.default_rng(3)
     with options(solver):
         posed = Posed(case, comm)
         system, operators = posed.system, posed.operators
         system_matrix, contact, loads = filled(operators)
-        contact, load, unknowns = contact / operators.traction_scale, loads[:, 1], operators.data.contact_unknowns
+        contact, load, unknowns = (
+            contact / operators.traction_scale,
+            loads[:, 1],
+            operators.data.contact_unknowns,
+        )
         f = 100.0 * rng.standard_normal((len(unknowns), 1))
         for rho in (1.0, 3e3, 1e7):
             robin = system_matrix.copy()
@@ -34,21 +40,37 @@ def test_robin_against_numpy(case, solver, comm):
             x = np.linalg.solve(robin, load + contact @ f[:, 0])
             u_t, sigma_t = system.robin(rho, f)
             scale = np.abs(x[unknowns]).max()
-            # u = u_0 + δu: GMRES's u_0 has an error of 4e-12, which is 3e-8 of u at the largest ρ (1e-10 by LU)
-            slack = 1e-9 * scale + 5e-12 * np.abs(system.u_0).max() * (solver is GMRES and case is FULL)
+            # u = u_0 + δu: GMRES's u_0 has an error of 4e-12, which is 3e-8 of u at the largest ρ
+            # (1e-10 by LU)
+            slack = 1e-9 * scale + 5e-12 * np.abs(system.u_0).max() * (
+                solver is GMRES and case is FULL
+            )
             assert np.allclose(u_t[:, 0], x[unknowns], rtol=0, atol=slack)
             assert np.allclose(sigma_t, f - rho * u_t, rtol=0, atol=rho * slack + 1e-8)
             du, dsigma = system.robin_increment(rho, f)
             assert np.allclose(dsigma + rho * du, f, rtol=1e-8, atol=1e-7 * np.abs(f).max())
-            assert np.allclose(system.u_0 + system.apply(dsigma), system.u_0 + du, rtol=0, atol=1e-8 * np.abs(du).max())
+            assert np.allclose(
+                system.u_0 + system.apply(dsigma),
+                system.u_0 + du,
+                rtol=0,
+                atol=1e-8 * np.abs(du).max(),
+            )
         compliance = np.linalg.solve(system_matrix, contact)[unknowns]
-        assert np.allclose(system.compliance(), compliance, rtol=0, atol=1e-10 * np.abs(compliance).max())
-        assert np.allclose(system.u_0[:, 0], np.linalg.solve(system_matrix, load)[unknowns], atol=1e-10)
+        assert np.allclose(
+            system.compliance(), compliance, rtol=0, atol=1e-10 * np.abs(compliance).max()
+        )
+        assert np.allclose(
+            system.u_0[:, 0], np.linalg.solve(system_matrix, load)[unknowns], atol=1e-10
+        )
         u, traction = posed.boundary(f)
         nodes = np.arange(operators.mesh.n_nodes)
-        assert np.abs(operators.residual(nodes, u, traction)).max() < 1e-11 * max(1.0, np.abs(u).max())
+        assert np.abs(operators.residual(nodes, u, traction)).max() < 1e-11 * max(
+            1.0, np.abs(u).max()
+        )
         data = operators.data
-        assert np.allclose(np.einsum("ij,ij->i", traction[data.contact_nodes], data.contact_frame[:, 0]), f[:, 0])
+        assert np.allclose(
+            np.einsum("ij,ij->i", traction[data.contact_nodes], data.contact_frame[:, 0]), f[:, 0]
+        )
         posed.close()
 
 
@@ -64,7 +86,10 @@ def test_compliance_has_positive_real_eigenvalues(comm):
 def test_a_ksp_that_fails_raises_with_petscs_reason(case, comm):
     given = {"ksp_type": "gmres", "pc_type": "none", "ksp_max_it": 2, "ksp_rtol": 1e-14}
     # of the full formulation the solution without tractions fails already
-    with options(given), pytest.raises(SolverError, match=r"iterate: KSP gmres ended with DIVERGED_(ITS|MAX_IT)"):
+    with (
+        options(given),
+        pytest.raises(SolverError, match=r"iterate: KSP gmres ended with DIVERGED_(ITS|MAX_IT)"),
+    ):
         system = Posed(case, comm).system
         system.robin(1e4, np.ones_like(system.u_0))
 
@@ -96,10 +121,18 @@ def test_lapack_and_the_ksp_solve_the_same(comm):
     for given in ({}, {"ksp_type": "preonly"}):
         with options(given):
             posed = Posed(CASE, comm)
-            found.append((*posed.system.robin(3e4, f[: len(posed.system.u_0)]), posed.bodies.describe()))
+            found.append(
+                (*posed.system.robin(3e4, f[: len(posed.system.u_0)]), posed.bodies.describe())
+            )
             posed.close()
-    assert all(np.abs(a - b).max() <= 1e-11 * np.abs(a).max() for a, b in zip(found[0][:2], found[1][:2], strict=True))
-    assert (found[0][2], found[1][2]) == ("condensed, dense", "condensed, dense; KSP preonly, PC lu")
+    assert all(
+        np.abs(a - b).max() <= 1e-11 * np.abs(a).max()
+        for a, b in zip(found[0][:2], found[1][:2], strict=True)
+    )
+    assert (found[0][2], found[1][2]) == (
+        "condensed, dense",
+        "condensed, dense; KSP preonly, PC lu",
+    )
 
 
 class Diagonal:
@@ -112,7 +145,11 @@ class Diagonal:
         return (self.entries * x.ravel()).reshape(x.shape)
 
     def solve(self, x, rho=None):
-        each = self.entries if rho is None else 1.0 + np.broadcast_to(rho, x.shape).ravel() * self.entries
+        each = (
+            self.entries
+            if rho is None
+            else 1.0 + np.broadcast_to(rho, x.shape).ravel() * self.entries
+        )
         return (x.ravel() / each).reshape(x.shape)
 
 
@@ -120,26 +157,45 @@ def random_compliance(m, k, r):
     """S far from symmetric, motions M, E, and right-hand sides."""
     rng = np.random.default_rng(10 * m + r)
     matrix = np.eye(m * k) + 0.3 * rng.standard_normal((m * k, m * k)) / np.sqrt(m * k)
-    modes = Modes(rng.standard_normal((m, k, r)), rng.standard_normal((r, m, k)), rng.standard_normal(r)) if r else None
+    modes = (
+        Modes(
+            rng.standard_normal((m, k, r)), rng.standard_normal((r, m, k)), rng.standard_normal(r)
+        )
+        if r
+        else None
+    )
     return matrix, modes, rng.standard_normal((m, k)), rng.standard_normal(r)
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 @pytest.mark.parametrize("motions", [0, 1, 3])
 def test_robin_problems_with_motions_against_a_dense_solve(k, motions, comm):
-    """(I + ρS) δσ + ρ M δα = r, E δσ = work, for one ρ and for one a component; and with S by its products alone."""
+    """(I + ρS) δσ + ρ M δα = r, E δσ = work, for one ρ and for one a component; and with S by its
+    products alone."""
     m = 8
     matrix, modes, r, work = random_compliance(m, k, motions)
     layer = Diagonal(matrix)
     dense = DenseCompliance(matrix, comm, lambda: layer)
-    free = ProductCompliance(lambda x: (matrix @ x.ravel()).reshape(x.shape), (m, k), motions, comm, lambda: layer, "a test")
+    free = ProductCompliance(
+        lambda x: (matrix @ x.ravel()).reshape(x.shape),
+        (m, k),
+        motions,
+        comm,
+        lambda: layer,
+        "a test",
+    )
     each = np.broadcast_to(10.0 ** np.arange(k), (m, k))
     for rho in (np.full((m, k), 0.7), np.full((m, k), 0.7), each, np.full((m, k), 1e3)):
         moved, felt = np.zeros((m * k, 0)), np.zeros((0, m * k))
         if modes is not None:
             moved, felt = modes.motion.reshape(m * k, -1), modes.resultant.reshape(-1, m * k)
         column = rho.reshape(-1, 1)
-        whole = np.block([[np.eye(m * k) + column * matrix, column * moved], [felt, np.zeros((motions, motions))]])
+        whole = np.block(
+            [
+                [np.eye(m * k) + column * matrix, column * moved],
+                [felt, np.zeros((motions, motions))],
+            ]
+        )
         exact = np.linalg.solve(whole, np.concatenate([r.ravel(), work]))
         sigma, alpha = exact[: m * k], exact[m * k :]
         v = matrix @ sigma + moved @ alpha

@@ -1,4 +1,5 @@
-"""H-matrices of Kelvin's point kernels on clouds in space against dense matrices: compiled code and numpy alike."""
+"""H-matrices of Kelvin's point kernels on clouds in space against dense matrices: compiled code and
+numpy alike."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from petcontact.compression.hmatrix.matrix import HMatrix, predicted_bytes, shar
 
 
 class PointKernel:
-    """T of point sources with normals, columns of U beside for some; in a plane T is antisymmetric."""
+    """T of point sources with normals, columns of U beside for some; in a plane T is
+    antisymmetric."""
 
     components, compiled = 3, None
 
@@ -28,23 +30,30 @@ class PointKernel:
         w, dyad = np.sum(r * n, axis=2)[..., None, None], r[..., :, None] * r[..., None, :]
         skew = r[..., :, None] * n[..., None, :]
         if system is not None:
-            system[:] = (w * (0.4 * np.eye(3) / d**3 + 3.0 * dyad / d**5)
-                         - 0.4 * (skew - skew.swapaxes(2, 3)) / d**3).transpose(0, 3, 1, 2)  # fmt: skip
+            system[:] = (
+                w * (0.4 * np.eye(3) / d**3 + 3.0 * dyad / d**5)
+                - 0.4 * (skew - skew.swapaxes(2, 3)) / d**3
+            ).transpose(0, 3, 1, 2)
         if beside is not None:
             u = (1.8 * np.eye(3) / d + dyad / d**3).transpose(0, 3, 1, 2)
             counts = np.diff(self.beside)[columns]
-            beside[:] = np.concatenate([each[:count] for each, count in zip(u, counts, strict=True)])
+            beside[:] = np.concatenate(
+                [each[:count] for each, count in zip(u, counts, strict=True)]
+            )
 
 
 N = 240
 
 
 def cloud(shape, n=N, seed=3):
-    """Points and normals on a block, on a plate as thin as the points are apart, on one plane, or anywhere."""
+    """Points and normals on a block, on a plate as thin as the points are apart, on one plane, or
+    anywhere."""
     rng = np.random.default_rng(seed)
     if shape == "anywhere":
         normal = rng.standard_normal((n, 3))
-        return rng.random((n, 3)) * np.array([12.0, 1.0, 1.0]), normal / np.linalg.norm(normal, axis=1)[:, None]
+        return rng.random((n, 3)) * np.array([12.0, 1.0, 1.0]), normal / np.linalg.norm(
+            normal, axis=1
+        )[:, None]
     x, normal = rng.random((n, 3)), np.zeros((n, 3))
     axis, side = rng.integers(3, size=n), rng.integers(2, size=n)
     if shape != "block":
@@ -57,7 +66,9 @@ def cloud(shape, n=N, seed=3):
 def prepared(shape, n=N):
     x, normal = cloud(shape, n)
     tree = cluster(x, x, np.ones(n, dtype=np.int64), 16)
-    return PointKernel(x[tree.order], normal[tree.order], np.where(np.arange(n) % 5 == 0, 2, 0)), tree
+    return PointKernel(
+        x[tree.order], normal[tree.order], np.where(np.arange(n) % 5 == 0, 2, 0)
+    ), tree
 
 
 @pytest.fixture(params=["compiled", "numpy"])
@@ -92,8 +103,12 @@ def test_each_block_holds_the_tolerance(shape, tolerance, code):
     d, worst = 3, 0.0
     for row, column in zip(blocks.row, blocks.column, strict=True):
         rows = slice(d * tree.first[row], d * tree.last[row])
-        columns = np.concatenate([np.arange(d * tree.first[column], d * tree.last[column]),
-                                  d * N + np.arange(*kernel.beside[[tree.first[column], tree.last[column]]])])  # fmt: skip
+        columns = np.concatenate(
+            [
+                np.arange(d * tree.first[column], d * tree.last[column]),
+                d * N + np.arange(*kernel.beside[[tree.first[column], tree.last[column]]]),
+            ]
+        )
         error = np.linalg.norm((found - exact)[rows, columns])
         worst = max(worst, error / np.linalg.norm(exact[rows, columns]))
     assert blocks.far.any() and worst < 3.0 * tolerance
@@ -122,7 +137,9 @@ def test_ranges_of_rows_make_up_the_whole_and_share_its_memory():
     parts = [HMatrix(kernel, tree, blocks, 1e-4, (bounds[i], bounds[i + 1])) for i in range(3)]
     x = np.random.default_rng(2).standard_normal(parts[0].shape[1])
     exact = all_of(kernel) @ x
-    assert np.linalg.norm(np.concatenate([part @ x for part in parts]) - exact) < 1e-5 * np.linalg.norm(exact)
+    assert np.linalg.norm(
+        np.concatenate([part @ x for part in parts]) - exact
+    ) < 1e-5 * np.linalg.norm(exact)
     held = [part.nbytes for part in parts]
     assert max(held) < 1.4 * min(held) and 0.5 < sum(held) / memory.sum() < 2.0
 
@@ -145,7 +162,13 @@ def test_zeros_are_of_rank_zero(code):
                     part[:] = 0.0
 
     kernel, tree = prepared("block")
-    compressed = HMatrix(Zero(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)), tree, block_tree(tree), 1e-4, (0, N))
+    compressed = HMatrix(
+        Zero(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)),
+        tree,
+        block_tree(tree),
+        1e-4,
+        (0, N),
+    )
     assert compressed.largest_rank == 0 and not (compressed @ np.ones(3 * N)).any()
 
 
@@ -164,7 +187,13 @@ def test_errors_of_the_entries_come_through():
 
     kernel, tree = prepared("block")
     with pytest.raises(ZeroDivisionError, match="entries"):
-        HMatrix(Broken(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)), tree, block_tree(tree), 1e-4, (0, N))
+        HMatrix(
+            Broken(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)),
+            tree,
+            block_tree(tree),
+            1e-4,
+            (0, N),
+        )
 
 
 @pytest.mark.parametrize("shape", ["block", "plate", "anywhere"])
@@ -175,7 +204,9 @@ def test_blocks_tile_the_matrix(shape):
     for row, column in zip(blocks.row, blocks.column, strict=True):
         met[tree.first[row] : tree.last[row], tree.first[column] : tree.last[column]] += 1
     assert (met == 1).all()
-    assert (np.diff(tree.first[tree.leaves]) <= 16).all() and np.array_equal(np.sort(tree.order), np.arange(N))
+    assert (np.diff(tree.first[tree.leaves]) <= 16).all() and np.array_equal(
+        np.sort(tree.order), np.arange(N)
+    )
     for most in (5, 60, 1000):
         cut = tree.cut(most)
         assert np.array_equal(tree.first[cut][1:], tree.last[cut][:-1]) and tree.last[cut][-1] == N
@@ -201,6 +232,8 @@ def test_a_build_that_is_broken_off_ends_soon(monkeypatch):
     monkeypatch.setattr(build, "_Compiled", Slow)
     monkeypatch.setattr(build, "_Plain", Slow)
     with pytest.raises(KeyboardInterrupt):
-        build.build_blocks(kernel, tree, block_tree(tree), (0, N), 1e-3, build.Layout(np.float32), 2, broken)
+        build.build_blocks(
+            kernel, tree, block_tree(tree), (0, N), 1e-3, build.Layout(np.float32), 2, broken
+        )
     # each of the 16 pieces would make one before it finds out; those that wait make none
     assert len(made) <= 16 < len(block_tree(tree).row)

@@ -14,7 +14,14 @@ SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
 def compressed(operator, tol=1e-8, leaf=24, breaks=None, **more):
     breaks = operator.nodes.breaks if breaks is None else breaks
     return compress(
-        operator, operator.nodes.points, operator.row_offsets, operator.col_offsets, tol, leaf, breaks=breaks, **more
+        operator,
+        operator.nodes.points,
+        operator.row_offsets,
+        operator.col_offsets,
+        tol,
+        leaf,
+        breaks=breaks,
+        **more,
     )
 
 
@@ -43,7 +50,12 @@ def test_rows_to_the_tolerance(name, tol, rng):
 def test_random_outlines(seed):
     rng = np.random.default_rng(seed)
     n_corners = int(rng.integers(3, 12))
-    nodes = star(rng, n_corners, int(rng.integers(150 // n_corners, 500 // n_corners)), 10 ** rng.uniform(0, 5))
+    nodes = star(
+        rng,
+        n_corners,
+        int(rng.integers(150 // n_corners, 500 // n_corners)),
+        10 ** rng.uniform(0, 5),
+    )
     operator = Mixed(nodes, rng.random(len(nodes)) < 0.5 if seed % 2 else None)
     tol = 10 ** rng.uniform(-11, -4)
     matrix = compressed(operator, tol, leaf=int(rng.integers(8, 40)))
@@ -55,15 +67,22 @@ def test_random_outlines(seed):
 def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
     nodes = case(name, rng)
     operator, tol = Mixed(nodes), 1e-8
-    beside = Partial(nodes, rng.random(len(nodes)) < 0.4 if name == "star" else np.arange(len(nodes)) % 150 < 70)
+    beside = Partial(
+        nodes, rng.random(len(nodes)) < 0.4 if name == "star" else np.arange(len(nodes)) % 150 < 70
+    )
 
     def both(rows, columns):
         return [operator(rows, columns), beside(rows, columns)]
 
-    matrix = compressed(operator, tol, threads=threads, serve=(both, [operator.col_offsets, beside.col_offsets]))
+    matrix = compressed(
+        operator, tol, threads=threads, serve=(both, [operator.col_offsets, beside.col_offsets])
+    )
     other = matrix.beside(beside, beside.col_offsets)
     exact = np.hstack([dense(operator), dense(beside)])
-    wrong = np.hstack([matrix @ np.eye(len(exact)), other @ np.eye(exact.shape[1] - len(exact))]) - exact
+    wrong = (
+        np.hstack([matrix @ np.eye(len(exact)), other @ np.eye(exact.shape[1] - len(exact))])
+        - exact
+    )
     longest = np.linalg.norm(exact, axis=1).max()
     assert np.linalg.norm(wrong, axis=1).max() <= (25 if name == "holes" else 5) * tol * longest
     for mine, level in zip(other.parts[0].levels, matrix.parts[0].levels, strict=True):
@@ -97,7 +116,8 @@ def test_no_columns_at_all(rng):
 
 
 def test_a_short_piece_of_another_kind_between_two_breaks(rng):
-    """Three single-layer elements in the middle of a thousand: far away a sample without breaks may miss them."""
+    """Three single-layer elements in the middle of a thousand: far away a sample without breaks may
+    miss them."""
     nodes = polygon(SQUARE, 250)
     single = np.zeros(1000, dtype=bool)
     single[611:614] = True
@@ -128,7 +148,8 @@ def test_solution_of_the_exact_system(rng):
 
 
 def test_pivots_that_wait(rng):
-    """Of every leaf the others see row 0 and column 0; what is left over is singular, the whole is not."""
+    """Of every leaf the others see row 0 and column 0; what is left over is singular, the whole is
+    not."""
     leaf, leaves = 8, 8
     exact = np.eye(2 * leaf * leaves)
     first = 2 * leaf * np.arange(leaves)
@@ -176,7 +197,10 @@ def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
     matrix = compressed(operator, 1e-9)
     exact = dense(operator)
     estimate = matrix.error_estimate(operator, rng, probes=len(operator.nodes))
-    wrong_rows = np.linalg.norm(matrix @ np.eye(len(exact)) - exact, axis=1).max() / np.linalg.norm(exact, axis=1).max()
+    wrong_rows = (
+        np.linalg.norm(matrix @ np.eye(len(exact)) - exact, axis=1).max()
+        / np.linalg.norm(exact, axis=1).max()
+    )
     assert 0.8 * wrong_rows < estimate < 1.3 * wrong_rows
 
     def wrong(rows, columns):
@@ -192,7 +216,9 @@ def test_the_probe_sees_the_same_in_pieces_of_rows(rng, monkeypatch):
     matrix = compressed(operator, 1e-6)
     whole = matrix.error_estimate(operator, np.random.default_rng(7))
     monkeypatch.setattr("petcontact.compression.hodlr.matrix.PROBED", 37)
-    assert matrix.error_estimate(operator, np.random.default_rng(7)) == pytest.approx(whole, rel=1e-6)
+    assert matrix.error_estimate(operator, np.random.default_rng(7)) == pytest.approx(
+        whole, rel=1e-6
+    )
 
 
 def test_memory_grows_almost_linearly():
@@ -204,14 +230,23 @@ def test_memory_grows_almost_linearly():
 
 
 @pytest.mark.parametrize(
-    "change", [{"tol": 0.0}, {"leaf": 0}, {"threads": 0}, {"points": np.zeros((3, 2))}, {"col_offsets": [0, 1]}]
+    "change",
+    [
+        {"tol": 0.0},
+        {"leaf": 0},
+        {"threads": 0},
+        {"points": np.zeros((3, 2))},
+        {"col_offsets": [0, 1]},
+    ],
 )
 def test_bad_arguments(change):
     operator = Mixed(circle(16))
     given = {
-        "entries": operator, "points": operator.nodes.points, "row_offsets": operator.row_offsets,
+        "entries": operator,
+        "points": operator.nodes.points,
+        "row_offsets": operator.row_offsets,
         "col_offsets": operator.col_offsets,
-    }  # fmt: skip
+    }
     with pytest.raises(ValueError, match="must be"):
         compress(**(given | change))
 

@@ -12,7 +12,8 @@ NODES, WIDE = 40, 60
 
 
 class Source:
-    """Entries of a matrix with 60 columns, of which the last 20 are beside the first 20 nodes; one component a node."""
+    """Entries of a matrix with 60 columns, of which the last 20 are beside the first 20 nodes; one
+    component a node."""
 
     def __init__(self, matrix):
         self.matrix = matrix
@@ -34,11 +35,21 @@ def expansion(random, stuck):
 @pytest.mark.parametrize("changes", [(2,), (1, 3), (2, 12, 3), (2, 0, 2)])
 def test_corrections_are_inversions(changes):
     random = np.random.default_rng(len(changes))
-    matrix = random.standard_normal((NODES, WIDE)) + 8.0 * np.eye(NODES, WIDE) + 8.0 * np.eye(NODES, WIDE, NODES)
+    matrix = (
+        random.standard_normal((NODES, WIDE))
+        + 8.0 * np.eye(NODES, WIDE)
+        + 8.0 * np.eye(NODES, WIDE, NODES)
+    )
     nodes = [np.arange(0, 28), np.arange(12, NODES)]
-    patches = [Patch([mine], mine, np.flatnonzero((mine < 20) == (k == 0)), True) for k, mine in enumerate(nodes)]
+    patches = [
+        Patch([mine], mine, np.flatnonzero((mine < 20) == (k == 0)), True)
+        for k, mine in enumerate(nodes)
+    ]
     first = np.zeros(2, dtype=np.int64)
-    local, residual = LocalSolves([Source(matrix)], first, patches, NODES), random.standard_normal(NODES)
+    local, residual = (
+        LocalSolves([Source(matrix)], first, patches, NODES),
+        random.standard_normal(NODES),
+    )
     stuck, every, corrected = set[int](), np.ones(NODES, dtype=bool), 0
     local.update(expansion(random, stuck), every)
     before = local.copy()
@@ -51,6 +62,11 @@ def test_corrections_are_inversions(changes):
         corrected += low
         anew = LocalSolves([Source(matrix)], first, patches, NODES)
         assert anew.update(factors, every) == (2, 0)
-        assert np.allclose(local.solve(residual), anew.solve(residual), rtol=0.0, atol=2e-5 * np.abs(residual).max())
+        assert np.allclose(
+            local.solve(residual),
+            anew.solve(residual),
+            rtol=0.0,
+            atol=2e-5 * np.abs(residual).max(),
+        )
         assert np.array_equal(before.solve(residual), at_first)
     assert corrected > 0

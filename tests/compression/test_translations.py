@@ -19,23 +19,40 @@ PER_SIDE, LEAF = 96, 8
 
 
 def outline(name):
-    """A square; one that is so thin that its long elements are as large as its ends; a tiny hole close to a side."""
+    """A square; one that is so thin that its long elements are as large as its ends; a tiny hole
+    close to a side."""
     if name == "thin":
         return polygon(SQUARE * [1.0, 0.02], PER_SIDE)
     square = polygon(SQUARE, PER_SIDE)
-    return square if name == "square" else together(square, circle(40, 0.04, (3.3, 0.05), clockwise=True))
+    return (
+        square
+        if name == "square"
+        else together(square, circle(40, 0.04, (3.3, 0.05), clockwise=True))
+    )
 
 
 def shared(operator, tol, threads=1):
     nodes = operator.nodes
     return compress(
-        operator, nodes.points, operator.row_offsets, operator.col_offsets, tol, LEAF, breaks=nodes.breaks, threads=threads,
+        operator,
+        nodes.points,
+        operator.row_offsets,
+        operator.col_offsets,
+        tol,
+        LEAF,
+        breaks=nodes.breaks,
+        threads=threads,
         stretches=[Stretch(i * PER_SIDE, (i + 1) * PER_SIDE) for i in range(4)],
-    )  # fmt: skip
+    )
 
 
 def followers(matrix):
-    return sum(cluster.follows for part in matrix.parts for level in part.levels for cluster in level.clusters)
+    return sum(
+        cluster.follows
+        for part in matrix.parts
+        for level in part.levels
+        for cluster in level.clusters
+    )
 
 
 @pytest.mark.parametrize(("name", "tol"), [("square", 1e-10), ("thin", 1e-6), ("hole", 1e-8)])
@@ -72,12 +89,22 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
         return [operator(rows, columns), beside(rows, columns)]
 
     matrix = compress(
-        operator, nodes.points, operator.row_offsets, operator.col_offsets, 1e-9, LEAF, breaks=nodes.breaks,
+        operator,
+        nodes.points,
+        operator.row_offsets,
+        operator.col_offsets,
+        1e-9,
+        LEAF,
+        breaks=nodes.breaks,
         serve=(both, [operator.col_offsets, beside.col_offsets]),
-        stretches=[Stretch(i * PER_SIDE, (i + 1) * PER_SIDE, beside=alike or i > 0) for i in range(4)],
-    )  # fmt: skip
+        stretches=[
+            Stretch(i * PER_SIDE, (i + 1) * PER_SIDE, beside=alike or i > 0) for i in range(4)
+        ],
+    )
     other = matrix.beside(beside, beside.col_offsets)
-    on_first = [c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE]
+    on_first = [
+        c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE
+    ]
     assert any(on_first) == alike and followers(other) > 0
     exact = dense(beside)
     error = np.linalg.norm(other @ np.eye(exact.shape[1]) - exact, axis=1).max()
@@ -85,7 +112,13 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
 
 
 @settings(max_examples=50)
-@given(st.integers(0, 3000), st.integers(1, 4), st.integers(0, 900), st.integers(1, 900), st.integers(8, 40))
+@given(
+    st.integers(0, 3000),
+    st.integers(1, 4),
+    st.integers(0, 900),
+    st.integers(1, 900),
+    st.integers(8, 40),
+)
 def test_leaves_are_small_and_equal_on_a_stretch(start, period, before, count, leaf):
     stop = start + before + period * count + 17
     stretch = Stretch(start + before, start + before + period * count, period)
@@ -97,4 +130,6 @@ def test_leaves_are_small_and_equal_on_a_stretch(start, period, before, count, l
     equal = leaf // period * period
     if equal and period * count >= 6 * equal:
         assert sum(key == (0, 0, equal) for key in keys) == period * count // equal
-    assert np.array_equal(Translations([], np.zeros((stop, 2))).leaves(start, stop, leaf), halved(start, stop, leaf))
+    assert np.array_equal(
+        Translations([], np.zeros((stop, 2))).leaves(start, stop, leaf), halved(start, stop, leaf)
+    )

@@ -14,17 +14,27 @@ from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.methods.newton import SemismoothNewton
 
 KERNELS = {
-    friction_law: ["_NORMS"], laws: ["_COULOMB", "_RESIDUAL"], linearisation: ["_LINEARISE", "_TRACTION"],
-    pivots: ["_NEXT_TAU"], solvers: ["_BLOCK"],
-}  # fmt: skip
+    friction_law: ["_NORMS"],
+    laws: ["_COULOMB", "_RESIDUAL"],
+    linearisation: ["_LINEARISE", "_TRACTION"],
+    pivots: ["_NEXT_TAU"],
+    solvers: ["_BLOCK"],
+}
 
 
 def problem(k, seed):
-    """Nodes on a layer that is soft, coupled and not symmetric, some of them pressed and some pulled."""
+    """Nodes on a layer that is soft, coupled and not symmetric, some of them pressed and some
+    pulled."""
     rng, m = np.random.default_rng(seed), 40
     roots = rng.normal(size=(m * k, m * k)) / np.sqrt(m * k)
-    compliance = roots @ roots.T + np.eye(m * k) + 0.05 * rng.normal(size=(m * k, m * k)) / np.sqrt(m * k)
-    law = Tresca(rng.random(m)) if k == 1 else SignoriniCoulomb(0.3 * rng.random(m), np.full(m, np.inf), np.ones(m, bool), k)
+    compliance = (
+        roots @ roots.T + np.eye(m * k) + 0.05 * rng.normal(size=(m * k, m * k)) / np.sqrt(m * k)
+    )
+    law = (
+        Tresca(rng.random(m))
+        if k == 1
+        else SignoriniCoulomb(0.3 * rng.random(m), np.full(m, np.inf), np.ones(m, bool), k)
+    )
     return ReducedSystem(rng.normal(size=(m, k)), compliance, rng.random(m) + 0.5), law
 
 

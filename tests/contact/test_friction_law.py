@@ -41,7 +41,10 @@ def test_projection_keeps_what_is_inside_and_the_direction_of_what_is_not(data):
     projected = project_ball(x, radius)
     inside = np.linalg.norm(x, axis=1) <= radius
     assert np.array_equal(projected[inside], x[inside])
-    cross = projected[~inside] * np.linalg.norm(x[~inside], axis=1)[:, None] - x[~inside] * radius[~inside, None]
+    cross = (
+        projected[~inside] * np.linalg.norm(x[~inside], axis=1)[:, None]
+        - x[~inside] * radius[~inside, None]
+    )
     assert np.allclose(cross, 0.0, atol=1e-9 * (1.0 + np.abs(x).max() * radius.max()))
 
 
@@ -55,7 +58,9 @@ def test_lemma_2_1_friction_condition_gives_zero_residual(data, rho):
     residual = law_residual(Tresca(bound), x, -bound[:, None] * direction, rho)
     assert np.abs(residual[slips]).max(initial=0.0) <= 1e-9 * (1.0 + bound.max())
     sigma = project_ball(x, bound)
-    assert np.abs(law_residual(Tresca(bound), np.zeros_like(x), sigma, rho)).max() <= 1e-9 * (1.0 + bound.max())
+    assert np.abs(law_residual(Tresca(bound), np.zeros_like(x), sigma, rho)).max() <= 1e-9 * (
+        1.0 + bound.max()
+    )
 
 
 @given(vectors(2), st.floats(1e-3, 1e3))

@@ -46,7 +46,10 @@ def test_the_derivative_is_that_of_the_projection(seed, k, tresca):
 def test_c_and_numpy_agree(seed, k):
     """Also where τ or the bound is 0, and in another order of memory."""
     rng = np.random.default_rng(seed)
-    law, tau = random_law(rng, 20, k), 2.0 * rng.standard_normal((20, k)) * (rng.random((20, k)) < 0.8)
+    law, tau = (
+        random_law(rng, 20, k),
+        2.0 * rng.standard_normal((20, k)) * (rng.random((20, k)) < 0.8),
+    )
 
     def found(tau):
         at = Linearisation.at(law, tau)
@@ -86,10 +89,19 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
 def test_bonded_bilateral_frictionless_and_absent_nodes():
     tau = np.array([[3.0, -2.0]] * 5)
     law = SignoriniCoulomb(
-        np.array([np.inf, np.inf, 0.5, 0.5, 0.5]), np.array([np.inf, 0.0, np.inf, 0.25, np.inf]),
-        np.array([False, False, False, True, False]), 2, np.array([False, False, False, False, True]),
-    )  # fmt: skip
-    assert law.project(tau).tolist() == [[3.0, -2.0], [0.0, -2.0], [1.0, -2.0], [0.0, 0.0], [0.0, 0.0]]
+        np.array([np.inf, np.inf, 0.5, 0.5, 0.5]),
+        np.array([np.inf, 0.0, np.inf, 0.25, np.inf]),
+        np.array([False, False, False, True, False]),
+        2,
+        np.array([False, False, False, False, True]),
+    )
+    assert law.project(tau).tolist() == [
+        [3.0, -2.0],
+        [0.0, -2.0],
+        [1.0, -2.0],
+        [0.0, 0.0],
+        [0.0, 0.0],
+    ]
     assert law.states(tau).tolist() == [0, 1, 1, 2, 2]
 
 
@@ -101,7 +113,9 @@ def test_loads_that_no_traction_holds_are_known_beforehand(k):
     motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
 
     def modes(*load):
-        return Modes(motion, np.moveaxis(motion, 2, 0), np.array([load[0], *[0.0] * (k - 2), load[1]]))
+        return Modes(
+            motion, np.moveaxis(motion, 2, 0), np.array([load[0], *[0.0] * (k - 2), load[1]])
+        )
 
     # v_n is the overlap: a force of +1 along it presses
     assert unbalanced_load(None, law) is None and unbalanced_load(modes(0.29, 1.0), law) is None
@@ -111,7 +125,8 @@ def test_loads_that_no_traction_holds_are_known_beforehand(k):
 
 
 def floor(k, m=5):
-    """M and E of a block that translates over m nodes; a force of +1 along the last axis presses."""
+    """M and E of a block that translates over m nodes; a force of +1 along the last axis
+    presses."""
     motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
     return lambda *load: Modes(motion, np.moveaxis(motion, 2, 0), np.array(load))
 
@@ -122,18 +137,22 @@ def test_tresca_holds_its_bound_and_no_more(k):
     along = np.full(k, 1.0) / np.sqrt(k)
     assert unbalanced_load(push(*(9.99 * along)), law) is None
     left = unbalanced_load(push(*(10.1 * along)), law)
-    assert np.abs(left).sum() == pytest.approx(0.1 * np.sqrt(k), rel=1e-3)  # the least sum of components beyond the disk
+    assert np.abs(left).sum() == pytest.approx(
+        0.1 * np.sqrt(k), rel=1e-3
+    )  # the least sum of components beyond the disk
 
 
 def test_bilateral_contact_holds_friction_in_tension_too():
-    """|σ_t| <= µ|p|: a load that pulls at a bilateral contact is held, and is not said to be more than it can hold."""
+    """|σ_t| <= µ|p|: a load that pulls at a bilateral contact is held, and is not said to be more
+    than it can hold."""
     m = 5
     law = SignoriniCoulomb(np.full(m, 0.3), np.full(m, np.inf), np.zeros(m, dtype=bool), 2)
     assert unbalanced_load(floor(2)(0.29, -1.0), law) is None
 
 
 class Glued:
-    """Contact that carries up to a tensile strength and slips nowhere; what it allows is reported where asked."""
+    """Contact that carries up to a tensile strength and slips nowhere; what it allows is reported
+    where asked."""
 
     k, groups = 2, (slice(0, 1), slice(1, 2))
 
@@ -181,7 +200,8 @@ def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
 
 @given(SEEDS, st.sampled_from([2, 3]), st.sampled_from([1e-6, 1.0, 1e6]))
 def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
-    """What the law allows has none; what is beyond by a share has that share, however large other nodes' tractions are."""
+    """What the law allows has none; what is beyond by a share has that share, however large other
+    nodes' tractions are."""
     rng = np.random.default_rng(seed)
     law = SignoriniCoulomb(np.full(6, 0.3), np.full(6, np.inf), np.ones(6, dtype=bool), k)
     pressure = size * 10.0 ** rng.uniform(-4, 0, 6)
@@ -202,13 +222,22 @@ def test_polygons_of_the_cone_are_regular():
 
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_all_at_once_is_one_after_another(k):
-    """Linearisations and residuals that a law makes at once are those of a subclass, of its projection and derivative."""
+    """Linearisations and residuals that a law makes at once are those of a subclass, of its
+    projection and derivative."""
     rng, m = np.random.default_rng(k), 60
-    limits = rng.random(m), rng.choice([0.0, 0.5, np.inf], m), rng.random(m) < 0.7, k, rng.random(m) < 0.1
+    limits = (
+        rng.random(m),
+        rng.choice([0.0, 0.5, np.inf], m),
+        rng.random(m) < 0.7,
+        k,
+        rng.random(m) < 0.1,
+    )
     kind, words = (Tresca, (limits[1],)) if k == 1 else (SignoriniCoulomb, limits)
     law, own = kind(*words), type("Own", (kind,), {})(*words)
     v, sigma, rho = rng.normal(size=(m, k)), rng.normal(size=(m, k)), rng.random(k)
-    np.testing.assert_allclose(law_residual(law, v, sigma, rho), law_residual(own, v, sigma, rho), atol=1e-15)
+    np.testing.assert_allclose(
+        law_residual(law, v, sigma, rho), law_residual(own, v, sigma, rho), atol=1e-15
+    )
     one, other = (Linearisation.at(each, v) for each in (law, own))
     for name in ("tau", "constant", "derivative", "active", "stick", "states"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))

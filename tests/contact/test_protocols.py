@@ -1,4 +1,5 @@
-"""Laws, methods and rules of one's own, on a small dense system, against the package's own and an optimiser."""
+"""Laws, methods and rules of one's own, on a small dense system, against the package's own and an
+optimiser."""
 
 from __future__ import annotations
 
@@ -34,12 +35,15 @@ COUNT = 30
 def cylinder(shift=0.05):
     """A rigid parabola pushed into a half plane without coupling: S is symmetric."""
     x, weight, matrix = half_plane(COUNT, 1.5)
-    system = ReducedSystem(np.column_stack([np.full(COUNT, -shift), 0.2 - 0.5 * x**2]), matrix, weight)
+    system = ReducedSystem(
+        np.column_stack([np.full(COUNT, -shift), 0.2 - 0.5 * x**2]), matrix, weight
+    )
     return x, system, matrix
 
 
 class Adhesion:
-    """Tresca friction at all nodes, and a normal traction that pulls by at most a strength; open, it goes on to pull so."""
+    """Tresca friction at all nodes, and a normal traction that pulls by at most a strength; open,
+    it goes on to pull so."""
 
     k, groups = 2, (slice(0, 1), slice(1, 2))
 
@@ -55,8 +59,11 @@ class Adhesion:
 
     def states(self, tau):
         slips = np.abs(tau[:, 0]) >= self.most[:, 0]
-        # both components have pieces of their own: open nodes that slip, and which way, are told apart by Newton's constants
-        return np.where(tau[:, 1] < self.least[:, 1], OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
+        # both components have pieces of their own: open nodes that slip, and which way, are told
+        # apart by Newton's constants
+        return np.where(tau[:, 1] < self.least[:, 1], OPEN, np.where(slips, SLIP, STICK)).astype(
+            np.int8
+        )
 
 
 @dataclass
@@ -75,7 +82,9 @@ class GradientProjection:
             history.add(self.rho, self.rho, change, 0.0, 0)
             if change <= iteration.criterion.tolerance:
                 v = system.u_0 + system.apply(sigma)
-                return ContactState(v, sigma, self.rho, True, f"change {change:.1e}", history, law=law)
+                return ContactState(
+                    v, sigma, self.rho, True, f"change {change:.1e}", history, law=law
+                )
         return ContactState(v, sigma, self.rho, False, "max_iterations reached", history, law=law)
 
 
@@ -92,16 +101,25 @@ def iteration(tolerance=1e-10, limit=20_000):
 
 @pytest.mark.parametrize("strength, bound", [(0.0, 0.0), (0.05, 0.0), (0.05, 0.02), (0.02, 0.2)])
 def test_a_law_with_adhesion_is_what_an_optimiser_finds(strength, bound):
-    """The law is that of a potential: σ minimises ½σᵀSσ + σᵀu_0 over |σ_t| <= g, σ_n <= strength."""
+    """The law is that of a potential: σ minimises ½σᵀSσ + σᵀu_0 over |σ_t| <= g, σ_n <=
+    strength."""
     _, system, matrix = cylinder()
     law = Adhesion(np.full(COUNT, strength), np.full(COUNT, bound))
     root = np.linalg.cholesky(0.5 * (matrix + matrix.T)).T
-    least, most = np.tile([-bound - 1e-300, -np.inf], COUNT), np.tile([bound + 1e-300, strength], COUNT)
+    least, most = (
+        np.tile([-bound - 1e-300, -np.inf], COUNT),
+        np.tile([bound + 1e-300, strength], COUNT),
+    )
     target = -np.linalg.solve(root.T, system.u_0.ravel())
-    exact = scipy.optimize.lsq_linear(root, target, (least, most), method="bvls", tol=1e-14).x.reshape(-1, 2)
+    exact = scipy.optimize.lsq_linear(
+        root, target, (least, most), method="bvls", tol=1e-14
+    ).x.reshape(-1, 2)
     assert (exact[:, 1] == strength).any() and (exact[:, 1] < 0.0).any()
-    for method in (SemismoothNewton(), method_of(Method(rule="modified", tolerance=1e-10)),
-                   method_of(GradientProjection(1.9 / np.linalg.norm(matrix, 2)))):  # fmt: skip
+    for method in (
+        SemismoothNewton(),
+        method_of(Method(rule="modified", tolerance=1e-10)),
+        method_of(GradientProjection(1.9 / np.linalg.norm(matrix, 2))),
+    ):
         state = method(system, law, iteration())
         assert state.converged, state.reason
         assert np.abs(state.sigma - exact).max() < 1e-6 * np.abs(exact).max()
@@ -112,7 +130,9 @@ def test_without_strength_and_friction_adhesion_is_signorini():
     _, system, _ = cylinder()
     zero = np.zeros(COUNT)
     signorini = SignoriniCoulomb(np.full(COUNT, np.inf), zero, np.ones(COUNT, dtype=bool), 2)
-    ours, theirs = (SemismoothNewton()(system, law, iteration()) for law in (Adhesion(zero, zero), signorini))
+    ours, theirs = (
+        SemismoothNewton()(system, law, iteration()) for law in (Adhesion(zero, zero), signorini)
+    )
     assert np.abs(ours.sigma - theirs.sigma).max() < 1e-12 * np.abs(theirs.sigma).max()
 
 
@@ -124,10 +144,15 @@ def test_methods_and_rules_of_ones_own_find_the_packages_answer(law):
         system = ReducedSystem(system.u_0[:, :1] * (1.0 + x[:, None] ** 2), matrix, system.weight)
         law = Tresca(np.full(COUNT, 0.02))
     else:
-        law = SignoriniCoulomb(np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2)
+        law = SignoriniCoulomb(
+            np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
+        )
     exact = method_of("semismooth-newton")(system, law, iteration())
     assert exact.converged and len(set(exact.states.tolist())) > 1
-    for method in (GradientProjection(1.9 / np.linalg.norm(matrix, 2)), method_of(Method(), HalfWay())):
+    for method in (
+        GradientProjection(1.9 / np.linalg.norm(matrix, 2)),
+        method_of(Method(), HalfWay()),
+    ):
         state = method(system, law, iteration())
         assert state.converged, state.reason
         assert np.abs(state.sigma - exact.sigma).max() < 1e-5 * np.abs(exact.sigma).max()
@@ -137,7 +162,11 @@ def test_methods_by_name_class_and_object():
     table = Method(rule="fixed", rho=7.0, omega=1.5)
     for given in ("projection", Projection):
         found = method_of(given, options=table)
-        assert isinstance(found, Projection) and (found.rho, found.omega) == (7.0, 1.5) and isinstance(found.rule, Fixed)
+        assert (
+            isinstance(found, Projection)
+            and (found.rho, found.omega) == (7.0, 1.5)
+            and isinstance(found.rule, Fixed)
+        )
     assert isinstance(method_of(SemismoothNewton), SemismoothNewton)
     own = GradientProjection(1.0)
     assert method_of(own) is own
@@ -147,11 +176,19 @@ def test_methods_by_name_class_and_object():
     assert method_of(table, rule).rule is rule
 
 
-@pytest.mark.parametrize("given, rule, why", [
-    ("newton", None, "newton"), (3, None, "got 3"), (GradientProjection, None, "give an object"),
-    ("semismooth-newton", "fixed", "no ρ"), (GradientProjection(1.0), "fixed", "has its own"),
-    ("projection", 3, "update"), ("projection", HalfWay, "update"), ("projection", "half-way", "half-way"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "given, rule, why",
+    [
+        ("newton", None, "newton"),
+        (3, None, "got 3"),
+        (GradientProjection, None, "give an object"),
+        ("semismooth-newton", "fixed", "no ρ"),
+        (GradientProjection(1.0), "fixed", "has its own"),
+        ("projection", 3, "update"),
+        ("projection", HalfWay, "update"),
+        ("projection", "half-way", "half-way"),
+    ],
+)
 def test_what_is_no_method_or_rule_is_one_line(given, rule, why):
     with pytest.raises(InputError, match=why) as error:
         method_of(given, rule)
@@ -160,56 +197,82 @@ def test_what_is_no_method_or_rule_is_one_line(given, rule, why):
 
 def test_laws_by_object_and_function():
     x, system, _ = cylinder()
-    given = SignoriniCoulomb(np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2)
+    given = SignoriniCoulomb(
+        np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
+    )
     places = np.column_stack([x, np.zeros(COUNT)])
-    nodes = ContactNodes(places, np.tile([0.0, -1.0], (COUNT, 1)), system.weight, {"bottom": slice(0, COUNT)}, given)
+    nodes = ContactNodes(
+        places, np.tile([0.0, -1.0], (COUNT, 1)), system.weight, {"bottom": slice(0, COUNT)}, given
+    )
     own = Adhesion(np.zeros(COUNT), np.ones(COUNT))
     assert law_of(None, nodes) is given and law_of(own, nodes) is own
     made = law_of(lambda n: Adhesion(0.1 * n.x[:, 0] ** 2, np.ones(len(n.weight))), nodes)
     assert np.array_equal(-made.least[:, 1], 0.1 * x**2)
     for wrong, why in (
-        (Tresca(np.ones(COUNT)), "k = 1"), (Adhesion(np.ones(3), np.ones(3)), "shape"), (HalfWay(), "project"),
-        (lambda n: HalfWay(), "project"), (3.0, "has no k"),
-    ):  # fmt: skip
+        (Tresca(np.ones(COUNT)), "k = 1"),
+        (Adhesion(np.ones(3), np.ones(3)), "shape"),
+        (HalfWay(), "project"),
+        (lambda n: HalfWay(), "project"),
+        (3.0, "has no k"),
+    ):
         with pytest.raises(InputError, match=why):
             law_of(wrong, nodes)
 
 
-@pytest.mark.parametrize("name", sorted(
-    module.name for module in pkgutil.walk_packages(petcontact.contact.__path__, "petcontact.contact.")
-))  # fmt: skip
+@pytest.mark.parametrize(
+    "name",
+    sorted(
+        module.name
+        for module in pkgutil.walk_packages(petcontact.contact.__path__, "petcontact.contact.")
+    ),
+)
 def test_examples_in_docstrings_run(name):
     assert doctest.testmod(importlib.import_module(name)).failed == 0
 
 
 def test_examples_are_there():
-    """Where a reader looks first: laws and their protocol, the projection, the protocol of systems, the methods."""
+    """Where a reader looks first: laws and their protocol, the projection, the protocol of systems,
+    the methods."""
     for module in ("laws", "law_protocol", "friction_law", "system", "methods.registry"):
-        found = doctest.DocTestFinder().find(importlib.import_module(f"petcontact.contact.{module}"))
+        found = doctest.DocTestFinder().find(
+            importlib.import_module(f"petcontact.contact.{module}")
+        )
         assert sum(len(test.examples) for test in found) > 0, module
 
 
 @pytest.mark.parametrize("share", [1e6, 1e9, 1e12])
 def test_the_bound_is_kept_where_loads_are_far_beyond_it(share):
-    """|σ_t| <= (1 + 1e-6) g and slip against it, however little friction there is beside the loads."""
+    """|σ_t| <= (1 + 1e-6) g and slip against it, however little friction there is beside the
+    loads."""
     x, weight, matrix = half_plane(COUNT, 1.5)
     matrix, weight = np.ascontiguousarray(matrix[::2, ::2]), weight
     system = ReducedSystem(1.0 + x[:, None], matrix, weight)
     bound = (1.0 + x**2) / share
     law = Tresca(bound)
-    for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.8), Projection(SelfAdaptive(), 1e4, 1.0)):
+    for method in (
+        SemismoothNewton(),
+        Projection(Modified(), 1.0, 1.8),
+        Projection(SelfAdaptive(), 1e4, 1.0),
+    ):
         state = method(system, law, iteration(1e-6, 2000))
         assert state.converged, state.reason
         assert (np.abs(state.sigma[:, 0]) / bound).max() <= 1.0 + 1e-6
         slips = np.abs(state.v[:, 0]) > 1e-3
-        assert np.allclose(state.sigma[slips, 0], -np.sign(state.v[slips, 0]) * bound[slips], rtol=1e-6, atol=0.0)
+        assert np.allclose(
+            state.sigma[slips, 0], -np.sign(state.v[slips, 0]) * bound[slips], rtol=1e-6, atol=0.0
+        )
 
 
-@pytest.mark.parametrize("beyond, holds", [(-1e-3, True), (-1e-6, True), (1e-9, False), (1e-6, False), (1e-3, False)])
+@pytest.mark.parametrize(
+    "beyond, holds", [(-1e-3, True), (-1e-6, True), (1e-9, False), (1e-6, False), (1e-3, False)]
+)
 def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
-    """A cylinder pushed by µP(1 + ε): what is converged is in equilibrium to 1e-10; just beyond the limit nothing is."""
+    """A cylinder pushed by µP(1 + ε): what is converged is in equilibrium to 1e-10; just beyond the
+    limit nothing is."""
     x, weight, matrix = half_plane(COUNT, 1.5)
-    law = SignoriniCoulomb(np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2)
+    law = SignoriniCoulomb(
+        np.full(COUNT, 0.3), np.full(COUNT, np.inf), np.ones(COUNT, dtype=bool), 2
+    )
     system = pressed(matrix, weight, 0.5 * x**2, (0.15 * (1.0 + beyond), 0.5))
     for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.5)):
         state = method(system, law, iteration(1e-6, 300))
@@ -221,22 +284,28 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
 
 @pytest.mark.parametrize("push", [1e-3, 1e-6, 1e-9])
 def test_a_light_touch_is_not_lost_beside_its_gap(push):
-    """A gap of half a length that closes by a billionth: the force is some share of the push, and no method drops it."""
+    """A gap of half a length that closes by a billionth: the force is some share of the push, and
+    no method drops it."""
     spread = np.geomspace(0.02, 30.0, 25) * np.sqrt(push)
     x, weight, matrix = half_plane_on(np.concatenate([-spread[::-1], [0.0], spread, [1.0]]))
-    law = SignoriniCoulomb(np.zeros(len(x)), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 2)
+    law = SignoriniCoulomb(
+        np.zeros(len(x)), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 2
+    )
     system = ReducedSystem(np.column_stack([np.zeros(len(x)), push - 0.5 * x**2]), matrix, weight)
     exact = SemismoothNewton()(system, law, iteration(1e-12))
     force = -weight @ exact.sigma[:, 1]
     assert exact.converged and 0.05 * push < force < push
     for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.5)):
         state = method(system, law, iteration(1e-6, 3000))
-        assert not state.converged or -weight @ state.sigma[:, 1] == pytest.approx(force, rel=1e-3), state.reason
+        assert not state.converged or -weight @ state.sigma[:, 1] == pytest.approx(
+            force, rel=1e-3
+        ), state.reason
         assert state.converged or isinstance(method, Projection)
 
 
 def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_was():
-    """Without tractions ρv is small beside the guess of other loads, of which a share stands for round-off."""
+    """Without tractions ρv is small beside the guess of other loads, of which a share stands for
+    round-off."""
     law = SignoriniCoulomb(np.zeros(2), np.full(2, np.inf), np.ones(2, dtype=bool), 2)
     open_ = Linearisation.at(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
     v = np.array([[0.0, 1e-7], [0.0, -0.6]])
@@ -245,11 +314,16 @@ def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_w
 
 
 def test_residuals_are_of_each_pair_by_its_own_tractions():
-    """Nodes that press lightly and are wrong by a half are not lost beside a pair that presses a million times harder."""
+    """Nodes that press lightly and are wrong by a half are not lost beside a pair that presses a
+    million times harder."""
     m = 4
-    law = SignoriniCoulomb(np.full(2 * m, 0.3), np.full(2 * m, np.inf), np.ones(2 * m, dtype=bool), 2)
+    law = SignoriniCoulomb(
+        np.full(2 * m, 0.3), np.full(2 * m, np.inf), np.ones(2 * m, dtype=bool), 2
+    )
     pressure = np.repeat([1.0, 1e-6], m)
-    system = ReducedSystem(np.column_stack([np.zeros(2 * m), pressure]), np.eye(4 * m), np.ones(2 * m))
+    system = ReducedSystem(
+        np.column_stack([np.zeros(2 * m), pressure]), np.eye(4 * m), np.ones(2 * m)
+    )
     sigma = np.column_stack([np.zeros(2 * m), -pressure])
     v = system.u_0 + sigma
     pairs = slice(0, m), slice(m, 2 * m)

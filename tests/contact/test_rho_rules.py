@@ -1,4 +1,5 @@
-"""The rules on hand-made sequences of w_k: (4.2), (4.3), s_k and c_k of section 4.1, and condition (3.4)."""
+"""The rules on hand-made sequences of w_k: (4.2), (4.3), s_k and c_k of section 4.1, and condition
+(3.4)."""
 
 from __future__ import annotations
 
@@ -8,7 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.contact.rho_rules import Fixed, Modified, ModifiedSafeguarded, SelfAdaptive, usable_balance
+from petcontact.contact.rho_rules import (
+    Fixed,
+    Modified,
+    ModifiedSafeguarded,
+    SelfAdaptive,
+    usable_balance,
+)
 
 
 def test_fixed_keeps_rho():
@@ -55,13 +62,24 @@ def test_literal_reading_counts_w_itself():
     assert (rule.changes, rule.growth) == (1, 0.0)
 
 
-@given(st.lists(st.floats(1e-9, 1e9), min_size=1, max_size=200), st.floats(0.1, 10.0), st.integers(0, 20))
+@given(
+    st.lists(st.floats(1e-9, 1e9), min_size=1, max_size=200),
+    st.floats(0.1, 10.0),
+    st.integers(0, 20),
+)
 def test_self_adaptive_and_safeguarded_satisfy_3_4_with_summable_steps(balances, tau, max_changes):
-    for rule in (SelfAdaptive(tau=tau, max_changes=max_changes), ModifiedSafeguarded(tau=tau, free_steps=max_changes)):
+    for rule in (
+        SelfAdaptive(tau=tau, max_changes=max_changes),
+        ModifiedSafeguarded(tau=tau, free_steps=max_changes),
+    ):
         rho, total = 1.0, 0.0
         for balance in balances:
             new = rule.update(rho, balance)
-            assert rho / (1.0 + rule.growth) * (1 - 1e-12) <= new <= rho * (1.0 + rule.growth) * (1 + 1e-12)
+            assert (
+                rho / (1.0 + rule.growth) * (1 - 1e-12)
+                <= new
+                <= rho * (1.0 + rule.growth) * (1 + 1e-12)
+            )
             rho, total = new, total + rule.growth
         assert total <= tau * max_changes + math.pi**2 / 6 + 1e-9
 

@@ -1,4 +1,5 @@
-"""The doctor finds what bites users, in installations that are invented here, and runs on this one."""
+"""The doctor finds what bites users, in installations that are invented here, and runs on this
+one."""
 
 from __future__ import annotations
 
@@ -12,17 +13,36 @@ import pytest
 from petcontact.doctor.findings import gather, judge
 
 HEALTHY = {
-    "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "cores": 4, "ranks": 1, "errors": {},
+    "python": "3.11.2",
+    "missing": [],
+    "versions": {"numpy": "1.24.2"},
+    "cores": 4,
+    "ranks": 1,
+    "errors": {},
     "extras": {"gmsh": ""},
     "environment": {"PETSC_DIR": "", "MPLBACKEND": "", "DISPLAY": "", "WAYLAND_DISPLAY": ""},
-    "launcher": "/usr/bin/mpiexec", "folder": (True, 5e9), "petsc": "3.18.5", "petsc4py": "3.18.5",
+    "launcher": "/usr/bin/mpiexec",
+    "folder": (True, 5e9),
+    "petsc": "3.18.5",
+    "petsc4py": "3.18.5",
     "kernels": "compiled (x86-64-v3)",
-    "petsc_dir": "/usr/lib/petsc", "scalar": "float64", "integer": "int32", "packages": ["scalapack"],
-    "mpi": "Open MPI v4.1.4", "mpi_libraries": ["/usr/lib/libmpi.so.40"], "launched_size": 2, "launched_error": "",
-    "blas": [["openblas", "0.3.21", 4]], "h5py": "3.7.0", "hdf5": "1.10.8", "hdf5_mpi": False,
-    "hdf5_libraries": ["/usr/lib/libhdf5.so.103", "/usr/lib/libhdf5_hl.so.100"], "matplotlib": "3.6.3",
-    "font": "/usr/share/DejaVuSans.ttf", "config_dir": "/var/cache/matplotlib",
-}  # fmt: skip
+    "petsc_dir": "/usr/lib/petsc",
+    "scalar": "float64",
+    "integer": "int32",
+    "packages": ["scalapack"],
+    "mpi": "Open MPI v4.1.4",
+    "mpi_libraries": ["/usr/lib/libmpi.so.40"],
+    "launched_size": 2,
+    "launched_error": "",
+    "blas": [["openblas", "0.3.21", 4]],
+    "h5py": "3.7.0",
+    "hdf5": "1.10.8",
+    "hdf5_mpi": False,
+    "hdf5_libraries": ["/usr/lib/libhdf5.so.103", "/usr/lib/libhdf5_hl.so.100"],
+    "matplotlib": "3.6.3",
+    "font": "/usr/share/DejaVuSans.ttf",
+    "config_dir": "/var/cache/matplotlib",
+}
 
 
 def test_a_healthy_installation_has_nothing_to_report():
@@ -35,16 +55,28 @@ def test_a_healthy_installation_has_nothing_to_report():
         ({"petsc4py": "3.20.1"}, "error", "releases differ"),
         ({"scalar": "complex128"}, "error", "not a real double-precision build"),
         ({"scalar": "float32"}, "error", "not a real double-precision build"),
-        ({"environment": HEALTHY["environment"] | {"PETSC_DIR": "/old"}}, "warning", "PETSC_DIR is /old"),
+        (
+            {"environment": HEALTHY["environment"] | {"PETSC_DIR": "/old"}},
+            "warning",
+            "PETSC_DIR is /old",
+        ),
         ({"packages": []}, "warning", "no ScaLAPACK"),
         ({"launched_size": 1}, "error", "does not start 2 ranks"),
         ({"launched_size": 0, "launched_error": "no such host"}, "error", "no such host"),
         ({"launcher": ""}, "warning", "no mpiexec"),
         ({"mpi_libraries": ["/a/libmpi.so.40", "/b/libmpi.so.12"]}, "error", "two MPI libraries"),
         ({"ranks": 4}, "warning", "on 4 cores for 4 ranks"),
-        ({"hdf5_libraries": ["/a/libhdf5.so.103", "/b/libhdf5.so.310"]}, "warning", "several HDF5 libraries"),
+        (
+            {"hdf5_libraries": ["/a/libhdf5.so.103", "/b/libhdf5.so.310"]},
+            "warning",
+            "several HDF5 libraries",
+        ),
         ({"font": ""}, "warning", "DejaVu Sans is missing"),
-        ({"environment": HEALTHY["environment"] | {"MPLBACKEND": "TkAgg"}}, "warning", "without a display"),
+        (
+            {"environment": HEALTHY["environment"] | {"MPLBACKEND": "TkAgg"}},
+            "warning",
+            "without a display",
+        ),
         ({"folder": (False, 0)}, "error", "cannot be written"),
         ({"kernels": "numpy (not compiled)"}, "warning", "several times slower"),
         ({"folder": (True, 1e6)}, "warning", "1 MB left"),
@@ -58,10 +90,22 @@ def test_each_defect_is_found(changes, level, message):
     assert message in findings[0].text and findings[0].advice
 
 
-@pytest.mark.parametrize(("version", "text", "advice"), [("", "not installed", "petcontact[cad]"), ("4.15.2", "4.15.2", "")])
+@pytest.mark.parametrize(
+    ("version", "text", "advice"),
+    [("", "not installed", "petcontact[cad]"), ("4.15.2", "4.15.2", "")],
+)
 def test_gmsh_is_named_or_how_to_get_it(version, text, advice):
-    (found,) = (finding for finding in judge(HEALTHY | {"extras": {"gmsh": version}}) if finding.subject == "extras")
-    assert found.level == "ok" and text in found.text and advice in found.advice and bool(advice) == bool(found.advice)
+    (found,) = (
+        finding
+        for finding in judge(HEALTHY | {"extras": {"gmsh": version}})
+        if finding.subject == "extras"
+    )
+    assert (
+        found.level == "ok"
+        and text in found.text
+        and advice in found.advice
+        and bool(advice) == bool(found.advice)
+    )
 
 
 def test_64_bit_integers_are_named():
@@ -69,16 +113,28 @@ def test_64_bit_integers_are_named():
 
 
 def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
-    (tmp_path / "petsc4py.py").write_text("raise ImportError('libpetsc.so: cannot open shared object file')")
-    monkeypatch.setattr("petcontact.doctor.findings._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    (tmp_path / "petsc4py.py").write_text(
+        "raise ImportError('libpetsc.so: cannot open shared object file')"
+    )
+    monkeypatch.setattr(
+        "petcontact.doctor.findings._environment",
+        lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)},
+    )
     findings = list(judge(gather()))
-    assert [f for f in findings if f.subject == "petsc" and f.level == "error" and "cannot open" in f.text]
+    assert [
+        f
+        for f in findings
+        if f.subject == "petsc" and f.level == "error" and "cannot open" in f.text
+    ]
     assert [f for f in findings if f.subject == "hdf5" and f.level == "ok"]
 
 
 def test_a_library_that_crashes_does_not_take_the_doctor_with_it(tmp_path, monkeypatch):
     (tmp_path / "petsc4py.py").write_text("import os; os.abort()")
-    monkeypatch.setattr("petcontact.doctor.findings._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    monkeypatch.setattr(
+        "petcontact.doctor.findings._environment",
+        lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)},
+    )
     assert "status -6" in gather()["errors"]["petsc"]
 
 
@@ -88,7 +144,12 @@ def _paths(first):
 
 def test_the_command_on_this_installation():
     allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    done = subprocess.run([sys.executable, "-m", "petcontact", "doctor"], capture_output=True, text=True, timeout=300,
-                          env=os.environ | allow)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-m", "petcontact", "doctor"],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | allow,
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "starts 2 ranks" in done.stdout and "PETSc" in done.stdout

@@ -1,4 +1,5 @@
-"""Fatigue over the steps of solved problems: blocks under uniform stress, fretting, the command, its table and figure."""
+"""Fatigue over the steps of solved problems: blocks under uniform stress, fretting, the command,
+its table and figure."""
 
 from __future__ import annotations
 
@@ -38,12 +39,23 @@ def pulled(geometry, sides, plane=True):
     free = (0.0,) * (2 if plane else 3)
     forces = [BoundaryChange(part="right", value=(value, *free[1:])) for value in (3.0, -1.0)]
     return Problem(
-        body=[Body(name="bar", material=STEEL, geometry=geometry, mesh=MeshOptions(element_size=0.5, order=1), boundary=[
-            Symmetry("left"), Contact("bottom"), *([] if plane else [Symmetry("front")]), Traction("right", free),
-            *(Traction(part, free) for part in sides),
-        ])],
+        body=[
+            Body(
+                name="bar",
+                material=STEEL,
+                geometry=geometry,
+                mesh=MeshOptions(element_size=0.5, order=1),
+                boundary=[
+                    Symmetry("left"),
+                    Contact("bottom"),
+                    *([] if plane else [Symmetry("front")]),
+                    Traction("right", free),
+                    *(Traction(part, free) for part in sides),
+                ],
+            )
+        ],
         step=[Step("pull", boundary=forces[:1]), Step("push", boundary=forces[1:])],
-    )  # fmt: skip
+    )
 
 
 def uniform(solution):
@@ -73,18 +85,27 @@ def fretting():
 
 
 def test_ruiz_is_friction_work_and_tension(fretting):
-    """Between the two ends of a cycle δ is half the way; both sides of the interface have the same work."""
+    """Between the two ends of a cycle δ is half the way; both sides of the interface have the same
+    work."""
     first = fatigue(fretting, "ruiz-1", first="pull", last="push again")
     a, b = (step.pairs["interface"] for step in fretting.steps[-2:])
-    work = 0.5 * np.abs(a.slip - b.slip)[:, 0] * np.maximum(np.abs(a.sigma_t), np.abs(b.sigma_t))[:, 0]
+    work = (
+        0.5 * np.abs(a.slip - b.slip)[:, 0] * np.maximum(np.abs(a.sigma_t), np.abs(b.sigma_t))[:, 0]
+    )
     lower, upper = first.found
     assert (lower.sites.body, upper.sites.body) == ("lower", "upper")
-    assert lower.value == pytest.approx(work) and upper.value == pytest.approx(work) and work.max() > 1e-4
+    assert (
+        lower.value == pytest.approx(work)
+        and upper.value == pytest.approx(work)
+        and work.max() > 1e-4
+    )
     second = fatigue(fretting, "ruiz-2", first="pull", last="push again")
     nodes = fretting.nodes["interface"]
     tension = [fretting.stress_on_boundary("lower", step)[nodes, 0] for step in fretting.steps[-2:]]
-    moments = [np.maximum(s, 0.0) * np.abs(pair.sigma_t[:, 0]) * 0.5 * np.abs(a.slip - b.slip)[:, 0]
-               for s, pair in zip(tension, (a, b), strict=True)]  # fmt: skip
+    moments = [
+        np.maximum(s, 0.0) * np.abs(pair.sigma_t[:, 0]) * 0.5 * np.abs(a.slip - b.slip)[:, 0]
+        for s, pair in zip(tension, (a, b), strict=True)
+    ]
     assert second.found[0].value == pytest.approx(np.max(moments, axis=0))
     # where slip is largest and the surface is pulled: at the edges
     assert abs(abs(second.found[0].sites.x[second.found[0].value.argmax(), 0]) - 0.7) < 0.1
@@ -96,7 +117,10 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     assert found.sites.depth[k] == 0.0 and abs(abs(found.sites.x[k, 0]) - 0.74) < 0.06
     rows = table(result)
     assert len(rows["body"]) == sum(len(one.value) for one in result.found)
-    below = [rows["smith_watson_topper"][rows["depth"] == depth].max() for depth in np.unique(rows["depth"])]
+    below = [
+        rows["smith_watson_topper"][rows["depth"] == depth].max()
+        for depth in np.unique(rows["depth"])
+    ]
     assert np.all(np.diff(below) < 0.0)
     # equal bodies, pushed to and fro alike: the same from left and right, above and below
     lower, upper = (one.value.max() for one in result.found)
@@ -115,10 +139,36 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     fretting.save(tmp_path / "f.h5")
     monkeypatch.chdir(tmp_path)
     cycle = ["--first", "pull", "--last", "push again"]
-    assert main(["fatigue", "f.h5", *cycle, "--parameter", "crossland", "--sensitivity", "0.3", "--limit", "0.2",
-                 "--body", "lower", "--depth", "0.2", "-o", "out.csv", "--figure", "out.svg"]) == 0  # fmt: skip
+    assert (
+        main(
+            [
+                "fatigue",
+                "f.h5",
+                *cycle,
+                "--parameter",
+                "crossland",
+                "--sensitivity",
+                "0.3",
+                "--limit",
+                "0.2",
+                "--body",
+                "lower",
+                "--depth",
+                "0.2",
+                "-o",
+                "out.csv",
+                "--figure",
+                "out.svg",
+            ]
+        )
+        == 0
+    )
     said = capsys.readouterr().out
-    assert "crossland: 2 increments" in said and "lower.top" in said and "over the limit 0.2: 0." in said
+    assert (
+        "crossland: 2 increments" in said
+        and "lower.top" in said
+        and "over the limit 0.2: 0." in said
+    )
     with open("out.csv") as file:
         rows = list(csv.DictReader(file))
     assert set(rows[0]) == {"body", "part", "x", "y", "depth", "arc_length", "crossland"}
@@ -130,21 +180,27 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     assert "critical plane: normal" in said and "cycles to failure" in said
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    (["--first", "pul"], "--first: no step 'pul', did you mean 'pull'?"),
-    (["--first", "push again", "--last", "push"], "step 'push' comes before step 'push again'"),
-    (["--first", "press", "--last", "press"], "at least two increments"),
-    (["--parameter", "findly"], "no 'findly', did you mean 'findley'?"),
-    (["--parameter", "findley"], "findley needs it"),
-    (["--sensitivity", "0.3"], "smith-watson-topper has none"),
-    (["--depth", "-1"], "--depth -1: must be a number, 0 or more"),
-    (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
-    (["--part", "tip"], "no part 'tip'"),
-    (["--part", "w"], "no part 'w'; parts are bottom, right, top, left\n"),
-    (["--parameter", "ruiz-1", "--depth", "0.5"], "depth: ruiz-1 is of slip and shear on the surface"),
-    (["--life", "1,2"], "four numbers"),
-    (["-o", "out.txt"], "written as .csv"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--first", "pul"], "--first: no step 'pul', did you mean 'pull'?"),
+        (["--first", "push again", "--last", "push"], "step 'push' comes before step 'push again'"),
+        (["--first", "press", "--last", "press"], "at least two increments"),
+        (["--parameter", "findly"], "no 'findly', did you mean 'findley'?"),
+        (["--parameter", "findley"], "findley needs it"),
+        (["--sensitivity", "0.3"], "smith-watson-topper has none"),
+        (["--depth", "-1"], "--depth -1: must be a number, 0 or more"),
+        (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
+        (["--part", "tip"], "no part 'tip'"),
+        (["--part", "w"], "no part 'w'; parts are bottom, right, top, left\n"),
+        (
+            ["--parameter", "ruiz-1", "--depth", "0.5"],
+            "depth: ruiz-1 is of slip and shear on the surface",
+        ),
+        (["--life", "1,2"], "four numbers"),
+        (["-o", "out.txt"], "written as .csv"),
+    ],
+)
 def test_mistakes_are_one_line(fretting, tmp_path, capsys, words, message):
     fretting.save(tmp_path / "f.h5")
     assert main(["fatigue", str(tmp_path / "f.h5"), *words]) == 2

@@ -1,4 +1,5 @@
-"""Fatigue parameters against closed forms: uniaxial cycles, torsion, turning axes, mean stress; no axes are preferred."""
+"""Fatigue parameters against closed forms: uniaxial cycles, torsion, turning axes, mean stress; no
+axes are preferred."""
 
 from __future__ import annotations
 
@@ -9,7 +10,14 @@ from hypothesis import strategies as st
 
 from petcontact import InputError
 from petcontact.fatigue.evaluate import cycles_to_failure
-from petcontact.fatigue.parameters import PARAMETERS, Constants, crossland, dang_van, findley, smith_watson_topper
+from petcontact.fatigue.parameters import (
+    PARAMETERS,
+    Constants,
+    crossland,
+    dang_van,
+    findley,
+    smith_watson_topper,
+)
 from petcontact.fatigue.smallest_ball import smallest_ball
 
 E, NU, K = 200.0, 0.3, 0.4
@@ -51,13 +59,18 @@ def test_uniaxial_cycles_with_a_mean(mean, amplitude, seed):
         assert abs(opening.normal[0] @ q[:, 0]) == pytest.approx(1.0, abs=1e-6)
     else:
         assert opening.value[0] == pytest.approx(0.0, abs=1e-12)
-    # max over θ of σ_a/2 sin 2θ + k max(σ cos² θ): with σ_max > 0 an angle in closed form, else planes without normal stress
+    # max over θ of σ_a/2 sin 2θ + k max(σ cos² θ): with σ_max > 0 an angle in closed form, else
+    # planes without normal stress
     if top > 0.0:
         wanted = 0.5 * (np.hypot(amplitude, K * top) + K * top)
         assert findley(stress, STEEL).value[0] == pytest.approx(wanted, rel=1e-7)
-    assert crossland(stress, STEEL).value[0] == pytest.approx(amplitude / np.sqrt(3.0) + K * top / 3.0, rel=1e-9)
+    assert crossland(stress, STEEL).value[0] == pytest.approx(
+        amplitude / np.sqrt(3.0) + K * top / 3.0, rel=1e-9
+    )
     # the deviator less its middle is that of ± σ_a
-    assert dang_van(stress, STEEL).value[0] == pytest.approx(0.5 * amplitude + K * top / 3.0, rel=1e-9)
+    assert dang_van(stress, STEEL).value[0] == pytest.approx(
+        0.5 * amplitude + K * top / 3.0, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -67,19 +80,30 @@ def test_torsion(seed):
     assert findley(stress, STEEL).value[0] == pytest.approx(2.0 * np.sqrt(1.0 + K**2), rel=1e-7)
     assert crossland(stress, STEEL).value[0] == pytest.approx(2.0)
     assert dang_van(stress, STEEL).value[0] == pytest.approx(2.0)
-    assert smith_watson_topper(stress, STEEL).value[0] == pytest.approx(2.0 * 2.0 * (1.0 + NU) / E, rel=1e-8)
+    assert smith_watson_topper(stress, STEEL).value[0] == pytest.approx(
+        2.0 * 2.0 * (1.0 + NU) / E, rel=1e-8
+    )
 
 
 @pytest.mark.parametrize("moments", [4, 9, 24])
 def test_principal_axes_that_turn(moments):
-    """A deviator of constant size turns in the plane: a circle in the space of deviators, its radius the amplitude."""
+    """A deviator of constant size turns in the plane: a circle in the space of deviators, its
+    radius the amplitude."""
     angle = 2.0 * np.pi * np.arange(moments) / moments
-    stress = history(*(np.cos(a) * (np.outer(X, X) - np.outer(Y, Y)) + np.sin(a) * (np.outer(X, Y) + np.outer(Y, X))
-                       for a in angle))  # fmt: skip
+    stress = history(
+        *(
+            np.cos(a) * (np.outer(X, X) - np.outer(Y, Y))
+            + np.sin(a) * (np.outer(X, Y) + np.outer(Y, X))
+            for a in angle
+        )
+    )
     assert crossland(stress, STEEL).value[0] == pytest.approx(1.0, rel=1e-6)
     assert dang_van(stress, STEEL).value[0] == pytest.approx(1.0, rel=1e-6)
-    # every plane through z sees both shear and normal stress of ±1 at some time, those nearest to the moments most
-    assert findley(stress, STEEL).value[0] == pytest.approx(1.0 + K, rel=0.03 if moments < 24 else 1e-2)
+    # every plane through z sees both shear and normal stress of ±1 at some time, those nearest to
+    # the moments most
+    assert findley(stress, STEEL).value[0] == pytest.approx(
+        1.0 + K, rel=0.03 if moments < 24 else 1e-2
+    )
     # on a plane the normal stress is cos, its strain (1+ν)/E of it
     opening = smith_watson_topper(stress, STEEL).value[0]
     assert opening == pytest.approx((1.0 + NU) / E, rel=1e-7 if moments % 2 == 0 else 0.04)
@@ -89,13 +113,20 @@ def test_out_of_phase_tension_and_torsion():
     """σ = cos ωt, τ = r sin ωt: √J2 runs on an ellipse with the half axes 1/√3 and r."""
     angle = 2.0 * np.pi * np.arange(40) / 40
     for r in (0.3, 0.8):
-        stress = history(*(np.cos(a) * np.outer(X, X) + r * np.sin(a) * (np.outer(X, Y) + np.outer(Y, X)) for a in angle))
+        stress = history(
+            *(
+                np.cos(a) * np.outer(X, X) + r * np.sin(a) * (np.outer(X, Y) + np.outer(Y, X))
+                for a in angle
+            )
+        )
         wanted = max(1.0 / np.sqrt(3.0), r) + K / 3.0
         assert crossland(stress, STEEL).value[0] == pytest.approx(wanted, rel=1e-9)
 
 
 @settings(max_examples=10, deadline=None)
-@given(seed=st.integers(0, 10**6), moments=st.integers(2, 6), name=st.sampled_from(sorted(PARAMETERS)))
+@given(
+    seed=st.integers(0, 10**6), moments=st.integers(2, 6), name=st.sampled_from(sorted(PARAMETERS))
+)
 def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name):
     rng = np.random.default_rng(seed)
     stress = rng.normal(size=(moments, 3, 3, 3))
@@ -106,7 +137,9 @@ def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name)
     again = parameter(other, STEEL)
     assert again.value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
     power = 2 if name == "smith-watson-topper" else 1
-    assert parameter(3.0 * stress, STEEL).value == pytest.approx(3.0**power * damage.value, rel=1e-7)
+    assert parameter(3.0 * stress, STEEL).value == pytest.approx(
+        3.0**power * damage.value, rel=1e-7
+    )
     # the order of the moments does not matter, nor do moments between others
     between = np.concatenate([stress[::-1], 0.5 * stress[:1] + 0.5 * stress[1:2]])
     assert parameter(between, STEEL).value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
@@ -115,7 +148,8 @@ def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name)
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 12), size=st.integers(1, 6))
 def test_smallest_balls(seed, count, size):
-    """All points are inside, and whichever way the centre moves, it moves away from a point on the rim."""
+    """All points are inside, and whichever way the centre moves, it moves away from a point on the
+    rim."""
     rng = np.random.default_rng(seed)
     x = rng.normal(size=(count, size))
     centre, radius = smallest_ball(x)

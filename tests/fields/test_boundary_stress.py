@@ -1,4 +1,5 @@
-"""Stress on the boundary from exact data: orders, patch tests, places, corners, states of contact."""
+"""Stress on the boundary from exact data: orders, patch tests, places, corners, states of
+contact."""
 
 from __future__ import annotations
 
@@ -41,13 +42,21 @@ def everywhere(mesh, count, rng):
     for batch in mesh.batches():
         quads = batch.elements.corners.shape[1] == 4
         own = rng.uniform(-1.0, 1.0, (count, 2)) if quads else rng.dirichlet(np.ones(3), count)
-        place[np.isin(element, batch.elements.index)] = batch.elements.mapped(own[:, :2]).reshape(-1, 2)
+        place[np.isin(element, batch.elements.index)] = batch.elements.mapped(own[:, :2]).reshape(
+            -1, 2
+        )
     return element, place
 
 
 @pytest.mark.parametrize(
     ("order", "size", "nodes", "best"),
-    [(0, 0.05, 3e-4, 3e-4), (1, 0.1, 2e-3, 2e-3), (2, 0.2, 5e-4, 5e-4), (3, 0.2, 4e-5, 4e-5), (5, 0.4, 1e-6, 1e-6)],
+    [
+        (0, 0.05, 3e-4, 3e-4),
+        (1, 0.1, 2e-3, 2e-3),
+        (2, 0.2, 5e-4, 5e-4),
+        (3, 0.2, 4e-5, 4e-5),
+        (5, 0.4, 1e-6, 1e-6),
+    ],
 )
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_exact_data_on_arcs_and_straight_sides(order, size, nodes, best, plane):
@@ -67,9 +76,13 @@ def test_between_the_nodes_slopes_are_of_one_order_more():
         for places in (nodal_places(mesh), best_places(mesh)):
             x = at(mesh, *places)
             normal = np.column_stack([mesh.variables_at(*places)[n] for n in ("nx", "ny")])
-            plain = hooke(mesh.basis_at(*places) @ traction, normal, surface_gradient(mesh, u, *places), STEEL)
+            plain = hooke(
+                mesh.basis_at(*places) @ traction, normal, surface_gradient(mesh, u, *places), STEEL
+            )
             recovered = BoundaryField(mesh, u, traction, STEEL).stress(*places)
-            errors += [np.abs(found - exact(x)[1]).max() for found in (components(plain), recovered)]
+            errors += [
+                np.abs(found - exact(x)[1]).max() for found in (components(plain), recovered)
+            ]
         rates.append(errors)
     at_nodes, recovered_at_nodes, between, recovered_between = np.log2(np.divide(*rates))
     assert at_nodes < 2.4 and min(recovered_at_nodes, between, recovered_between) > 2.6
@@ -86,7 +99,9 @@ def kelvin(x, force=(0.3, -0.5, 1.0), source=(0.2, 0.1, 1.9)):
 
     slope = np.stack([moved(x + 1e-30j * axis).imag / 1e-30 for axis in np.eye(3)], axis=2)
     strain = 0.5 * (slope + slope.transpose(0, 2, 1))
-    return moved(x), 2.0 * strain + 1.5 * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    return moved(x), 2.0 * strain + 1.5 * np.trace(strain, axis1=1, axis2=2)[
+        :, None, None
+    ] * np.eye(3)
 
 
 @pytest.mark.parametrize(
@@ -105,10 +120,13 @@ def test_exact_data_on_panels(order, size, bounds):
 
 @pytest.mark.parametrize("depth", [1e-5, 0.005, 0.03])
 def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
-    """The field of the data as they are has jumps at the panels' edges, with stresses that grow towards these."""
+    """The field of the data as they are has jumps at the panels' edges, with stresses that grow
+    towards these."""
     mesh = box_mesh(CUBE, lambda part: 0.25, 2, 1.0)
     u, stress = kelvin(mesh.x)
-    problem = Problem(material=SOFT, geometry=Box((-1, -1, -1), (1, 1, 1)), boundary=[Contact("top")])
+    problem = Problem(
+        material=SOFT, geometry=Box((-1, -1, -1), (1, 1, 1)), boundary=[Contact("top")]
+    )
     found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
     fields = BodyFields(problem, 0, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
     top = np.flatnonzero(mesh.part == mesh.part_names.index("top"))[::5]
@@ -116,7 +134,9 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
     chosen = np.isin(element, top)
     x = at(mesh, element[chosen], place[chosen]) - [0.0, 0.0, depth]
     x = x[np.abs(x[:, :2]).max(axis=1) < 0.9]
-    assert np.abs(fields.at(x).stress - components(kelvin(x)[1])).max() < 4.5e-3 * np.abs(stress).max()
+    assert (
+        np.abs(fields.at(x).stress - components(kelvin(x)[1])).max() < 4.5e-3 * np.abs(stress).max()
+    )
 
 
 def triangles(mesh):
@@ -124,11 +144,14 @@ def triangles(mesh):
     corners = np.concatenate([mesh.corners[:, [0, 1, 2, 3]], mesh.corners[:, [0, 2, 3, 3]]])
     middles = np.concatenate([mesh.middles[:, [0, 1, 4, 4, 4]], mesh.middles[:, [4, 2, 3, 4, 4]]])
     corners[:, 3] = middles[:, 3:] = np.nan
-    return SurfaceMesh(corners, np.tile(mesh.order, 2), np.tile(mesh.part, 2), mesh.part_names, middles)
+    return SurfaceMesh(
+        corners, np.tile(mesh.order, 2), np.tile(mesh.part, 2), mesh.part_names, middles
+    )
 
 
 def hanging(order, levels, shrink):
-    """The cube with panels cut again and again about a point of its top, those around it as they are."""
+    """The cube with panels cut again and again about a point of its top, those around it as they
+    are."""
     return refined(box_mesh(CUBE, lambda part: 0.5, order, 1.0), (0.2, 0.1, 1.0), levels, shrink)
 
 
@@ -151,7 +174,9 @@ def bent(x):
 def stress_error(mesh, field, *places):
     """Largest and rms error of the stress of exact data over the largest stress."""
     u, stress = field(mesh.x)
-    found = BoundaryField(mesh, u, np.einsum("nij,nj->ni", stress, mesh.normal), SOFT).stress(*places)
+    found = BoundaryField(mesh, u, np.einsum("nij,nj->ni", stress, mesh.normal), SOFT).stress(
+        *places
+    )
     wanted = components(field(at(mesh, *places))[1])
     error = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max()
     return float(error.max()), float(np.sqrt(np.mean(error**2)))
@@ -165,19 +190,32 @@ def test_linear_stress_is_exact_on_hanging_nodes(order):
 
 @pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.09)])
 def test_large_panels_beside_crowds_of_small_ones_take_no_notice_of_them(order, bound):
-    """The stress of a load on a spot, on panels 64 times smaller than those around them: 1.17 and .12 off at nodes of large
-    panels when the samples nearest to these lie on small ones only."""
+    """The stress of a load on a spot, on panels 64 times smaller than those around them: 1.17 and
+    .12 off at nodes of large panels when the samples nearest to these lie on small ones only."""
     mesh = hanging(order, 6, 0.4)
-    assert stress_error(mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.2, 0.1, 1.05)), *nodal_places(mesh))[0] < bound
+    assert (
+        stress_error(
+            mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.2, 0.1, 1.05)), *nodal_places(mesh)
+        )[0]
+        < bound
+    )
 
 
 @pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.027)])
 def test_large_curved_panels_at_the_border_of_a_part_tell_no_peak_that_is_elsewhere(order, bound):
-    """The same on a ball, whose parts have few panels: .31 and .03 off, at large ones where next to nothing is."""
+    """The same on a ball, whose parts have few panels: .31 and .03 off, at large ones where next to
+    nothing is."""
     ball = Sphere(centre=(0.0, 0.0, 0.0), radius=1.0)
-    problem = Problem(material=SOFT, geometry=ball, mesh=MeshOptions(0.5, order=order), boundary=[Contact("top")])
+    problem = Problem(
+        material=SOFT, geometry=ball, mesh=MeshOptions(0.5, order=order), boundary=[Contact("top")]
+    )
     mesh = refined(mesh_of(problem), (0.0, 0.0, 1.0), 6, 0.4)
-    assert stress_error(mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.0, 0.0, 1.05)), *nodal_places(mesh))[0] < bound
+    assert (
+        stress_error(
+            mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.0, 0.0, 1.05)), *nodal_places(mesh)
+        )[0]
+        < bound
+    )
 
 
 @pytest.mark.parametrize(("order", "rate"), [(1, 1.6), (2, 2.6)])
@@ -189,12 +227,21 @@ def test_orders_on_hanging_nodes(order, rate):
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10**6), order=st.integers(1, 3), kind=st.sampled_from(["curve", "quads", "triangles"]))
+@given(
+    seed=st.integers(0, 10**6),
+    order=st.integers(1, 3),
+    kind=st.sampled_from(["curve", "quads", "triangles"]),
+)
 def test_uniform_stress_is_exact_everywhere_and_rigid_motions_add_none(seed, order, kind):
     rng = np.random.default_rng(seed)
     if kind == "curve":
-        body = Polygon([(0, 0), (6, 0), (rng.uniform(4, 6), 3), (rng.uniform(0, 2), 4)], ["bottom", "right", "top", "left"])
-        mesh = mesh_outline(body.outline(), MeshOptions(element_size=rng.uniform(0.3, 2.0), order=order))
+        body = Polygon(
+            [(0, 0), (6, 0), (rng.uniform(4, 6), 3), (rng.uniform(0, 2), 4)],
+            ["bottom", "right", "top", "left"],
+        )
+        mesh = mesh_outline(
+            body.outline(), MeshOptions(element_size=rng.uniform(0.3, 2.0), order=order)
+        )
     else:
         mesh = box_mesh(CUBE, lambda part: 0.7, order, 1.0)
         mesh = triangles(mesh) if kind == "triangles" else mesh
@@ -202,10 +249,14 @@ def test_uniform_stress_is_exact_everywhere_and_rigid_motions_add_none(seed, ord
     strain, turn = rng.normal(size=(2, d, d))
     strain, turn = strain + strain.T, turn - turn.T
     material = Material(1.0, rng.uniform(-0.5, 0.49))
-    lame = 2.0 * material.shear_modulus * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
+    lame = (
+        2.0 * material.shear_modulus * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
+    )
     stress = 2.0 * material.shear_modulus * strain + lame * np.trace(strain) * np.eye(d)
     u = mesh.x @ (strain + turn).T + rng.normal(size=d)
-    field = BoundaryField(mesh, u, mesh.normal @ stress, material, rng.integers(-1, 3, mesh.n_nodes))
+    field = BoundaryField(
+        mesh, u, mesh.normal @ stress, material, rng.integers(-1, 3, mesh.n_nodes)
+    )
     found = field.stress(*everywhere(mesh, 3, rng))
     wanted = components(stress[None])
     assert np.abs(found - wanted).max() < 1e-11 * max(np.abs(wanted).max(), np.abs(u).max())
@@ -216,17 +267,32 @@ def curved(kind, order, rng):
     if kind == "curve":
         return meshed(order=order, element_size=rng.uniform(0.3, 1.0))
     shape = Sphere(centre=(0, 0, 0), radius=1) if rng.integers(2) else CYLINDER
-    mesh = mesh_of(Problem(material=SOFT, geometry=shape, mesh=MeshOptions(1.0, order=order), boundary=[Contact("top")]))
+    mesh = mesh_of(
+        Problem(
+            material=SOFT,
+            geometry=shape,
+            mesh=MeshOptions(1.0, order=order),
+            boundary=[Contact("top")],
+        )
+    )
     mesh = triangles(mesh) if kind == "triangles" else mesh
-    stretched, away = np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3)), rng.uniform(-3.0, 3.0, 3)
+    stretched, away = (
+        np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3)),
+        rng.uniform(-3.0, 3.0, 3),
+    )
     points = (values @ stretched + away for values in (mesh.corners, mesh.middles))
     return SurfaceMesh(next(points), mesh.order, mesh.part, mesh.part_names, next(points))
 
 
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 10**6), order=st.integers(0, 3), kind=st.sampled_from(["curve", "quads", "triangles"]))
+@given(
+    seed=st.integers(0, 10**6),
+    order=st.integers(0, 3),
+    kind=st.sampled_from(["curve", "quads", "triangles"]),
+)
 def test_rotations_strain_no_curved_body(seed, order, kind):
-    """Elements of order 1 told von Mises stresses of a tenth of E times the angle; those of order 3 of a hundredth."""
+    """Elements of order 1 told von Mises stresses of a tenth of E times the angle; those of order 3
+    of a hundredth."""
     rng = np.random.default_rng(seed)
     mesh = curved(kind, order, rng)
     turn, material = rng.normal(size=(mesh.dim, mesh.dim)), Material(1.0, rng.uniform(-0.5, 0.45))
@@ -236,7 +302,8 @@ def test_rotations_strain_no_curved_body(seed, order, kind):
     places = everywhere(mesh, 3, rng)
     assert np.abs(field.stress(*places)).max() < 1e-10 * np.abs(turn).max()
     assert (
-        np.abs(field.displacement(*places) - at(mesh, *places) @ (turn - turn.T) - shift).max() < 1e-10 * np.abs(turn).max()
+        np.abs(field.displacement(*places) - at(mesh, *places) @ (turn - turn.T) - shift).max()
+        < 1e-10 * np.abs(turn).max()
     )
     within = mesh.x[:1] - 0.1 * mesh.normal[:1]
     _, stress = field_at(mesh, u, np.zeros_like(u), material, within)
@@ -245,9 +312,13 @@ def test_rotations_strain_no_curved_body(seed, order, kind):
 
 @pytest.mark.parametrize("kind", ["curve", "quads", "triangles"])
 def test_linear_fields_on_constant_elements(kind):
-    """The slope next to the middle of an element comes from its neighbours; in space none was taken, and no stress told."""
+    """The slope next to the middle of an element comes from its neighbours; in space none was
+    taken, and no stress told."""
     rng = np.random.default_rng(0)
-    mesh, slope = curved(kind, 0, rng), rng.normal(size=(3, 3))[: 2 + (kind != "curve"), : 2 + (kind != "curve")]
+    mesh, slope = (
+        curved(kind, 0, rng),
+        rng.normal(size=(3, 3))[: 2 + (kind != "curve"), : 2 + (kind != "curve")],
+    )
     strain, d = 0.5 * (slope + slope.T), len(slope)
     stress = 2.0 * SOFT.shear_modulus * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(d))
     field = BoundaryField(mesh, mesh.x @ slope.T, mesh.normal @ stress, SOFT)
@@ -258,27 +329,46 @@ def test_linear_fields_on_constant_elements(kind):
 @given(seed=st.integers(0, 10**6), order=st.integers(0, 3), space=st.booleans())
 def test_points_of_the_boundary_are_found(seed, order, space):
     rng = np.random.default_rng(seed)
-    mesh = box_mesh(CUBE, lambda part: 0.8, order, 1.0) if space else meshed(order=order, element_size=rng.uniform(0.2, 2.0))
+    mesh = (
+        box_mesh(CUBE, lambda part: 0.8, order, 1.0)
+        if space
+        else meshed(order=order, element_size=rng.uniform(0.2, 2.0))
+    )
     element, place = everywhere(mesh, 3, rng)
     x = at(mesh, element, place)
     found, where = located(mesh, x)
-    assert np.all(found >= 0) and np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
-    normal = np.column_stack([mesh.variables_at(element, place)[f"n{c}"] for c in "xyz"[: mesh.dim]])
+    assert (
+        np.all(found >= 0)
+        and np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
+    )
+    normal = np.column_stack(
+        [mesh.variables_at(element, place)[f"n{c}"] for c in "xyz"[: mesh.dim]]
+    )
     assert np.all(located(mesh, x - 1e-3 * normal)[0] != element)
     part = int(rng.integers(len(mesh.part_names)))
     held = located(mesh, x, mesh.part_names[part])[0]
-    assert np.all(held[mesh.part[element] == part] >= 0) and np.all(mesh.part[held[held >= 0]] == part)
+    assert np.all(held[mesh.part[element] == part] >= 0) and np.all(
+        mesh.part[held[held >= 0]] == part
+    )
 
 
 def test_a_kink_at_the_end_of_a_state_is_not_smoothed():
-    """Slopes that jump where the state of contact changes stay apart; without the states they run into one another."""
+    """Slopes that jump where the state of contact changes stay apart; without the states they run
+    into one another."""
     mesh = meshed(order=2, element_size=0.2)
     bottom = mesh.part_names.index("bottom")
     kinked = np.where(mesh.node_part == bottom, np.maximum(mesh.x[:, 0] - 2.4, 0.0), 0.0)
     u, free = np.column_stack([1e-3 * kinked, 0.0 * kinked]), np.zeros((mesh.n_nodes, 2))
     state = np.where(mesh.node_part == bottom, np.where(mesh.x[:, 0] > 2.4, 1, 0), -1)
     here = np.flatnonzero(mesh.node_part == bottom)
-    wanted = np.where(mesh.x[here, 0] > 2.4, 2.0 * STEEL.shear_modulus / (1.0 - STEEL.plane_strain_ratio) * 1e-3, 0.0)
+    wanted = np.where(
+        mesh.x[here, 0] > 2.4,
+        2.0 * STEEL.shear_modulus / (1.0 - STEEL.plane_strain_ratio) * 1e-3,
+        0.0,
+    )
     places = mesh.element[here], nodal_places(mesh)[1][here]
-    assert np.abs(BoundaryField(mesh, u, free, STEEL, state).stress(*places)[:, 0] - wanted).max() < 1e-12
+    assert (
+        np.abs(BoundaryField(mesh, u, free, STEEL, state).stress(*places)[:, 0] - wanted).max()
+        < 1e-12
+    )
     assert np.abs(BoundaryField(mesh, u, free, STEEL).stress(*places)[:, 0] - wanted).max() > 1e-2

@@ -25,7 +25,18 @@ def result(tmp_path_factory):
 
 def test_field_writes_what_paraview_reads(result, tmp_path, capsys):
     field, boundary, figure = (tmp_path / name for name in ("f.vtu", "b.vtu", "f.png"))
-    words = ["field", str(result), "--grid", "40x20", "-o", str(field), "--boundary", str(boundary), "--figure", str(figure)]
+    words = [
+        "field",
+        str(result),
+        "--grid",
+        "40x20",
+        "-o",
+        str(field),
+        "--boundary",
+        str(boundary),
+        "--figure",
+        str(figure),
+    ]
     assert main(words) == 0
     assert "largest von Mises stress" in capsys.readouterr().out
     inside = meshio.read(field)
@@ -42,11 +53,20 @@ def test_a_grid_that_is_none_is_refused(result, grid, capsys):
     assert "--grid" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    (["--quantity", "sigma_xx"], "--quantity sigma_xx: is what a figure shows"),
-    (["--points", "p.csv", "--grid", "20x10"], "--grid: a table of --points is of these points alone"),
-    (["--points", "p.csv", "--window", "0", "0", "1", "1"], "--window: a table of --points is of these points alone"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--quantity", "sigma_xx"], "--quantity sigma_xx: is what a figure shows"),
+        (
+            ["--points", "p.csv", "--grid", "20x10"],
+            "--grid: a table of --points is of these points alone",
+        ),
+        (
+            ["--points", "p.csv", "--window", "0", "0", "1", "1"],
+            "--window: a table of --points is of these points alone",
+        ),
+    ],
+)
 def test_options_that_would_do_nothing_are_refused(result, words, message, capsys):
     assert main(["field", str(result), *words]) == 2
     assert message in capsys.readouterr().err
@@ -71,21 +91,42 @@ def steps(tmp_path_factory):
     """Two blocks in four increments."""
     folder = tmp_path_factory.mktemp("steps")
     once = {f"step.{k}.increments": 1 for k in (1, 2, 3)}
-    solution = solve(load(CONFIGS / "fretting.toml", {"body.0.mesh.element_sizes.top": 0.2, **once}))
+    solution = solve(
+        load(CONFIGS / "fretting.toml", {"body.0.mesh.element_sizes.top": 0.2, **once})
+    )
     solution.save(folder / "f.h5")
     return solution, folder / "f.h5"
 
 
 def test_points_inside_and_on_the_boundary(steps, tmp_path, capsys):
-    """By step and body, as Python gives them; names in the first line and columns after the coordinates are passed over."""
+    """By step and body, as Python gives them; names in the first line and columns after the
+    coordinates are passed over."""
     solution, path = steps
     points = tmp_path / "points.csv"
     points.write_text("x, y, note\n0.0, 0.0, on the face\n0.3; -0.5\n-3.0 -1.0\n")
     out = tmp_path / "out.csv"
-    assert main(["field", str(path), "--points", str(points), "--body", "lower", "--step", "2", "-o", str(out)]) == 0
+    assert (
+        main(
+            [
+                "field",
+                str(path),
+                "--points",
+                str(points),
+                "--body",
+                "lower",
+                "--step",
+                "2",
+                "-o",
+                str(out),
+            ]
+        )
+        == 0
+    )
     found = rows(out)
     state = solution.state_at([[0.0, 0.0], [0.3, -0.5], [-3.0, -1.0]], "lower", 2)
-    assert [float(row["sigma_xy"]) for row in found] == pytest.approx(state.stress[:, 2], rel=1e-9, abs=1e-12)
+    assert [float(row["sigma_xy"]) for row in found] == pytest.approx(
+        state.stress[:, 2], rel=1e-9, abs=1e-12
+    )
     assert [float(row["von_mises"]) for row in found] == pytest.approx(state.von_mises, rel=1e-9)
     assert [float(row["uy"]) for row in found] == pytest.approx(state.u[:, 1], rel=1e-9)
     # on the free side the traction vanishes
@@ -97,22 +138,72 @@ def test_points_in_space(tmp_path):
     solution = solve(load(CONFIGS / "space_b.toml", {"mesh.element_size": 2.0, "mesh.order": 0}))
     solution.save(tmp_path / "b.h5")
     middle = solution.mesh.x.mean(axis=0)
-    (tmp_path / "p.csv").write_text("\n".join(",".join(map(str, x)) for x in (middle, solution.mesh.x[3])))
-    assert main(["field", str(tmp_path / "b.h5"), "--points", str(tmp_path / "p.csv"), "-o", str(tmp_path / "o.csv"),
-                 "--figure", str(tmp_path / "o.png"), "--quantity", "sigma_xz"]) == 0  # fmt: skip
+    (tmp_path / "p.csv").write_text(
+        "\n".join(",".join(map(str, x)) for x in (middle, solution.mesh.x[3]))
+    )
+    assert (
+        main(
+            [
+                "field",
+                str(tmp_path / "b.h5"),
+                "--points",
+                str(tmp_path / "p.csv"),
+                "-o",
+                str(tmp_path / "o.csv"),
+                "--figure",
+                str(tmp_path / "o.png"),
+                "--quantity",
+                "sigma_xz",
+            ]
+        )
+        == 0
+    )
     found = rows(tmp_path / "o.csv")
-    assert float(found[1]["sigma_yz"]) == pytest.approx(solution.stress_on_boundary()[3, 5], rel=1e-9)
-    assert float(found[0]["sigma_zz"]) == pytest.approx(solution.stress_at([middle])[0, 2], rel=1e-9)
+    assert float(found[1]["sigma_yz"]) == pytest.approx(
+        solution.stress_on_boundary()[3, 5], rel=1e-9
+    )
+    assert float(found[0]["sigma_zz"]) == pytest.approx(
+        solution.stress_at([middle])[0, 2], rel=1e-9
+    )
 
 
 def test_one_body_one_increment_one_window(steps, tmp_path, capsys):
     solution, path = steps
-    words = ["--body", "upper", "--step", "last", "--window", "-1", "0", "1", "0.5", "--grid", "16x8"]
+    words = [
+        "--body",
+        "upper",
+        "--step",
+        "last",
+        "--window",
+        "-1",
+        "0",
+        "1",
+        "0.5",
+        "--grid",
+        "16x8",
+    ]
     out, figure = tmp_path / "w.vtu", tmp_path / "w.png"
-    assert main(["field", str(path), *words, "-o", str(out), "--figure", str(figure), "--quantity", "sigma_xx"]) == 0
+    assert (
+        main(
+            [
+                "field",
+                str(path),
+                *words,
+                "-o",
+                str(out),
+                "--figure",
+                str(figure),
+                "--quantity",
+                "sigma_xx",
+            ]
+        )
+        == 0
+    )
     mesh = meshio.read(out)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    assert np.all(low[:2] >= [-1.0, 0.0]) and np.all(high[:2] <= [1.0, 0.5]) and high[0] - low[0] > 1.9
+    assert (
+        np.all(low[:2] >= [-1.0, 0.0]) and np.all(high[:2] <= [1.0, 0.5]) and high[0] - low[0] > 1.9
+    )
     size = mesh.points[mesh.cells[0].data]
     a, b = (size[:, k] - size[:, 0] for k in (1, 2))
     assert 0.5 * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() == pytest.approx(1.0, rel=0.05)
@@ -121,24 +212,43 @@ def test_one_body_one_increment_one_window(steps, tmp_path, capsys):
     assert mesh.point_data["stress"][inside, [0, 1, 3]] == pytest.approx(wanted[0], rel=1e-8)
     assert figure.stat().st_size > 10_000 and capsys.readouterr().out.startswith(str(out))
     # one increment of all bodies is a collection
-    assert main(["field", str(path), "--step", "1", "--grid", "4x4", "-o", str(tmp_path / "c.vtu")]) == 0
+    assert (
+        main(["field", str(path), "--step", "1", "--grid", "4x4", "-o", str(tmp_path / "c.vtu")])
+        == 0
+    )
     assert {file.name for file in tmp_path.glob("c*")} == {
-        "c.pvd", *(f"c-001-{body}{kind}.vtu" for body in ("lower", "upper") for kind in ("", "-boundary"))
-    }  # fmt: skip
+        "c.pvd",
+        *(f"c-001-{body}{kind}.vtu" for body in ("lower", "upper") for kind in ("", "-boundary")),
+    }
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    (["--step", "9"], "--step 9: there are increments 1 to 4, and `last`"),
-    (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
-    (["--window", "0", "0", "1"], "expected the lower and the upper corner"),
-    (["--window", "8", "8", "9", "9", "--step", "1"], "--window: nothing of the body lies in it"),
-    (["--window", "0", "0", "0", "1", "1", "1"], "--window: the body has 2 dimensions: 4 numbers are needed"),
-    (["--quantity", "von_mise", "--figure", "f.png"], "--quantity: no 'von_mise', did you mean 'von_mises'?"),
-    (["--points", "none.csv", "--body", "upper"], "none.csv: No such file"),
-    (["--points", "points.csv"], "--body must name one body; there are lower, upper"),
-    (["--points", "points.csv", "--body", "upper"], "points.csv, line 2: 2 coordinates are needed, got '1'"),
-    (["--points", "points.csv", "-o", "o.vtu"], "o.vtu: a table is written as .csv"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--step", "9"], "--step 9: there are increments 1 to 4, and `last`"),
+        (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
+        (["--window", "0", "0", "1"], "expected the lower and the upper corner"),
+        (
+            ["--window", "8", "8", "9", "9", "--step", "1"],
+            "--window: nothing of the body lies in it",
+        ),
+        (
+            ["--window", "0", "0", "0", "1", "1", "1"],
+            "--window: the body has 2 dimensions: 4 numbers are needed",
+        ),
+        (
+            ["--quantity", "von_mise", "--figure", "f.png"],
+            "--quantity: no 'von_mise', did you mean 'von_mises'?",
+        ),
+        (["--points", "none.csv", "--body", "upper"], "none.csv: No such file"),
+        (["--points", "points.csv"], "--body must name one body; there are lower, upper"),
+        (
+            ["--points", "points.csv", "--body", "upper"],
+            "points.csv, line 2: 2 coordinates are needed, got '1'",
+        ),
+        (["--points", "points.csv", "-o", "o.vtu"], "o.vtu: a table is written as .csv"),
+    ],
+)
 def test_mistakes_in_what_is_asked(steps, tmp_path, monkeypatch, capsys, words, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "points.csv").write_text("0, 1\n1\n")

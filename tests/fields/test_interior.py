@@ -37,7 +37,18 @@ from petcontact.results.figures.stress import deformed_figure
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import write_vtu
 
-POINTS = np.array([[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4], [1.58, 1.0]])
+POINTS = np.array(
+    [
+        [2.5, 0.5],
+        [1.0, 0.3],
+        [3.9, 1.99],
+        [0.31, 0.31],
+        [2.0, 0.55],
+        [0.001, 1.5],
+        [3.3, 1e-4],
+        [1.58, 1.0],
+    ]
+)
 
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
@@ -67,11 +78,17 @@ def test_stress_is_the_derivative_of_the_displacement():
     u, traction = rng.normal(size=(2, mesh.n_nodes, 2))
     points, step = np.array([[1.0, 1.0], [3.2, 0.4], [2.6, 1.2]]), 1e-4
     _, stress = field_at(mesh, u, traction, STEEL, points)
-    gradient = np.stack([
-        (field_at(mesh, u, traction, STEEL, points + step * e)[0] - field_at(mesh, u, traction, STEEL, points - step * e)[0])
-        / (2.0 * step)
-        for e in np.eye(2)
-    ], axis=-1)  # fmt: skip
+    gradient = np.stack(
+        [
+            (
+                field_at(mesh, u, traction, STEEL, points + step * e)[0]
+                - field_at(mesh, u, traction, STEEL, points - step * e)[0]
+            )
+            / (2.0 * step)
+            for e in np.eye(2)
+        ],
+        axis=-1,
+    )
     mu, nu = STEEL.shear_modulus, 0.3
     trace = 2.0 * mu * nu / (1.0 - 2.0 * nu) * (gradient[:, 0, 0] + gradient[:, 1, 1])
     hooke = [
@@ -86,16 +103,24 @@ def test_stress_is_the_derivative_of_the_displacement():
 def solved():
     return {
         "uniform": solve(example(1, mesh=MeshOptions(element_size=0.1))),
-        "graded": solve(example(1, mesh=MeshOptions(order=3, levels=6, grading=0.3, graded_points=((3.378, 0.0),)))),
+        "graded": solve(
+            example(
+                1, mesh=MeshOptions(order=3, levels=6, grading=0.3, graded_points=((3.378, 0.0),))
+            )
+        ),
     }
 
 
 @pytest.mark.parametrize("kind", ["uniform", "graded"])
-@pytest.mark.parametrize(("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.85), ((6.5, 2.0), 1.2)])
+@pytest.mark.parametrize(
+    ("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.85), ((6.5, 2.0), 1.2)]
+)
 def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
-    """Force and moment of the tractions over a circle inside: zero, whatever the error of the boundary data.
+    """Force and moment of the tractions over a circle inside: zero, whatever the error of the
+    boundary data.
 
-    The trapezoidal rule is exact to round-off for circles that keep off the boundary (and off the joints of elements there).
+    The trapezoidal rule is exact to round-off for circles that keep off the boundary (and off the
+    joints of elements there).
     """
     solution = solved[kind]
     angle = np.arange(400) * 2.0 * np.pi / 400
@@ -104,7 +129,9 @@ def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
     _, (x, y, xy) = (lambda u, s: (u, s.T))(
         *field_at(solution.mesh, solution.u, solution.traction, solution.problem.material, points)
     )
-    traction = np.column_stack([x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]])
+    traction = np.column_stack(
+        [x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]]
+    )
     ds = radius * 2.0 * np.pi / 400
     size = np.hypot(*traction.T).sum() * ds
     moment = np.sum(points[:, 0] * traction[:, 1] - points[:, 1] * traction[:, 0]) * ds
@@ -119,11 +146,18 @@ def test_field_is_continuous_towards_the_boundary(solved, kind, small):
     mesh = solution.mesh
     # away from corners and the transition point, at nodes in the middle of elements
     chosen = np.flatnonzero((np.abs(mesh.xi) < 0.5) & (mesh.length[mesh.element] > 0.05))
-    from_corner = np.min([np.hypot(*(mesh.x[chosen] - c).T) for c in ((0, 0), (8, 0), (8, 4), (0, 4), (3.378, 0))], axis=0)
+    from_corner = np.min(
+        [np.hypot(*(mesh.x[chosen] - c).T) for c in ((0, 0), (8, 0), (8, 4), (0, 4), (3.378, 0))],
+        axis=0,
+    )
     chosen = chosen[from_corner > 0.3]
     n = mesh.normal[chosen]
-    u, s = field_at(mesh, solution.u, solution.traction, solution.problem.material, mesh.x[chosen] - 1e-6 * n)
-    traction = np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
+    u, s = field_at(
+        mesh, solution.u, solution.traction, solution.problem.material, mesh.x[chosen] - 1e-6 * n
+    )
+    traction = np.column_stack(
+        [s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]]
+    )
     assert len(chosen) > 15
     assert np.abs(u - solution.u[chosen]).max() < small * 0.5 * np.abs(solution.u).max()
     assert np.abs(traction - solution.traction[chosen]).max() < small * 400.0
@@ -131,9 +165,14 @@ def test_field_is_continuous_towards_the_boundary(solved, kind, small):
 
 @pytest.mark.parametrize(
     ("point", "message"),
-    [((2.0, 1.0), r"\(2, 1\) does not lie inside"), ((5.0, 1.0), "does not lie inside"), ((0.2, 0.2), "does not lie inside"),
-     ((np.nan, 1.0), "finite"), ((1.0, 1.0, 0.0), "finite coordinates")],
-)  # fmt: skip
+    [
+        ((2.0, 1.0), r"\(2, 1\) does not lie inside"),
+        ((5.0, 1.0), "does not lie inside"),
+        ((0.2, 0.2), "does not lie inside"),
+        ((np.nan, 1.0), "finite"),
+        ((1.0, 1.0, 0.0), "finite coordinates"),
+    ],
+)
 def test_points_outside_the_body_are_refused(point, message):
     """In the hole, beside the body, and cut off by the toe (which a chord would not cut off)."""
     mesh = meshed(element_size=0.4)
@@ -144,15 +183,25 @@ def test_points_outside_the_body_are_refused(point, message):
 def test_infinite_plate_around_a_hole_under_pressure():
     """Lamé: σ_rr = -p a²/r², u_r = p a²/(2µr); the hole lies outside."""
     hole = SideBySide(loops=[Circle("hole", (0.0, 0.0), 2.0)], exterior=True)
-    plate = Problem(body=[Body("plate", STEEL, hole, MeshOptions(0.3, order=3), [Traction("hole", pressure=3.0)])])
+    plate = Problem(
+        body=[
+            Body("plate", STEEL, hole, MeshOptions(0.3, order=3), [Traction("hole", pressure=3.0)])
+        ]
+    )
     solution = solve(plate)
     r = 2.0 + np.array([0.001, 0.02, 0.3, 4.0, 50.0])
     at = np.outer(r, [np.cos(0.7), np.sin(0.7)])
     shear = STEEL.young_modulus / (2.0 + 2.0 * STEEL.poisson_ratio)
-    np.testing.assert_allclose(np.sum(solution.at(at) * at, axis=1) / r, 3.0 * 4.0 / (2.0 * shear * r), rtol=1e-5)
+    np.testing.assert_allclose(
+        np.sum(solution.at(at) * at, axis=1) / r, 3.0 * 4.0 / (2.0 * shear * r), rtol=1e-5
+    )
     state = solution.state_at(at)
-    np.testing.assert_allclose(state.principal[:, [0, 2]] * r[:, None] ** 2, [[12.0, -12.0]] * 5, rtol=1e-4)
-    with pytest.raises(InputError, match=r"\(0.1, 0\) does not lie inside the body \(1 of 2 do not\)"):
+    np.testing.assert_allclose(
+        state.principal[:, [0, 2]] * r[:, None] ** 2, [[12.0, -12.0]] * 5, rtol=1e-4
+    )
+    with pytest.raises(
+        InputError, match=r"\(0.1, 0\) does not lie inside the body \(1 of 2 do not\)"
+    ):
         solution.at([[0.1, 0.0], [3.0, 0.0]])
 
 
@@ -161,10 +210,20 @@ def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(spa
     d = 2 + space
     shape = Box((0, 0, 0), (1, 1, 1)) if space else Rectangle((0, 0), (1, 1))
     sides = ("left", "right", "bottom", "top", "front", "back")[: 2 * d]
-    held = [Displacement("bottom", (0.0,) * d), *(Traction(side, (0.0,) * d) for side in sides if side != "bottom")]
+    held = [
+        Displacement("bottom", (0.0,) * d),
+        *(Traction(side, (0.0,) * d) for side in sides if side != "bottom"),
+    ]
     force = PointForce(at=[0.45, 0.5, 0.6][:d], force=[0.3, 0.2, 1.0][:d])
-    solution = solve(Problem(material=STEEL, geometry=shape, mesh=MeshOptions(0.5 if space else 0.1, order=3), boundary=held,
-                             point_force=[force]))  # fmt: skip
+    solution = solve(
+        Problem(
+            material=STEEL,
+            geometry=shape,
+            mesh=MeshOptions(0.5 if space else 0.1, order=3),
+            boundary=held,
+            point_force=[force],
+        )
+    )
     inward = np.array([-1.0, 0.0, 0.0])[:d]
     foot = np.array([1.0, 0.53, 0.57])[:d]
     stress = solution.stress_at(foot + np.outer([0.0, 1e-4, 1e-3, 5e-3, 1e-2], inward))
@@ -178,7 +237,10 @@ def test_many_points_in_pieces_are_the_same_as_one_by_one(monkeypatch):
     data = boundary_data(mesh)
     whole = field_at(mesh, *data, STEEL, POINTS)
     monkeypatch.setattr("petcontact.fields.interior.ENTRIES", 3 * mesh.n_nodes)
-    assert all(np.allclose(a, b, rtol=1e-12) for a, b in zip(whole, field_at(mesh, *data, STEEL, POINTS), strict=True))
+    assert all(
+        np.allclose(a, b, rtol=1e-12)
+        for a, b in zip(whole, field_at(mesh, *data, STEEL, POINTS), strict=True)
+    )
 
 
 def test_smoothing_is_exact_for_linear_data_and_of_second_order_for_the_rest():
@@ -204,7 +266,9 @@ def test_grid_fills_the_body_and_keeps_inside():
     assert len(mesh.loops()) == 2
     assert np.all(shapely.contains_xy(body, *points.T))
     a, b, c = (points[cells[:, k]] for k in range(3))
-    area = 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+    area = 0.5 * (
+        (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    )
     assert np.all(area > 0.0) and area.sum() == pytest.approx(body.area, rel=5e-3)
     assert set(np.unique(cells)) == set(range(len(points)))
     with pytest.raises(InputError, match="at least 2 x 2 cells"):
@@ -214,7 +278,9 @@ def test_grid_fills_the_body_and_keeps_inside():
 def test_von_mises_and_principal_stresses():
     stress = np.array([[100.0, 0.0, 0.0], [0.0, 0.0, 50.0], [80.0, 80.0, 0.0], [30.0, -10.0, 25.0]])
     zz = np.array([0.0, 0.0, 80.0, 6.0])
-    full = np.array([[[s[0], s[2], 0], [s[2], s[1], 0], [0, 0, z]] for s, z in zip(stress, zz, strict=True)])
+    full = np.array(
+        [[[s[0], s[2], 0], [s[2], s[1], 0], [0, 0, z]] for s, z in zip(stress, zz, strict=True)]
+    )
     deviator = full - np.einsum("nii->n", full)[:, None, None] / 3.0 * np.eye(3)
     state = StressState(stress[:, :2], stress[:, :2], stress, zz)
     assert np.allclose(state.tensor, full)
@@ -231,7 +297,9 @@ def test_field_on_a_grid_and_its_file(tmp_path):
     assert np.allclose(field.sigma_zz, 0.3 * (field.stress[:, 0] + field.stress[:, 1]))
     write_vtu(tmp_path / "field.vtu", field)
     back = meshio.read(tmp_path / "field.vtu")
-    assert np.array_equal(back.points[:, :2], field.x) and np.array_equal(back.cells_dict["triangle"], field.cells)
+    assert np.array_equal(back.points[:, :2], field.x) and np.array_equal(
+        back.cells_dict["triangle"], field.cells
+    )
     assert np.array_equal(back.point_data["displacement"][:, :2], field.u)
     assert np.array_equal(back.point_data["stress"][:, [0, 1, 3]], field.stress)
     assert np.array_equal(back.point_data["von_mises"], field.von_mises)
@@ -255,7 +323,11 @@ def test_boundary_file(solved, tmp_path):
         ends = lines[contact >= 0]
         assert np.abs(back.point_data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
         assert np.allclose(back.point_data["friction_bound"][ends], 150.0, rtol=1e-12)
-        assert {"part 0 is bottom", "contact 1 is slip", "contact 2 is open"} <= back.field_data.keys()
+        assert {
+            "part 0 is bottom",
+            "contact 1 is slip",
+            "contact 2 is open",
+        } <= back.field_data.keys()
         top = lines[part == 2]
         assert np.abs(back.point_data["displacement"][top]).max() < 1e-14
     assert len(lines) > 5 * solution.mesh.n_elements
@@ -284,15 +356,22 @@ def test_field_of_a_stored_result(solved, tmp_path):
 
 @pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])
 def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
-    """The series of the potentials against the integrals, at points from well inside to almost on the boundary."""
-    mesh = meshed(body, element_size=0.02) if body else operators(example(2, mesh=MeshOptions(element_size=0.02))).mesh
+    """The series of the potentials against the integrals, at points from well inside to almost on
+    the boundary."""
+    mesh = (
+        meshed(body, element_size=0.02)
+        if body
+        else operators(example(2, mesh=MeshOptions(element_size=0.02))).mesh
+    )
     x = mesh.x
     u = np.stack([np.sin(x[:, 0]) * x[:, 1], np.cos(2 * x[:, 1])], axis=1)
     traction = 1e4 * np.stack([mesh.normal[:, 0] * x[:, 1], np.cos(x[:, 0])], axis=1)
     depth = np.tile([1e-4, 0.02, 0.1, 0.3], len(x) // 4 + 1)[: len(x)]
     points = (x - depth[:, None] * mesh.normal)[:: max(1, len(x) // 300)]
     ours = field_at(mesh, u, traction, STEEL, points)
-    assert mesh.n_nodes * len(points) > petcontact.fields.interior.ENTRIES // 3  # three nodes an element when smoothed
+    assert (
+        mesh.n_nodes * len(points) > petcontact.fields.interior.ENTRIES // 3
+    )  # three nodes an element when smoothed
     monkeypatch.setattr(petcontact.fields.interior, "EXPANSIONS", {})
     for one, other in zip(ours, field_at(mesh, u, traction, STEEL, points), strict=True):
         assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()

@@ -14,11 +14,14 @@ DISTANCES = (1e-2, 1e-3, 1e-6, 1e-9, 1e-10)
 
 
 def next_to_joints(mesh, corners):
-    """Ends of elements at corners, or on straight sides and arcs, and the direction into the body there."""
+    """Ends of elements at corners, or on straight sides and arcs, and the direction into the body
+    there."""
     _, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     chosen = np.flatnonzero((np.sum(last * first[after], axis=1) < 0.9) == corners)
-    inwards = np.stack([-last[chosen] - first[after[chosen]], last[chosen] + first[after[chosen]]])[[0, 1], :, [1, 0]].T
+    inwards = np.stack([-last[chosen] - first[after[chosen]], last[chosen] + first[after[chosen]]])[
+        [0, 1], :, [1, 0]
+    ].T
     return mesh.end[chosen], inwards / np.hypot(*inwards.T)[:, None]
 
 
@@ -30,15 +33,24 @@ def worst(mesh, corners=False):
     for distance in DISTANCES:
         points = x + distance * inwards
         found, wanted = field_at(mesh, *boundary_data(mesh), STEEL, points), exact(points)
-        errors.append([np.abs(a - b).max() / np.abs(b).max() for a, b in zip(found, wanted, strict=True)])
+        errors.append(
+            [np.abs(a - b).max() / np.abs(b).max() for a, b in zip(found, wanted, strict=True)]
+        )
     return np.array(errors).T
 
 
-@pytest.mark.parametrize(("order", "sizes", "u", "stress"), [
-    (0, (0.1, 0.05), 1e-4, 6e-3), (1, (0.2, 0.1), 2e-3, 3e-2), (2, (0.2, 0.1), 6e-5, 1.5e-2), (4, (0.2, 0.1), 5e-7, 3e-4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("order", "sizes", "u", "stress"),
+    [
+        (0, (0.1, 0.05), 1e-4, 6e-3),
+        (1, (0.2, 0.1), 2e-3, 3e-2),
+        (2, (0.2, 0.1), 6e-5, 1.5e-2),
+        (4, (0.2, 0.1), 5e-7, 3e-4),
+    ],
+)
 def test_stress_is_bounded_next_to_joints_and_converges_there(order, sizes, u, stress):
-    """Without care it is 3e8 times the largest stress at 1e-12 (order 1); toe and bottom are different parts."""
+    """Without care it is 3e8 times the largest stress at 1e-12 (order 1); toe and bottom are
+    different parts."""
     coarse, fine = (worst(meshed(element_size=size, order=order)) for size in sizes)
     assert coarse[0].max() < u and coarse[1].max() < stress
     # the same at 1e-3 and at 1e-10
@@ -55,7 +67,8 @@ def test_at_corners_only_a_logarithm_is_left(order):
 def test_a_traction_that_jumps_in_truth_still_jumps():
     """A load on half of a side: its edge is the end of an element."""
     problem = Problem(
-        material=STEEL, geometry=Rectangle(lower_left=(0, 0), upper_right=(4, 2)),
+        material=STEEL,
+        geometry=Rectangle(lower_left=(0, 0), upper_right=(4, 2)),
         mesh=MeshOptions(element_size=0.25, order=2),
         boundary=[
             {"part": "bottom", "condition": "contact", "friction_bound": 0.1},
@@ -63,23 +76,35 @@ def test_a_traction_that_jumps_in_truth_still_jumps():
             {"part": "right", "condition": "traction", "value": (0, 0)},
             {"part": "top", "condition": "traction", "value": (0, "where(x < 2, -1.0, 0.0)")},
         ],
-    )  # fmt: skip
+    )
     solution = solve(problem)
     points = np.array([[x, 2.0 - 1e-7] for x in (1.9, 1.99, 1.999, 2.001, 2.01, 2.1)])
     _, vertical, shear = field_at(solution.mesh, solution.u, solution.traction, STEEL, points)[1].T
-    # u has a logarithmic slope there, which no polynomial has: -4.5 and 3.5 beside the edge before, ±0.25 off now
-    assert np.abs(vertical - [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]).max() < 0.3 and np.abs(shear).max() < 0.05
+    # u has a logarithmic slope there, which no polynomial has: -4.5 and 3.5 beside the edge before,
+    # ±0.25 off now
+    assert (
+        np.abs(vertical - [-1.0, -1.0, -1.0, 0.0, 0.0, 0.0]).max() < 0.3
+        and np.abs(shear).max() < 0.05
+    )
     assert vertical[2] < vertical[3] - 0.4
 
 
 def test_fields_run_on_into_the_neighbourhoods_of_joints():
-    """No step at the rim of a neighbourhood: neither the points inside nor those outside are sampled alone."""
+    """No step at the rim of a neighbourhood: neither the points inside nor those outside are
+    sampled alone."""
     mesh = meshed(element_size=0.2, order=2)
     x, inwards = next_to_joints(mesh, False)
     data = boundary_data(mesh)
     radius = 0.2 * mesh.length.max()
     r = np.linspace(0.2 * radius, 1.1 * radius, 200)
     points = x[5] + r[:, None] * inwards[5]
-    assert 0 < sum(len(near.rows) for near in Joints(mesh, *(values[..., None] for values in data)).near(points)) < 200
+    assert (
+        0
+        < sum(
+            len(near.rows)
+            for near in Joints(mesh, *(values[..., None] for values in data)).near(points)
+        )
+        < 200
+    )
     error = field_at(mesh, *data, STEEL, points)[1] - exact(points)[1]
     assert np.abs(np.diff(error, axis=0)).max() < 0.1 * np.ptp(error, axis=0).max()

@@ -1,4 +1,5 @@
-"""CAD files: what Gmsh makes of real ones, where its package is installed, and what is said where it is not."""
+"""CAD files: what Gmsh makes of real ones, where its package is installed, and what is said where
+it is not."""
 
 from __future__ import annotations
 
@@ -86,7 +87,13 @@ def test_the_command_lists_surfaces_and_writes_a_mesh(tmp_path, capsys, monkeypa
     monkeypatch.chdir(tmp_path)
     assert main(["mesh", str(FOOT), "--size", "4", "--part", "flange=3", "-o", "foot.msh"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[4].split("|")[1:6] == ["       3 ", " flange ", "    Plane ", "     144 ", "      0 0 6 "]
+    assert lines[4].split("|")[1:6] == [
+        "       3 ",
+        " flange ",
+        "    Plane ",
+        "     144 ",
+        "      0 0 6 ",
+    ]
     assert lines[-1] == "foot.msh" and [path.name for path in tmp_path.iterdir()] == ["foot.msh"]
     assert main(["mesh", str(FOOT), "--size", "1e-4", "-o", "foot.msh"]) == 2
     assert "5e+06 at most are made; a size of 0.0" in capsys.readouterr().err
@@ -113,17 +120,31 @@ def test_a_body_of_a_cad_file_is_solved_and_its_result_read_without_gmsh(tmp_pat
     monkeypatch.setattr(cad_part, "ask", lambda *_, **__: pytest.fail("reads the CAD file"))
     solution = read_result("bar.h5")
     at = solution.mesh.x
-    assert solution.u == pytest.approx(np.column_stack([0.01 * at[:, 0], -0.003 * at[:, 1], -0.003 * at[:, 2]]), abs=1e-9)
+    assert solution.u == pytest.approx(
+        np.column_stack([0.01 * at[:, 0], -0.003 * at[:, 1], -0.003 * at[:, 2]]), abs=1e-9
+    )
 
 
 @needs_gmsh
 @pytest.mark.parametrize(
     ("build", "given", "line"),
     [
-        (lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)], {}, "holds 2 solids"),
-        (lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)], {"solid": 3}, "no solid 3; there are 1 "),
+        (
+            lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)],
+            {},
+            "holds 2 solids",
+        ),
+        (
+            lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)],
+            {"solid": 3},
+            "no solid 3; there are 1 ",
+        ),
         (lambda occ: occ.addRectangle(0, 0, 0, 1, 1), {}, "holds 1 surface but no solid"),
-        (lambda occ: occ.addBox(0, 0, 0, 1, 1, 1), {"parts": {"top": [9]}}, "no surface 9; there are 1 to 6"),
+        (
+            lambda occ: occ.addBox(0, 0, 0, 1, 1, 1),
+            {"parts": {"top": [9]}},
+            "no surface 9; there are 1 to 6",
+        ),
     ],
 )
 def test_what_is_no_body_is_refused(tmp_path, build, given, line):
@@ -134,16 +155,26 @@ def test_what_is_no_body_is_refused(tmp_path, build, given, line):
 
 @needs_gmsh
 def test_one_solid_of_an_assembly(tmp_path):
-    file = written(tmp_path / "two.step", lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addSphere(5, 0, 0, 1)])
+    file = written(
+        tmp_path / "two.step", lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addSphere(5, 0, 0, 1)]
+    )
     ball = Gmsh(file, solid=2).outline()
     area, volume, _ = measures(ball, 0.3)
-    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4) and len(ball.faces) == 1
+    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4) and len(
+        ball.faces
+    ) == 1
 
 
 @needs_gmsh
-@pytest.mark.parametrize("damage", [lambda text: text[:6000], lambda text: "no STEP at all",
-                                    lambda text: text.replace("CARTESIAN_POINT", "CARTESIAN_PINT"),
-                                    lambda text: text.replace("PLANE(", "PLAIN(")])  # fmt: skip
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda text: text[:6000],
+        lambda text: "no STEP at all",
+        lambda text: text.replace("CARTESIAN_POINT", "CARTESIAN_PINT"),
+        lambda text: text.replace("PLANE(", "PLAIN("),
+    ],
+)
 def test_damaged_files_are_refused_in_one_line(tmp_path, damage, capsys):
     (tmp_path / "part.step").write_text(damage(FOOT.read_text()))
     config = tmp_path / "part.toml"
@@ -163,7 +194,10 @@ def test_without_the_extra_one_line_says_how_to_get_it(tmp_path, capsys, monkeyp
     ("program", "line"),
     [
         ("import os; os.abort()", "Gmsh ended while it read or meshed it"),
-        ("""print('{"missing": "libGLU.so.1: cannot open shared object file"}')""", "apt install libglu1-mesa"),
+        (
+            """print('{"missing": "libGLU.so.1: cannot open shared object file"}')""",
+            "apt install libglu1-mesa",
+        ),
         ("""print('{"error": "Unknown surface"}')""", r"cannot be read \(Unknown surface\)"),
     ],
 )
@@ -182,7 +216,9 @@ def test_a_mesh_that_is_cut_off_replaces_nothing(tmp_path, monkeypatch, text):
     face = cad_part.CadFace(1, "a", "Plane", 1.0, (0.0, 0.0, 0.0))
     surface = cad_part.CadSurface("part.step", 0, (face,), ("a",), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
     monkeypatch.setattr(cad_part, "ask", lambda *_, target, **__: Path(target).write_text(text))
-    with pytest.raises(OutputError, match=r"part.step: its mesh cannot be written whole to .*; is there room\?"):
+    with pytest.raises(
+        OutputError, match=r"part.step: its mesh cannot be written whole to .*; is there room\?"
+    ):
         surface.write_msh(tmp_path / "part.msh", 1.0)
 
 
@@ -190,7 +226,10 @@ def test_a_mesh_that_is_cut_off_replaces_nothing(tmp_path, monkeypatch, text):
     ("geometry", "line"),
     [
         ('file = "part.msh", parts = { a = [1] }', "geometry: parts: is for CAD files"),
-        ('file = "part.step", parts = { a = [1, 2], b = [2] }', "geometry: parts: surface 2 is named twice"),
+        (
+            'file = "part.step", parts = { a = [1, 2], b = [2] }',
+            "geometry: parts: surface 2 is named twice",
+        ),
         ('file = "part.step", parts = { a = ["x"] }', "geometry.parts.a"),
         ('file = "none.step"', "none.step: cannot be read"),
     ],
@@ -224,8 +263,13 @@ def test_names_of_faces_in_a_step_file(tmp_path):
     path = tmp_path / "part.step"
     path.write_text(TETRAHEDRON)
     corners = np.array([[0, 0, 0], [10, 0, 0], [0, 20, 0], [0, 0, 30]]) / 25.4
-    moved = np.array([3.0, 1.0, 2.0]) + corners @ np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))[0]
-    faces = [[moved[k].tolist() for k in face] for face in ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))]
+    moved = (
+        np.array([3.0, 1.0, 2.0])
+        + corners @ np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))[0]
+    )
+    faces = [
+        [moved[k].tolist() for k in face] for face in ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))
+    ]
     names = ["foot; 'left'", "", "Rücken", ""]
     assert face_names(path, [faces, faces[::-1]]) == [names, [""] * 4]
     assert face_names(path, [faces[:3]]) == [[""] * 3]
@@ -242,8 +286,8 @@ def rounded_pin(occ):
 @needs_gmsh
 @pytest.mark.parametrize("build", [bored_block, rounded_pin])
 def test_panels_that_are_cut_stay_on_the_surfaces_of_the_file(tmp_path, build):
-    """Cut twice at random places the boundary is closed, and its area comes nearer to that of the file; pieces of the
-    first panels leave it as it is."""
+    """Cut twice at random places the boundary is closed, and its area comes nearer to that of the
+    file; pieces of the first panels leave it as it is."""
     surface = Gmsh(written(tmp_path / "part.step", build)).outline()
     first = mesh = facet_mesh(surface.facets(4.0), 2)
     rng = np.random.default_rng(3)
@@ -255,7 +299,12 @@ def test_panels_that_are_cut_stay_on_the_surfaces_of_the_file(tmp_path, build):
     kept = cut(first, np.ones((first.n_elements, 2), dtype=bool))
     missed = [abs(float(m.weight.sum()) - surface.area) for m in (everywhere, kept)]
     assert missed[0] < 0.2 * missed[1]
-    assert np.allclose(surface.onto(everywhere.part, everywhere.corners), everywhere.corners, atol=1e-7, equal_nan=True)
+    assert np.allclose(
+        surface.onto(everywhere.part, everywhere.corners),
+        everywhere.corners,
+        atol=1e-7,
+        equal_nan=True,
+    )
 
 
 @needs_gmsh

@@ -1,4 +1,5 @@
-"""Gmsh files as outlines. The files in tests/data were written by Gmsh 4.15.2: a plate 4 x 3 with a hole of radius 0.75."""
+"""Gmsh files as outlines. The files in tests/data were written by Gmsh 4.15.2: a plate 4 x 3 with a
+hole of radius 0.75."""
 
 from __future__ import annotations
 
@@ -14,7 +15,14 @@ from petcontact.mesh.grading import mesh_outline
 from petcontact.model.case import load
 
 DATA = Path(__file__).parents[1] / "data"
-ALL = ["plate_v22", "plate_v41", "plate_v41_binary", "plate_lines", "plate_v22_order2", "plate_v41_order2"]
+ALL = [
+    "plate_v22",
+    "plate_v41",
+    "plate_v41_binary",
+    "plate_lines",
+    "plate_v22_order2",
+    "plate_v41_order2",
+]
 
 
 def outline(name):
@@ -26,10 +34,16 @@ def test_physical_groups_are_parts_and_loops_are_closed(name):
     body = outline(name)
     assert sorted(body.parts) == ["9", "bottom", "sides", "top"]
     assert len(body.loops) == 2 and {side.part for side in body.loops[1]} == {"9"}
-    length = {part: sum(side.length for side in body.sides if side.part == part) for part in body.parts}
-    assert [length[part] for part in ("bottom", "sides", "top")] == pytest.approx([4.0, 6.0, 4.0], rel=1e-14)
+    length = {
+        part: sum(side.length for side in body.sides if side.part == part) for part in body.parts
+    }
+    assert [length[part] for part in ("bottom", "sides", "top")] == pytest.approx(
+        [4.0, 6.0, 4.0], rel=1e-14
+    )
     corners = np.array([side.start for side in body.loops[0]])
-    assert np.array_equal(corners.min(axis=0), [0.0, 0.0]) and np.array_equal(corners.max(axis=0), [4.0, 3.0])
+    assert np.array_equal(corners.min(axis=0), [0.0, 0.0]) and np.array_equal(
+        corners.max(axis=0), [4.0, 3.0]
+    )
 
 
 @pytest.mark.parametrize("name", ["plate_v22_order2", "plate_v41_order2"])
@@ -53,7 +67,8 @@ def test_each_line_is_at_least_one_element_and_collinear_ones_share_a_line():
 def test_a_config_names_the_file_relative_to_its_own_folder(tmp_path, monkeypatch):
     (tmp_path / "body.msh").write_bytes((DATA / "plate_v41.msh").read_bytes())
     (tmp_path / "case.toml").write_text(
-        '[material]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n[geometry]\nshape = "gmsh"\nfile = "body.msh"\n'
+        '[material]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n[geometry]\nshape = "gmsh"\nfile = '
+        '"body.msh"\n'
         '[[boundary]]\npart = "bottom"\ncondition = "contact"\nfriction_bound = 0.0\n'
     )
     monkeypatch.chdir("/")
@@ -90,7 +105,9 @@ def test_truncated_missing_and_foreign_files_are_refused(tmp_path):
     path = tmp_path / "cut.msh"
     for size in (0, 10, len(text) // 3, 2 * len(text) // 3):
         path.write_bytes(text[:size])
-        with pytest.raises(InputError, match=r"cut\.msh: (not a Gmsh mesh|no line is in)") as caught:
+        with pytest.raises(
+            InputError, match=r"cut\.msh: (not a Gmsh mesh|no line is in)"
+        ) as caught:
             Gmsh(file=str(path)).outline()
         assert "array" not in str(caught.value)  # numpy's words are nobody's
         if size > 100:
@@ -114,7 +131,10 @@ def test_a_missing_line_and_an_open_loop_are_refused(tmp_path):
     mesh = (DATA / "plate_v22.msh").read_text().splitlines()
     first = next(k for k, line in enumerate(mesh) if line == "$Elements")
     lines = [k for k in range(first + 2, len(mesh)) if mesh[k].split()[1:2] == ["1"]]
-    for keep_cells, message in ((True, "is in no physical line group"), (False, "must form closed loops")):
+    for keep_cells, message in (
+        (True, "is in no physical line group"),
+        (False, "must form closed loops"),
+    ):
         kept = [
             line
             for k, line in enumerate(mesh[first + 2 :], first + 2)

@@ -40,22 +40,37 @@ def straight(part, *to):
     return {"part": part, "to": to}
 
 
-SQUARE = (straight("bottom", 4, 0), straight("right", 4, 4), straight("top", 0, 4), straight("left", 0, 0))
+SQUARE = (
+    straight("bottom", 4, 0),
+    straight("right", 4, 4),
+    straight("top", 0, 4),
+    straight("left", 0, 0),
+)
 
 
 def test_points_of_an_arc_lie_on_its_circle_and_meet_its_ends():
     side = Side(np.array([1.0, 0.0]), np.array([0.0, 1.0]), "arc", curvature=1.0)
     t = np.linspace(0.0, 1.0, 33)
-    assert np.allclose(side.point(t), np.column_stack([np.cos(0.5 * np.pi * t), np.sin(0.5 * np.pi * t)]), atol=1e-15)
+    assert np.allclose(
+        side.point(t),
+        np.column_stack([np.cos(0.5 * np.pi * t), np.sin(0.5 * np.pi * t)]),
+        atol=1e-15,
+    )
     assert np.array_equal(side.point(t)[[0, -1]], [side.start, side.end])
     assert side.length == pytest.approx(0.5 * np.pi, rel=1e-15)
     back = side.reversed()
     assert np.allclose(back.point(t), side.point(1.0 - t), atol=1e-15)
 
 
-@given(first=angles, sweep=st.floats(0.02, 6.2), share=st.floats(0.05, 0.95), sign=st.sampled_from([-1.0, 1.0]))
+@given(
+    first=angles,
+    sweep=st.floats(0.02, 6.2),
+    share=st.floats(0.05, 0.95),
+    sign=st.sampled_from([-1.0, 1.0]),
+)
 def test_arc_through_three_points(first, sweep, share, sign):
-    """Any arc, also beyond half a circle, is cut into pieces of at most a quarter on the same circle."""
+    """Any arc, also beyond half a circle, is cut into pieces of at most a quarter on the same
+    circle."""
     centre, radius = np.array([3.0, -2.0]), 2.5
     on = lambda angle: centre + radius * np.array([math.cos(angle), math.sin(angle)])  # noqa: E731
     start, end = on(first), on(first + sign * sweep)
@@ -81,13 +96,16 @@ def test_radius_turns_left_where_positive_and_right_where_negative():
     notch = outline((*base, {"part": "top", "to": (0, 2), "radius": -1.0}, straight("left", 0, 0)))
     assert bulge.polygon(400).area == pytest.approx(4.0 + 0.5 * math.pi, rel=1e-5)
     assert notch.polygon(400).area == pytest.approx(4.0 - 0.5 * math.pi, rel=1e-5)
-    assert sum(side.length for side in bulge.sides if side.part == "top") == pytest.approx(math.pi, rel=1e-12)
+    assert sum(side.length for side in bulge.sides if side.part == "top") == pytest.approx(
+        math.pi, rel=1e-12
+    )
 
 
 def test_loops_are_turned_the_right_way_round_and_the_largest_is_the_outer_one():
     hole = Circle(part="hole", center=(2.0, 2.0), radius=0.5)
     clockwise = tuple(
-        {"part": s["part"], "to": to} for s, to in zip(SQUARE[::-1], [(0, 4), (4, 4), (4, 0), (0, 0)], strict=False)
+        {"part": s["part"], "to": to}
+        for s, to in zip(SQUARE[::-1], [(0, 4), (4, 4), (4, 0), (0, 0)], strict=False)
     )
     for loops in [(SQUARE, hole), (hole, SQUARE), (hole, clockwise)]:
         body = outline(*loops)
@@ -106,27 +124,67 @@ def test_oriented_reverses_sides_one_by_one():
     loop = [Side(points[k], points[(k + 1) % 3], name, 0.0) for k, name in enumerate("abc")]
     (turned,) = oriented([loop])
     assert [side.part for side in turned] == ["c", "b", "a"]
-    assert all(np.array_equal(a.end, b.start) for a, b in zip(turned, (*turned[1:], turned[0]), strict=False))
+    assert all(
+        np.array_equal(a.end, b.start)
+        for a, b in zip(turned, (*turned[1:], turned[0]), strict=False)
+    )
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Polygon(vertices=((0, 0), (2, 2), (2, 0), (0, 2)), parts=tuple("abcd")).outline(), "crosses or touches"),
-        (lambda: Polygon(vertices=((0, 0), (2, 0), (2, 0), (0, 2)), parts=tuple("abcd")).outline(), "has no length"),
-        (lambda: Polygon(vertices=((0, 0), (1, 0), (2, 0)), parts=tuple("abc")).outline(), "crosses or touches"),
-        (lambda: Polygon(vertices=((0, 0), (2, 0), (0, 2)), parts=("a", "b")), "3 vertices need as many part names"),
+        (
+            lambda: Polygon(
+                vertices=((0, 0), (2, 2), (2, 0), (0, 2)), parts=tuple("abcd")
+            ).outline(),
+            "crosses or touches",
+        ),
+        (
+            lambda: Polygon(
+                vertices=((0, 0), (2, 0), (2, 0), (0, 2)), parts=tuple("abcd")
+            ).outline(),
+            "has no length",
+        ),
+        (
+            lambda: Polygon(vertices=((0, 0), (1, 0), (2, 0)), parts=tuple("abc")).outline(),
+            "crosses or touches",
+        ),
+        (
+            lambda: Polygon(vertices=((0, 0), (2, 0), (0, 2)), parts=("a", "b")),
+            "3 vertices need as many part names",
+        ),
         (lambda: Polygon(vertices=((0, 0), (math.nan, 0), (0, 2)), parts=tuple("abc")), "finite"),
         (lambda: Rectangle(lower_left=(0, 0), upper_right=(0, 2)), "upper_right must lie"),
-        (lambda: outline(SQUARE, Circle(part="h", center=(4, 4), radius=1.0)), "loops cross or touch"),
-        (lambda: outline(SQUARE, Circle(part="h", center=(9, 9), radius=1.0)), "two separate pieces"),
-        (lambda: outline((straight("a", 1, 0), straight("a", 1, 0), straight("b", 0, 0))), "has no length"),
+        (
+            lambda: outline(SQUARE, Circle(part="h", center=(4, 4), radius=1.0)),
+            "loops cross or touch",
+        ),
+        (
+            lambda: outline(SQUARE, Circle(part="h", center=(9, 9), radius=1.0)),
+            "two separate pieces",
+        ),
+        (
+            lambda: outline((straight("a", 1, 0), straight("a", 1, 0), straight("b", 0, 0))),
+            "has no length",
+        ),
         (lambda: outline((straight("a", 1, 0),)), "at least two sides"),
-        (lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.4})), "less than half the distance"),
-        (lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.0})), "must not be 0"),
-        (lambda: outline(({"part": "b", "to": (0, 0), "radius": 1.0, "through": (1, 1)},)), "not by both"),
+        (
+            lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.4})),
+            "less than half the distance",
+        ),
+        (
+            lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.0})),
+            "must not be 0",
+        ),
+        (
+            lambda: outline(({"part": "b", "to": (0, 0), "radius": 1.0, "through": (1, 1)},)),
+            "not by both",
+        ),
         (lambda: Circle(part="c", center=(0, 0), radius=-1.0), "greater than 0"),
-        (lambda: Outline(((Side(np.zeros(2), np.ones(2), "a"),),)), "the loop is open after side 'a'"),
+        (
+            lambda: Outline(((Side(np.zeros(2), np.ones(2), "a"),),)),
+            "the loop is open after side 'a'",
+        ),
     ],
 )
 def test_what_is_no_outline_is_refused_in_one_line(make, message):
@@ -136,7 +194,12 @@ def test_what_is_no_outline_is_refused_in_one_line(make, message):
 
 
 def test_sides_that_cross_an_arc_are_found():
-    loop = (straight("a", 4, 0), straight("b", 4, 1), {"part": "c", "to": (0, 1), "through": (2, -0.5)}, straight("d", 0, 0))
+    loop = (
+        straight("a", 4, 0),
+        straight("b", 4, 1),
+        {"part": "c", "to": (0, 1), "through": (2, -0.5)},
+        straight("d", 0, 0),
+    )
     with pytest.raises(InputError, match="crosses or touches itself"):
         outline(loop)
 
@@ -148,7 +211,9 @@ def test_keys_of_an_outline_in_a_config_are_named_in_errors():
         "boundary": [],
         "geometry": {"shape": "outline", "loops": [[{"part": "a", "too": [1, 0]}]]},
     }
-    with pytest.raises(InputError, match=r"^case\.toml: geometry.*too: unknown key, did you mean 'to'\?"):
+    with pytest.raises(
+        InputError, match=r"^case\.toml: geometry.*too: unknown key, did you mean 'to'\?"
+    ):
         parse(Problem, data, "case.toml")
     data["geometry"] = {"shape": "octagon"}
     with pytest.raises(InputError, match=r"^case\.toml: geometry.shape.*'gmsh', 'outline'"):
@@ -158,24 +223,34 @@ def test_keys_of_an_outline_in_a_config_are_named_in_errors():
 @pytest.mark.parametrize(
     ("body", "capacity"),
     [
-        (Rectangle(lower_left=(0, 0), upper_right=(1, 1)), 0.59017),  # Γ(1/4)²/(4π^(3/2)), a square of side 1
+        (
+            Rectangle(lower_left=(0, 0), upper_right=(1, 1)),
+            0.59017,
+        ),  # Γ(1/4)²/(4π^(3/2)), a square of side 1
         (SideBySide(loops=(Circle(part="rim", center=(0, 0), radius=1.0),)), 1.0),
-        (Rectangle(lower_left=(0, 0), upper_right=(1, 1e-3)), 0.25),  # a needle: a quarter of its length
+        (
+            Rectangle(lower_left=(0, 0), upper_right=(1, 1e-3)),
+            0.25,
+        ),  # a needle: a quarter of its length
     ],
 )
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.499])
 def test_log_length_stays_below_the_degenerate_scale(body, capacity, nu):
-    """The single layer is singular for a unit of length between c·exp(-1/(3-4ν)) and c, c being the capacity.
+    """The single layer is singular for a unit of length between c·exp(-1/(3-4ν)) and c, c being the
+    capacity.
 
-    For a constant traction the two ends are those of a needle, along and across it, and r r/r² adds between 0 and 1 to
-    -(3-4ν) ln r.
+    For a constant traction the two ends are those of a needle, along and across it, and r r/r² adds
+    between 0 and 1 to -(3-4ν) ln r.
     """
     lowest = capacity * math.exp(-1.0 / (3.0 - 4.0 * nu))
     assert body.outline().log_length < 0.91 * lowest
 
 
 def test_log_length_is_proportional_to_the_body():
-    lengths = [Rectangle(lower_left=(0, 0), upper_right=(8 * s, 4 * s)).outline().log_length for s in (1.0, 1e-3, 1e6)]
+    lengths = [
+        Rectangle(lower_left=(0, 0), upper_right=(8 * s, 4 * s)).outline().log_length
+        for s in (1.0, 1e-3, 1e6)
+    ]
     assert lengths == pytest.approx([1.0, 1e-3, 1e6], rel=1e-14)
 
 
@@ -184,66 +259,108 @@ def cut(outline, count):
     loops = []
     for loop in outline.loops:
         points = [side.point(np.linspace(0.0, 1.0, count + 1)) for side in loop]
-        loops.append(tuple(Side(a, b, side.part, side.curvature) for side, p in zip(loop, points, strict=True)
-                           for a, b in itertools.pairwise(p)))  # fmt: skip
+        loops.append(
+            tuple(
+                Side(a, b, side.part, side.curvature)
+                for side, p in zip(loop, points, strict=True)
+                for a, b in itertools.pairwise(p)
+            )
+        )
     return Outline(tuple(loops))
 
 
 @pytest.mark.parametrize("count", [2, 7, 40])
 def test_sides_that_go_on_are_joined(count):
-    body = SideBySide(loops=(
-        ({"part": "foot", "to": (6, 0)}, {"part": "toe", "to": (8, 2), "radius": 2.0}, {"part": "front", "to": (8, 4)},
-         {"part": "top", "to": (0, 4)}, {"part": "back", "to": (0, 0)}),
-        Circle(part="hole", center=(3.0, 2.0), radius=0.7),
-    )).outline()  # fmt: skip
+    body = SideBySide(
+        loops=(
+            (
+                {"part": "foot", "to": (6, 0)},
+                {"part": "toe", "to": (8, 2), "radius": 2.0},
+                {"part": "front", "to": (8, 4)},
+                {"part": "top", "to": (0, 4)},
+                {"part": "back", "to": (0, 0)},
+            ),
+            Circle(part="hole", center=(3.0, 2.0), radius=0.7),
+        )
+    ).outline()
     joined = cut(body, count).joined
     assert [side.part for side in joined.sides] == [side.part for side in body.sides]
     for side, whole in zip(joined.sides, body.sides, strict=True):
         assert np.allclose([side.start, side.end], [whole.start, whole.end], atol=1e-12)
-        assert side.curvature == pytest.approx(whole.curvature, rel=1e-9) and side.length == pytest.approx(whole.length)
+        assert side.curvature == pytest.approx(
+            whole.curvature, rel=1e-9
+        ) and side.length == pytest.approx(whole.length)
 
 
 def test_what_does_not_go_on_is_not_joined():
     body = Rectangle(lower_left=(0, 0), upper_right=(2, 1)).outline()
     assert body.joined is body
-    parts = [Side(np.array(a), np.array(b), part) for a, b, part in (
-        ((0.0, 0.0), (1.0, 0.0), "bed"), ((1.0, 0.0), (2.0, 0.0), "rail"),              # straight on, another part
-        ((2.0, 0.0), (2.0, 1.0), "wall"), ((2.0, 1.0), (1.0, 1.001), "wall"), ((1.0, 1.001), (0.0, 0.0), "wall"),
-    )]  # fmt: skip
+    parts = [
+        Side(np.array(a), np.array(b), part)
+        for a, b, part in (
+            ((0.0, 0.0), (1.0, 0.0), "bed"),
+            ((1.0, 0.0), (2.0, 0.0), "rail"),  # straight on, another part
+            ((2.0, 0.0), (2.0, 1.0), "wall"),
+            ((2.0, 1.0), (1.0, 1.001), "wall"),
+            ((1.0, 1.001), (0.0, 0.0), "wall"),
+        )
+    ]
     apart = Outline((tuple(parts),))
     assert apart.joined is apart
     # a straight side into an arc, without a corner
     ends = {"to": (2, 1), "radius": 0.5}, {"to": (0, 0), "radius": 0.5}
-    slot = outline((straight("s", 2, 0), {"part": "s", **ends[0]}, straight("s", 0, 1), {"part": "s", **ends[1]}))
+    slot = outline(
+        (
+            straight("s", 2, 0),
+            {"part": "s", **ends[0]},
+            straight("s", 0, 1),
+            {"part": "s", **ends[1]},
+        )
+    )
     assert slot.joined is slot
 
 
 def test_a_body_of_many_lines_has_the_default_mesh_of_its_shape():
     problem = Problem(
-        material=Material(young_modulus=1.0, poisson_ratio=0.3), geometry=Rectangle(lower_left=(0, 0), upper_right=(8, 4)),
-        boundary=(Contact(part="bottom", friction_bound=1.0), Displacement(part="top", value=(0.0, 0.0)),
-                  Traction(part="left", pressure=2.0), Traction(part="right", pressure=0.0)),
-    )  # fmt: skip
+        material=Material(young_modulus=1.0, poisson_ratio=0.3),
+        geometry=Rectangle(lower_left=(0, 0), upper_right=(8, 4)),
+        boundary=(
+            Contact(part="bottom", friction_bound=1.0),
+            Displacement(part="top", value=(0.0, 0.0)),
+            Traction(part="left", pressure=2.0),
+            Traction(part="right", pressure=0.0),
+        ),
+    )
     whole = problem.geometry.outline()
     one, other = _mesh(whole, problem), _mesh(cut(whole, 10), problem)
     assert one.n_elements == other.n_elements and np.allclose(one.x, other.x, atol=1e-12)
     # an element size asks for elements of about that size on every line
-    assert _mesh(cut(whole, 10), problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)})).n_elements == 40
+    assert (
+        _mesh(
+            cut(whole, 10), problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)})
+        ).n_elements
+        == 40
+    )
 
 
 @pytest.mark.parametrize("exterior", [False, True])
 def test_sizes_are_those_of_the_polygon(exterior):
     """Convex outlines are measured without shapely, all others with it."""
     loops = {
-        "square": [[0, 0], [4, 0], [4, 2], [0, 2]], "notched": [[0, 0], [4, 0], [2, 1], [4, 2], [0, 2]],
+        "square": [[0, 0], [4, 0], [4, 2], [0, 2]],
+        "notched": [[0, 0], [4, 0], [2, 1], [4, 2], [0, 2]],
         "collinear": [[0, 0], [2, 0], [4, 0], [3, 2]],
-    }  # fmt: skip
+    }
     for name, corners in loops.items():
         points = np.array(corners, dtype=float)
-        sides = [Side(a, b, "side") for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
+        sides = [
+            Side(a, b, "side") for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)
+        ]
         outline = Outline(oriented([sides], exterior=exterior), exterior)
         polygon = outline.polygon()
-        assert outline.thickness == pytest.approx(2.0 * polygon.area / polygon.length, rel=1e-14), name
+        assert outline.thickness == pytest.approx(2.0 * polygon.area / polygon.length, rel=1e-14), (
+            name
+        )
         hull = shapely.MultiPoint(points).convex_hull
         assert outline.log_length == pytest.approx(hull.length / 24.0, rel=1e-14), name
         assert outline._is_convex == (name != "notched" and not exterior)

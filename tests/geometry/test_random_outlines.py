@@ -1,4 +1,5 @@
-"""Outlines drawn at random, most of them impossible: each is refused in one line or meshed as it should be."""
+"""Outlines drawn at random, most of them impossible: each is refused in one line or meshed as it
+should be."""
 
 from __future__ import annotations
 
@@ -19,14 +20,25 @@ def number(rng):
 def loop(rng):
     part = lambda: str(rng.choice(["a", "b", "c"]))  # noqa: E731
     if rng.random() < 0.3:
-        return {"part": part(), "center": (number(rng), number(rng)), "radius": abs(number(rng)) or 1.0}
+        return {
+            "part": part(),
+            "center": (number(rng), number(rng)),
+            "radius": abs(number(rng)) or 1.0,
+        }
     radius, sides = rng.uniform(0.5, 3.0), []
     for angle in np.sort(rng.uniform(0.0, 2.0 * np.pi, rng.integers(1, 7))):
         on_circle = (float(radius * np.cos(angle)), float(radius * np.sin(angle)))
-        side = {"part": part(), "to": on_circle if rng.random() < 0.85 else (number(rng), number(rng))}
+        side = {
+            "part": part(),
+            "to": on_circle if rng.random() < 0.85 else (number(rng), number(rng)),
+        }
         kind = rng.random()
         if kind < 0.2:
-            side["radius"] = number(rng) if rng.random() < 0.5 else float(rng.uniform(0.5, 20.0) * rng.choice([-1, 1]))
+            side["radius"] = (
+                number(rng)
+                if rng.random() < 0.5
+                else float(rng.uniform(0.5, 20.0) * rng.choice([-1, 1]))
+            )
         elif kind < 0.4:
             near = tuple(map(float, radius * rng.normal(size=2)))
             side["through"] = (number(rng), number(rng)) if rng.random() < 0.4 else near
@@ -35,21 +47,32 @@ def loop(rng):
 
 
 def test_random_outlines():
-    """Two straight sides, arcs whose ends meet, circles lost in round-off ended as defects before."""
+    """Two straight sides, arcs whose ends meet, circles lost in round-off ended as defects
+    before."""
     rng = np.random.default_rng(20261121)
     outcomes = {"refused": 0, "meshed": 0}
     for k in range(300):
         try:
             outline = SideBySide(loops=[loop(rng) for _ in range(rng.integers(1, 4))]).outline()
-            mesh = mesh_outline(outline, MeshOptions(order=2, grading=0.3, levels=8) if k % 2 else
-                                MeshOptions(element_size=outline.diameter / 20.0, order=k % 3))  # fmt: skip
+            mesh = mesh_outline(
+                outline,
+                MeshOptions(order=2, grading=0.3, levels=8)
+                if k % 2
+                else MeshOptions(element_size=outline.diameter / 20.0, order=k % 3),
+            )
         except PetcontactError as error:
-            assert isinstance(error, InputError) and "\n" not in str(error) and len(str(error)) < 400
+            assert (
+                isinstance(error, InputError) and "\n" not in str(error) and len(str(error)) < 400
+            )
             outcomes["refused"] += 1
             continue
-        assert np.all(np.isfinite(mesh.x)) and np.all(mesh.length > 0.0) and np.all(mesh.weight > 0.0)
+        assert (
+            np.all(np.isfinite(mesh.x)) and np.all(mesh.length > 0.0) and np.all(mesh.weight > 0.0)
+        )
         before, after = mesh.neighbours()
-        assert np.array_equal(mesh.end, mesh.start[after]) and np.array_equal(before[after], np.arange(mesh.n_elements))
+        assert np.array_equal(mesh.end, mesh.start[after]) and np.array_equal(
+            before[after], np.arange(mesh.n_elements)
+        )
         # Gauss: the area is half the integral of x·n
         area = 0.5 * mesh.weight @ np.sum((mesh.x - mesh.x[0]) * mesh.normal, axis=1)
         assert area == pytest.approx(outline.polygon(400).area, rel=1e-2)

@@ -1,4 +1,5 @@
-"""Bodies of revolution: area and volume to the order of quadratic panels, closed surfaces, Lamé's sphere, the cylinder."""
+"""Bodies of revolution: area and volume to the order of quadratic panels, closed surfaces, Lamé's
+sphere, the cylinder."""
 
 from __future__ import annotations
 
@@ -23,21 +24,43 @@ MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 OPEN = {"condition": "contact", "normal": "unilateral", "gap": 10.0}
 BALL = [Side("ball", (1, 0), radius=1.0), Side("ball", (0, 1), radius=1.0), Side("axis", (0, -1))]
 RING = [Side("below", (2, 0)), Side("outer", (2, 1)), Side("above", (1, 1)), Side("inner", (1, 0))]
-SHELL = [Side("outer", (2, 0), radius=2.0), Side("outer", (0, 2), radius=2.0), Side("axis", (0, 1)),
-         Side("inner", (1, 0), radius=-1.0), Side("inner", (0, -1), radius=-1.0), Side("axis", (0, -2))]  # fmt: skip
+SHELL = [
+    Side("outer", (2, 0), radius=2.0),
+    Side("outer", (0, 2), radius=2.0),
+    Side("axis", (0, 1)),
+    Side("inner", (1, 0), radius=-1.0),
+    Side("inner", (0, -1), radius=-1.0),
+    Side("axis", (0, -2)),
+]
 CASES = {
     "ball": (Revolved([BALL]), 4 * PI, 4 * PI / 3),
-    "cylinder": (Revolved([[Side("b", (1, 0)), Side("s", (1, 2)), Side("t", (0, 2)), Side("axis", (0, 0))]], axis=(1, 1, 0)),
-                 6 * PI, 2 * PI),
-    "cone": (Revolved([[Side("b", (1, 0)), Side("s", (0, 2)), Side("axis", (0, 0))]], centre=(1, 2, 3), axis=(1, 0, 0)),
-             PI * (1 + 5**0.5), 2 * PI / 3),
+    "cylinder": (
+        Revolved(
+            [[Side("b", (1, 0)), Side("s", (1, 2)), Side("t", (0, 2)), Side("axis", (0, 0))]],
+            axis=(1, 1, 0),
+        ),
+        6 * PI,
+        2 * PI,
+    ),
+    "cone": (
+        Revolved(
+            [[Side("b", (1, 0)), Side("s", (0, 2)), Side("axis", (0, 0))]],
+            centre=(1, 2, 3),
+            axis=(1, 0, 0),
+        ),
+        PI * (1 + 5**0.5),
+        2 * PI / 3,
+    ),
     "torus": (Revolved([Circle("t", (2, 0), 1)]), 8 * PI**2, 4 * PI**2),
     "half torus": (Revolved([Circle("t", (2, 0), 1)], angle=180.0), 4 * PI**2 + 2 * PI, 2 * PI**2),
     "slice of a ball": (Revolved([BALL], angle=90.0), 2 * PI, PI / 3),
-    "ring with a hole": (Revolved([RING, Circle("hole", (1.5, 0.5), 0.2)], angle=30.0),
-                         PI / 6 * (6 + 0.6 * PI) + 2 * (1 - 0.04 * PI), PI / 6 * 1.5 * (1 - 0.04 * PI)),
+    "ring with a hole": (
+        Revolved([RING, Circle("hole", (1.5, 0.5), 0.2)], angle=30.0),
+        PI / 6 * (6 + 0.6 * PI) + 2 * (1 - 0.04 * PI),
+        PI / 6 * 1.5 * (1 - 0.04 * PI),
+    ),
     "shell": (Revolved([SHELL]), 20 * PI, 28 * PI / 3),
-}  # fmt: skip
+}
 
 
 def measures(body, size):
@@ -51,13 +74,16 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
     body, *exact = CASES[name]
     coarse, fine = (np.abs(measures(body, h)[1] / exact - 1.0).max() for h in (0.8, 0.2))
     order = np.log(coarse / fine) / np.log(4.0)
-    assert fine < 3e-4 and (order > (1.5 if name == "cone" else 2.0) or coarse < 2e-4)  # a tip has eight panels
+    assert fine < 3e-4 and (
+        order > (1.5 if name == "cone" else 2.0) or coarse < 2e-4
+    )  # a tip has eight panels
     assert body.outline().area == pytest.approx(exact[0], rel=2e-3)
 
 
 @pytest.mark.parametrize("name", ["ball", "cone", "cylinder"])
 def test_cut_panels_stay_on_the_surface(name):
-    """Area and volume fall as they do for panels of half the size that are made anew, and rims stay circles."""
+    """Area and volume fall as they do for panels of half the size that are made anew, and rims stay
+    circles."""
     body, *exact = CASES[name]
     surface, error = body.outline(), []
     mesh = round_mesh(surface, 0.8, 2)
@@ -99,12 +125,15 @@ def test_a_surface_of_which_all_panels_are_cut_stays_closed(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
-    """`checked_surface` refuses what is open, crosses itself or is folded, and turns no cell round."""
+    """`checked_surface` refuses what is open, crosses itself or is folded, and turns no cell
+    round."""
     body, cells = CASES[name][0], defaultdict(list)
     surface = body.outline()
     for part, x in surface.cells(0.5):
         for cell in x:
-            cells[surface.parts[part], len(cell) - 3 * bool(np.isnan(cell[3, 0]))].append(cell[~np.isnan(cell[:, 0])])
+            cells[surface.parts[part], len(cell) - 3 * bool(np.isnan(cell[3, 0]))].append(
+                cell[~np.isnan(cell[:, 0])]
+            )
     found = as_surface({f"{part} {nodes}": np.array(some) for (part, nodes), some in cells.items()})
     mesh = round_mesh(surface, 0.5, 1)
     ours = {tuple(row) for row in np.nanmean(mesh.corners[:, :2], axis=1).round(9) + 0.0}
@@ -133,12 +162,28 @@ def test_rings_of_any_shape(inner, height, angle, size):
 @pytest.mark.parametrize(
     ("loops", "angle", "line"),
     [
-        ([[Side("a", (1, 0)), Side("b", (1, 1)), Side("c", (-1, 0))]], 360.0, "passes the axis at .* = \\(-1, 0\\)"),
+        (
+            [[Side("a", (1, 0)), Side("b", (1, 1)), Side("c", (-1, 0))]],
+            360.0,
+            "passes the axis at .* = \\(-1, 0\\)",
+        ),
         ([Circle("c", (1, 0), 2.0)], 360.0, "passes the axis"),
         ([Circle("c", (1, 0), 1.0)], 360.0, "touches the axis in the point"),
-        ([[Side("a", (1, 0)), Side("b", (1, 2)), Side("c", (0, 1))]], 90.0, "touches the axis in the point .* = \\(0, 1\\)"),
-        ([[Side("a", (2, 0)), Side("b", (2, 1), radius=0.1), Side("c", (1, 0))]], 360.0, "half the distance"),
-        ([[Side("start", (2, 0)), Side("b", (2, 1)), Side("c", (1, 0))]], 90.0, "the part 'start' is a plane face"),
+        (
+            [[Side("a", (1, 0)), Side("b", (1, 2)), Side("c", (0, 1))]],
+            90.0,
+            "touches the axis in the point .* = \\(0, 1\\)",
+        ),
+        (
+            [[Side("a", (2, 0)), Side("b", (2, 1), radius=0.1), Side("c", (1, 0))]],
+            360.0,
+            "half the distance",
+        ),
+        (
+            [[Side("start", (2, 0)), Side("b", (2, 1)), Side("c", (1, 0))]],
+            90.0,
+            "the part 'start' is a plane face",
+        ),
         ([RING], 0.0, "angle: must be greater than 0"),
         ([RING], 400.0, "angle: must be less than or equal to 360"),
     ],
@@ -151,25 +196,47 @@ def test_sections_that_make_no_body_are_refused(loops, angle, line):
 def solved(geometry, size, order, **conditions):
     boundary = [{"part": part, **condition} for part, condition in conditions.items()]
     mesh = {"element_size": size, "order": order}
-    return solve(parse(Problem, {"material": MATERIAL, "geometry": geometry.model_dump(), "mesh": mesh, "boundary": boundary,
-                                 "bem": {"mat_type": "dense"}}, "test"))  # fmt: skip
+    return solve(
+        parse(
+            Problem,
+            {
+                "material": MATERIAL,
+                "geometry": geometry.model_dump(),
+                "mesh": mesh,
+                "boundary": boundary,
+                "bem": {"mat_type": "dense"},
+            },
+            "test",
+        )
+    )
 
 
 def test_lame_of_a_quarter_shell_between_planes_of_symmetry():
-    """u given inside; u outside and t inside in L2, as good as whole spheres of as many triangles."""
+    """u given inside; u outside and t inside in L2, as good as whole spheres of as many
+    triangles."""
     exact, symmetry = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0), {"condition": "symmetry"}
     r = np.array([1.0, 2.0])
     a, b = np.linalg.solve(np.column_stack([r, r**-2]), exact.displacement(r)).tolist()
-    given = {"condition": "displacement", "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"]}
-    solution = solved(Revolved([SHELL], angle=90.0), 0.9, 2, inner=given, outer=OPEN, start=symmetry, end=symmetry)
+    given = {
+        "condition": "displacement",
+        "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"],
+    }
+    solution = solved(
+        Revolved([SHELL], angle=90.0), 0.9, 2, inner=given, outer=OPEN, start=symmetry, end=symmetry
+    )
     mesh, found = solution.mesh, solution.last.bodies["body"]
     r = np.linalg.norm(mesh.x, axis=1)
     away = mesh.x / r[:, None]
-    for part, ours, true, bound in (("outer", found.u, exact.displacement(r)[:, None] * away, 1.5e-2),
-                                    ("inner", found.traction, away, 3e-2)):  # fmt: skip
+    for part, ours, true, bound in (
+        ("outer", found.u, exact.displacement(r)[:, None] * away, 1.5e-2),
+        ("inner", found.traction, away, 3e-2),
+    ):
         nodes = mesh.nodes_of(part)
-        error = np.sqrt(mesh.weight[nodes] @ np.sum((ours - true)[nodes] ** 2, axis=1)
-                        / (mesh.weight[nodes] @ np.sum(true[nodes] ** 2, axis=1)))  # fmt: skip
+        error = np.sqrt(
+            mesh.weight[nodes]
+            @ np.sum((ours - true)[nodes] ** 2, axis=1)
+            / (mesh.weight[nodes] @ np.sum(true[nodes] ** 2, axis=1))
+        )
         assert error < bound, (part, error)
 
 
@@ -179,7 +246,8 @@ def test_a_revolved_cylinder_is_the_cylinder():
     forces = []
     for body in (Revolved([loop]), Cylinder((0, 0, 0), (0, 0, 1), 1.0)):
         clamps = {
-            part: {"condition": "displacement", "value": [0.0, 0.0, z]} for part, z in (("bottom", 0.0), ("top", -0.1))
+            part: {"condition": "displacement", "value": [0.0, 0.0, z]}
+            for part, z in (("bottom", 0.0), ("top", -0.1))
         }
         solution = solved(body, 0.5, 1, side=OPEN, **clamps)
         nodes = solution.mesh.nodes_of("top")
@@ -188,10 +256,22 @@ def test_a_revolved_cylinder_is_the_cylinder():
 
 
 def test_a_problem_with_a_revolved_body_is_the_same_from_its_text():
-    problem = Problem(body=[
-        {"name": "ring", "material": MATERIAL, "geometry": Revolved([RING], angle=90.0, axis=(0, 1, 0)), "boundary": []},
-        {"name": "block", "material": MATERIAL, "geometry": Box((0, 0, 0), (1, 1, 1)), "boundary": []},
-    ])  # fmt: skip
+    problem = Problem(
+        body=[
+            {
+                "name": "ring",
+                "material": MATERIAL,
+                "geometry": Revolved([RING], angle=90.0, axis=(0, 1, 0)),
+                "boundary": [],
+            },
+            {
+                "name": "block",
+                "material": MATERIAL,
+                "geometry": Box((0, 0, 0), (1, 1, 1)),
+                "boundary": [],
+            },
+        ]
+    )
     assert parse(Problem, tomllib.loads(problem.toml()), "again") == problem
     x = round_mesh(problem.body[0].geometry.outline(), 0.5, 0).x
     assert x[:, 1].min() > -1e-12 and x[:, 1].max() < 1 + 1e-12  # about y, from x towards -z

@@ -14,7 +14,9 @@ from petcontact.geometry.surface import FacetSurface, checked_surface
 from petcontact.mesh.panelling import facet_mesh
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
-FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+FACES = np.array(
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+)
 
 
 def surface(points: np.ndarray = CUBE, facets: np.ndarray = FACES) -> FacetSurface:
@@ -41,12 +43,18 @@ def test_normals_are_mended(seed: int) -> None:
 
 
 def test_a_body_has_cavities_but_is_one_piece() -> None:
-    cavity, beside, within = 0.25 + 0.5 * CUBE, CUBE + np.array([2.0, 0.0, 0.0]), 0.375 + 0.25 * CUBE
+    cavity, beside, within = (
+        0.25 + 0.5 * CUBE,
+        CUBE + np.array([2.0, 0.0, 0.0]),
+        0.375 + 0.25 * CUBE,
+    )
     both = surface(np.vstack([CUBE, cavity]), np.vstack([FACES, FACES + 8]))
     assert enclosed(checked_surface(both, "two")) == pytest.approx(1.0 - 0.125)
     for pieces in ((CUBE, beside), (CUBE, cavity, within)):
         numbers = np.vstack([FACES + 8 * k for k in range(len(pieces))])
-        with pytest.raises(InputError, match=re.escape("b.msh: 2 separate pieces, at (0, 0, 0) and")):
+        with pytest.raises(
+            InputError, match=re.escape("b.msh: 2 separate pieces, at (0, 0, 0) and")
+        ):
             checked_surface(surface(np.vstack(pieces), numbers), "b.msh")
 
 
@@ -78,19 +86,35 @@ def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str) -> None
         key = tuple(np.round(place, 9))
         if key not in numbers:
             numbers[key] = len(points)
-            points.append(place + (0.1 * np.array([0.0, 0.0, 1.0]) if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0))
+            points.append(
+                place
+                + (0.1 * np.array([0.0, 0.0, 1.0]) if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0)
+            )
         return numbers[key]
 
     for face in faces:
-        middle = [node(0.5 * (CUBE[a] + CUBE[b])) for a, b in zip(face, np.roll(face, -1), strict=True)]
-        cells.append([*face, *middle, *([node(CUBE[face].mean(axis=0))] if kind == "quad9" else [])])
+        middle = [
+            node(0.5 * (CUBE[a] + CUBE[b])) for a, b in zip(face, np.roll(face, -1), strict=True)
+        ]
+        cells.append(
+            [*face, *middle, *([node(CUBE[face].mean(axis=0))] if kind == "quad9" else [])]
+        )
     tags = {"gmsh:physical": [np.ones(len(cells), dtype=int)]}
-    mesh = meshio.Mesh(np.array(points), [(kind, np.array(cells))], cell_data=tags, field_data={"skin": np.array([1, 2])})
+    mesh = meshio.Mesh(
+        np.array(points),
+        [(kind, np.array(cells))],
+        cell_data=tags,
+        field_data={"skin": np.array([1, 2])},
+    )
     assert is_surface(mesh)
     found = gmsh_surface(mesh, "cube.msh")
     assert found.parts == ("skin",)
     # integrals of the shape functions of a quadrilateral's and of a diagonal's middle
-    volume, curved = {"quad8": (1.0, 0), "quad9": (1.0 + 0.4 / 9.0, 1), "triangle6": (1.0 + 0.1 / 3.0, 2)}[kind]
+    volume, curved = {
+        "quad8": (1.0, 0),
+        "quad9": (1.0 + 0.4 / 9.0, 1),
+        "triangle6": (1.0 + 0.1 / 3.0, 2),
+    }[kind]
     assert enclosed(found) == pytest.approx(volume, abs=1e-4)
     assert np.count_nonzero(found.middles[:, 0] >= 0) == curved
 
@@ -98,5 +122,7 @@ def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str) -> None
 def test_cells_in_no_physical_surface_are_counted_where_the_rest_is_open() -> None:
     tags = [np.array([1, 1, 0, 0, 1, 1])]
     mesh = meshio.Mesh(CUBE, [("quad", FACES)], cell_data={"gmsh:physical": tags})
-    with pytest.raises(InputError, match=r"is open.*; 2 triangles and quadrilaterals are in no physical surface"):
+    with pytest.raises(
+        InputError, match=r"is open.*; 2 triangles and quadrilaterals are in no physical surface"
+    ):
         gmsh_surface(mesh, "m.msh")

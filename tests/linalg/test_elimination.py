@@ -1,4 +1,5 @@
-"""Elimination to u_t on Γ_C: LAPACK's, with these unknowns last, is what a KSP makes of all unknowns."""
+"""Elimination to u_t on Γ_C: LAPACK's, with these unknowns last, is what a KSP makes of all
+unknowns."""
 
 from __future__ import annotations
 
@@ -17,7 +18,9 @@ from petcontact.pipeline.eliminate import operators_of
 from petcontact.runtime.petsc import options
 
 
-@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.5), MeshOptions(element_size=0.8, order=2)])
+@pytest.mark.parametrize(
+    "mesh", [MeshOptions(element_size=0.5), MeshOptions(element_size=0.8, order=2)]
+)
 @pytest.mark.parametrize("place", ["first", "last", "anywhere"])
 def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place):
     """Against numpy's solution of all unknowns, for two loads and several tractions at a time."""
@@ -25,21 +28,36 @@ def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place):
     system, contact, loads = filled(ops)
     loads = np.column_stack([loads[:, 1], np.cos(np.arange(len(loads)))])
     n, m = contact.shape
-    kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": ops.data.contact_unknowns}[place]
+    kept = {
+        "first": np.arange(m),
+        "last": np.arange(n - m, n),
+        "anywhere": ops.data.contact_unknowns,
+    }[place]
     rest, moved = np.linalg.solve(system, loads), np.linalg.solve(system, contact)
-    found = Elimination(np.array(system, order="F"), np.asfortranarray(np.column_stack([contact, loads])), m, kept)
+    found = Elimination(
+        np.array(system, order="F"), np.asfortranarray(np.column_stack([contact, loads])), m, kept
+    )
     np.testing.assert_allclose(found.at_rest, rest[kept], rtol=0.0, atol=1e-12 * np.abs(rest).max())
-    np.testing.assert_allclose(found.influence, moved[kept], rtol=0.0, atol=1e-12 * np.abs(moved).max())
+    np.testing.assert_allclose(
+        found.influence, moved[kept], rtol=0.0, atol=1e-12 * np.abs(moved).max()
+    )
     shares, y = np.array([0.3, -2.0]), np.random.default_rng(1).standard_normal(m)
     every = rest @ shares + moved @ y
-    np.testing.assert_allclose(found.unknowns(shares, y), every, rtol=0.0, atol=1e-12 * np.abs(every).max())
+    np.testing.assert_allclose(
+        found.unknowns(shares, y), every, rtol=0.0, atol=1e-12 * np.abs(every).max()
+    )
 
 
-@pytest.mark.parametrize("given", [{"elastic_pc_type": "lu"}, {"elastic_ksp_type": "gmres", "elastic_ksp_rtol": 1e-14}])
+@pytest.mark.parametrize(
+    "given", [{"elastic_pc_type": "lu"}, {"elastic_ksp_type": "gmres", "elastic_ksp_rtol": 1e-14}]
+)
 def test_a_ksp_finds_what_lapack_does(given, comm):
-    """Options of the elimination's KSP are heard, for two load states, of a body that is held and of one that is free."""
+    """Options of the elimination's KSP are heard, for two load states, of a body that is held and
+    of one that is free."""
     held = operators(example(2, mesh=MeshOptions(element_size=0.5)))
-    value = np.concatenate([held.data.value, held.data.value[1:] * np.linspace(-1.0, 2.0, held.mesh.n_nodes)[:, None]])
+    value = np.concatenate(
+        [held.data.value, held.data.value[1:] * np.linspace(-1.0, 2.0, held.mesh.n_nodes)[:, None]]
+    )
     held = replace(held, data=replace(held.data, value=value, force=np.zeros((3, 0, 2))))
     free = loose_operators(comm)
     for ops, modes in ((held, np.zeros((*held.mesh.x.shape, 0))), free):
@@ -50,25 +68,37 @@ def test_a_ksp_finds_what_lapack_does(given, comm):
         assert isinstance(lapack._solved, Elimination) and not isinstance(ksp._solved, Elimination)
         shares = np.arange(1.0, ops.data.states + 1.0)
         traction = np.cos(ops.mesh.x[ops.data.contact_nodes])[:, : ops.data.contact_shape[1]]
-        for one, other in ((lapack.compliance, ksp.compliance), (lapack.u_0, ksp.u_0),
-                           (lapack.unknowns(shares, traction), ksp.unknowns(shares, traction))):  # fmt: skip
+        for one, other in (
+            (lapack.compliance, ksp.compliance),
+            (lapack.u_0, ksp.u_0),
+            (lapack.unknowns(shares, traction), ksp.unknowns(shares, traction)),
+        ):
             np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-10 * np.abs(one).max())
 
 
 def loose_operators(comm):
     """A body that nothing but contact holds, and its three motions."""
     case = example(1, mesh=MeshOptions(element_size=0.5))
-    loads = [Traction(part=c.part, value=(0.0, -1.0)) if c.condition == "displacement" else c for c in case.boundary[1:]]
+    loads = [
+        Traction(part=c.part, value=(0.0, -1.0)) if c.condition == "displacement" else c
+        for c in case.boundary[1:]
+    ]
     contact = Contact(part="bottom", normal="unilateral", friction_coefficient=0.3)
-    ops, modes = operators_of(discretise(case.model_copy(update={"boundary": (contact, *loads)})), 0)
+    ops, modes = operators_of(
+        discretise(case.model_copy(update={"boundary": (contact, *loads)})), 0
+    )
     assert modes.shape[2] == 3
     return ops, modes
 
 
-@pytest.mark.parametrize(("entry", "message"), [(0.0, "zero pivot in LU.*is the body fixed"), (np.nan, "not finite")])
+@pytest.mark.parametrize(
+    ("entry", "message"), [(0.0, "zero pivot in LU.*is the body fixed"), (np.nan, "not finite")]
+)
 def test_a_matrix_without_a_solution_is_refused(entry, message):
     ops = operators(example(1, mesh=MeshOptions(element_size=1.0)))
     system, contact, loads = filled(ops)
     system[:, 3] = entry
     with pytest.raises(SolverError, match=message):
-        Elimination(system, np.column_stack([contact, loads]), contact.shape[1], ops.data.contact_unknowns)
+        Elimination(
+            system, np.column_stack([contact, loads]), contact.shape[1], ops.data.contact_unknowns
+        )

@@ -23,7 +23,9 @@ def test_solutions_are_those_of_lu(n, monkeypatch):
             # backward stable, as elimination with pivoting is
             scale = np.linalg.norm(whole) * np.linalg.norm(x)
             assert np.linalg.norm(whole @ x - rhs) <= 1e-13 * n * scale
-            assert np.linalg.norm(product - matrix @ x) <= 1e-13 * n * np.linalg.norm(matrix) * np.linalg.norm(x)
+            assert np.linalg.norm(product - matrix @ x) <= 1e-13 * n * np.linalg.norm(
+                matrix
+            ) * np.linalg.norm(x)
 
 
 def test_a_right_hand_side_is_left_as_it_is():

@@ -1,4 +1,5 @@
-"""KSPs that solve what they are asked to, whatever the options: no silent wrong combination, no option that does nothing."""
+"""KSPs that solve what they are asked to, whatever the options: no silent wrong combination, no
+option that does nothing."""
 
 from __future__ import annotations
 
@@ -49,17 +50,27 @@ def test_an_exact_one_is_applied_once(matrix, pc):
 
 
 def test_preonly_with_an_inexact_preconditioner_is_refused(matrix):
-    with pytest.raises(InputError, match=r"^-ksp_type preonly: .* with -pc_type jacobi use -ksp_type gmres$"):
+    with pytest.raises(
+        InputError, match=r"^-ksp_type preonly: .* with -pc_type jacobi use -ksp_type gmres$"
+    ):
         solved(matrix, {"ksp_type": "preonly", "pc_type": "jacobi"})
 
 
 def test_options_of_gmres_reach_the_gmres_that_was_taken(matrix):
-    assert solved(matrix, {"pc_type": "none"})[2] < solved(matrix, {"pc_type": "none", "ksp_gmres_restart": 3})[2]
+    assert (
+        solved(matrix, {"pc_type": "none"})[2]
+        < solved(matrix, {"pc_type": "none", "ksp_gmres_restart": 3})[2]
+    )
 
 
-@pytest.mark.parametrize("table", [
-    {"elastic_ksp_type": "gmres"}, {"elastic_pc_type": "jacobi"}, {"elastic_ksp_type": "bcgs", "elastic_pc_type": "bjacobi"},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"elastic_ksp_type": "gmres"},
+        {"elastic_pc_type": "jacobi"},
+        {"elastic_ksp_type": "bcgs", "elastic_pc_type": "bjacobi"},
+    ],
+)
 def test_the_elastic_solve_takes_any_ksp(comm, table):
     """LU in place would destroy the matrix that every KSP but preonly multiplies with."""
     case = example(1, mesh=MeshOptions(element_size=0.5))

@@ -1,4 +1,5 @@
-"""The manual and the README keep what they say: commands run, links lead somewhere, the reference is current."""
+"""The manual and the README keep what they say: commands run, links lead somewhere, the reference
+is current."""
 
 from __future__ import annotations
 
@@ -28,20 +29,39 @@ MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 def blocks(page: Path, language: str) -> list[tuple[str, str]]:
     """Words after the language, and the text, of each fenced block."""
-    return [(words.strip(), text) for kind, words, text in FENCE.findall(page.read_text()) if kind == language]
+    return [
+        (words.strip(), text)
+        for kind, words, text in FENCE.findall(page.read_text())
+        if kind == language
+    ]
 
 
 def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join(map(str, [Path(forked.program()).parent, Path(sys.executable).parent, os.environ["PATH"]]))
-    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "OMPI_MCA_rmaps_base_oversubscribe": "1",
-                                "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # fmt: skip
-    return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+    path = os.pathsep.join(
+        map(str, [Path(forked.program()).parent, Path(sys.executable).parent, os.environ["PATH"]])
+    )
+    environment = os.environ | {
+        "PATH": path,
+        "PYTHONPATH": str(ROOT),
+        "OMPI_MCA_rmaps_base_oversubscribe": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }
+    return subprocess.run(
+        program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
+    )
 
 
 def commands(page: Path) -> list[tuple[str, bool]]:
-    """Lines of the blocks of `sh` in order, and whether they must be refused; without `sh slow`, which takes minutes."""
-    return [(line, "fails" in words) for words, text in blocks(page, "sh") if "slow" not in words
-            for line in (line.partition("   #")[0].strip() for line in text.splitlines()) if line]  # fmt: skip
+    """Lines of the blocks of `sh` in order, and whether they must be refused; without `sh slow`,
+    which takes minutes."""
+    return [
+        (line, "fails" in words)
+        for words, text in blocks(page, "sh")
+        if "slow" not in words
+        for line in (line.partition("   #")[0].strip() for line in text.splitlines())
+        if line
+    ]
 
 
 def check(line: str, fails: bool, folder: Path) -> None:
@@ -49,7 +69,9 @@ def check(line: str, fails: bool, folder: Path) -> None:
     assert (done.returncode != 0) == fails, f"{line}\n{done.stdout}{done.stderr}"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem
+)
 def test_every_fenced_command_runs(page, tmp_path):
     """On one rank; on those of its own each is run by the next test."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
@@ -58,8 +80,11 @@ def test_every_fenced_command_runs(page, tmp_path):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("page", [page for page in PAGES if any(RANKS.match(line) for line, _ in commands(page))],
-                         ids=lambda page: page.stem)  # fmt: skip
+@pytest.mark.parametrize(
+    "page",
+    [page for page in PAGES if any(RANKS.match(line) for line, _ in commands(page))],
+    ids=lambda page: page.stem,
+)
 def test_every_fenced_command_on_ranks_runs(page, tmp_path):
     """And those that write the files for it."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
@@ -68,17 +93,24 @@ def test_every_fenced_command_on_ranks_runs(page, tmp_path):
             check(line, fails, tmp_path)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.stem
+)
 def test_every_python_block_runs(page, tmp_path):
-    """Those of a page in one program; `python file=NAME` are files for it, `python sketch` are not run."""
+    """Those of a page in one program; `python file=NAME` are files for it, `python sketch` are not
+    run."""
     found = blocks(page, "python")
-    shutil.copytree(ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures"))
+    shutil.copytree(
+        ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures")
+    )
     for words, text in found:
         if words.startswith("file="):
             file = tmp_path / words.removeprefix("file=")
             file.parent.mkdir(exist_ok=True)
             file.write_text(text)
-    program = "\n".join(text for words, text in found if "sketch" not in words and not words.startswith("file="))
+    program = "\n".join(
+        text for words, text in found if "sketch" not in words and not words.startswith("file=")
+    )
     if program:
         done = run([forked.program(), "-c", program], tmp_path)
         assert done.returncode == 0, done.stderr
@@ -94,7 +126,11 @@ def test_links_lead_somewhere(page):
 def test_modules_that_are_named_exist(page):
     """And they have the name that is said to be of them: `name` of `folder/module.py`."""
     for name, path, test in MODULE.findall(page.read_text()):
-        found = [folder / path for folder in (ROOT, ROOT / "petcontact", ROOT / "tests") if (folder / path).exists()]
+        found = [
+            folder / path
+            for folder in (ROOT, ROOT / "petcontact", ROOT / "tests")
+            if (folder / path).exists()
+        ]
         assert found, path
         assert name in (text := found[0].read_text()) and test in text, f"{name}{test} of {path}"
 
@@ -116,12 +152,17 @@ def test_the_config_in_the_readme_is_solved(tmp_path):
     assert solution.pairs["bottom"].state.max() < 2 and solution.reactions()["bottom"][1] > 0.0
 
 
-@pytest.mark.parametrize("file", ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"])
+@pytest.mark.parametrize(
+    "file",
+    ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"],
+)
 def test_the_glossary_has_every_word_of_a_verdict(file):
     problem = petcontact.load(ROOT / file)
     verdict = petcontact.solve(problem).verdict().removeprefix(problem.title)
     verdict = re.sub(r"  warning: .*\n(   .*\n)*", "", verdict)
-    names = {name for text in re.findall(r'"([^"]+)"', problem.toml()) for name in re.split(r"\W", text)}
+    names = {
+        name for text in re.findall(r'"([^"]+)"', problem.toml()) for name in re.split(r"\W", text)
+    }
     words = set(re.findall(r"[A-Za-z_]{2,}", re.sub(r"[0-9.]+e[-+][0-9]+", "", verdict))) - names
     assert len(words) > 20
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
@@ -130,7 +171,9 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
 def test_the_chapters_are_the_files():
     """A chapter is there as soon as its file is; only the order is written down."""
     assert {path.stem for path in MANUAL.glob("*.md")} == set(topics())
-    assert {path.relative_to(MANUAL).with_suffix("").as_posix() for path in MANUAL.rglob("*.md")} == set(pages())
+    assert {
+        path.relative_to(MANUAL).with_suffix("").as_posix() for path in MANUAL.rglob("*.md")
+    } == set(pages())
     assert list(topics())[: len(ORDER)] == list(ORDER)
 
 

@@ -1,4 +1,5 @@
-"""The chapter of recipes: each command is run in this process, and ends with the figures that the chapter has."""
+"""The chapter of recipes: each command is run in this process, and ends with the figures that the
+chapter has."""
 
 from __future__ import annotations
 
@@ -18,7 +19,11 @@ CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.to
 
 def command(config: str) -> list[str]:
     """The first command of the chapter that solves it."""
-    lines = [line.partition("   #")[0] for line in chapter("recipes").splitlines() if f"recipes/{config}" in line]
+    lines = [
+        line.partition("   #")[0]
+        for line in chapter("recipes").splitlines()
+        if f"recipes/{config}" in line
+    ]
     return shlex.split(lines[0])[1:]
 
 
@@ -38,11 +43,16 @@ def grip(solution):
 
 
 def o_ring(solution):
-    return [solution.pairs[name].pressure.max() for name in ("floor", "lid", "wall")], [1.58, 1.58, 1.10]
+    return [solution.pairs[name].pressure.max() for name in ("floor", "lid", "wall")], [
+        1.58,
+        1.58,
+        1.10,
+    ]
 
 
 def hole(solution):
-    """The stress at the hole as the verdict has it, and by Heywood for a hole of a tenth of the width."""
+    """The stress at the hole as the verdict has it, and by Heywood for a hole of a tenth of the
+    width."""
     angle = np.linspace(0.5 * np.pi, 0.4 * np.pi, 20)
     largest = solution.von_mises_at(np.column_stack([np.cos(angle), np.sin(angle)])).max()
     assert largest == pytest.approx((2.0 + 0.9**3) / 0.9, rel=5e-3) and not solution.pairs
@@ -55,7 +65,10 @@ def symmetry(solution):
 
 def limit_load(solution):
     """µN; the solve ends between it and 1/256 of the step beyond."""
-    assert "cannot be held: the load pushes it along +x" in solution.reason and "0.8008" in solution.reason
+    assert (
+        "cannot be held: the load pushes it along +x" in solution.reason
+        and "0.8008" in solution.reason
+    )
     return -solution.pairs["bottom"].force[0], 0.8
 
 
@@ -68,9 +81,15 @@ def limit_torque(solution):
 
 def two_solutions(solution):
     """What jams, with a warning; from the frictionless start the one that has parted."""
-    assert any("with Coulomb's law there are two here" in text for text in solution.info["warnings"])
-    parted = solve(load(ROOT / "configs/recipes/two_solutions.toml", {"method.start": "frictionless"}))
-    assert parted.converged and not parted.pairs["bottom"].force.any() and not parted.info["warnings"]
+    assert any(
+        "with Coulomb's law there are two here" in text for text in solution.info["warnings"]
+    )
+    parted = solve(
+        load(ROOT / "configs/recipes/two_solutions.toml", {"method.start": "frictionless"})
+    )
+    assert (
+        parted.converged and not parted.pairs["bottom"].force.any() and not parted.info["warnings"]
+    )
     return solution.pairs["bottom"].force, [-0.00120, 0.00153]
 
 
@@ -85,9 +104,15 @@ def rounded_pin(solution):
 
 def load_path(solution):
     """Energies on the path, and of the last force at once."""
-    changes = {"obstacle.0.force": [3.5, -10.0], "step": [{"name": "at once", "increments": "auto"}]}
+    changes = {
+        "obstacle.0.force": [3.5, -10.0],
+        "step": [{"name": "at once", "increments": "auto"}],
+    }
     at_once = load(ROOT / "configs/recipes/load_path.toml", changes)
-    spent = [sum(step.pairs["top"].dissipated for step in each.steps) for each in (solution, solve(at_once))]
+    spent = [
+        sum(step.pairs["top"].dissipated for step in each.steps)
+        for each in (solution, solve(at_once))
+    ]
     assert spent[1] == pytest.approx(0.00174, rel=0.02)
     return spent[0], 0.00695
 

@@ -13,7 +13,10 @@ from petcontact.mesh.grading import mesh_outline
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0))
 RING = SideBySide(
-    loops=(Circle(part="rim", center=(1.0, 2.0), radius=2.0), Circle(part="hole", center=(1.5, 2.0), radius=0.5))
+    loops=(
+        Circle(part="rim", center=(1.0, 2.0), radius=2.0),
+        Circle(part="hole", center=(1.5, 2.0), radius=0.5),
+    )
 )
 TOE = SideBySide(
     loops=(
@@ -32,7 +35,9 @@ def mesh(body, **options):
     return mesh_outline(body.outline(), MeshOptions(**options))
 
 
-@pytest.mark.parametrize(("size", "counts"), [(0.05, (160, 80)), (3.0, (3, 1)), (100.0, (1, 1)), (2.0 / 3.0, (12, 6))])
+@pytest.mark.parametrize(
+    ("size", "counts"), [(0.05, (160, 80)), (3.0, (3, 1)), (100.0, (1, 1)), (2.0 / 3.0, (12, 6))]
+)
 def test_a_side_has_round_l_over_h_equal_elements(size, counts):
     m = mesh(BOX, element_size=size)
     per_part = [int(np.sum(m.part == k)) for k in range(4)]
@@ -45,14 +50,20 @@ def test_a_side_has_round_l_over_h_equal_elements(size, counts):
 def test_element_size_of_single_parts():
     m = mesh(BOX, element_size=1.0, element_sizes={"bottom": 0.25})
     assert [int(np.sum(m.part == k)) for k in range(4)] == [32, 4, 8, 4]
-    with pytest.raises(InputError, match=r"mesh\.element_sizes\.botom: no such part; parts are bottom, right, top, left"):
+    with pytest.raises(
+        InputError,
+        match=r"mesh\.element_sizes\.botom: no such part; parts are bottom, right, top, left",
+    ):
         mesh(BOX, element_size=1.0, element_sizes={"botom": 0.25})
 
 
 @pytest.mark.parametrize("body", [BOX, RING, TOE], ids=["box", "ring", "toe"])
-@pytest.mark.parametrize("options", [{"element_size": 0.3}, {"levels": 5}, {"element_size": 0.4, "order": 2}])
+@pytest.mark.parametrize(
+    "options", [{"element_size": 0.3}, {"levels": 5}, {"element_size": 0.4, "order": 2}]
+)
 def test_weights_nodes_and_normals(body, options):
-    """Divergence theorem: lengths, area and centroid of the body from nodes, normals and weights alone."""
+    """Divergence theorem: lengths, area and centroid of the body from nodes, normals and weights
+    alone."""
     m = mesh(body, **options)
     sides = body.outline().sides
     assert m.weight.sum() == pytest.approx(sum(side.length for side in sides), rel=1e-12)
@@ -66,7 +77,10 @@ def test_weights_nodes_and_normals(body, options):
 def test_nodes_of_arcs_lie_on_the_circle_for_every_order():
     for order in range(6):
         m = mesh(RING, element_size=1.0, order=order)
-        for part, centre, radius, outward in (("rim", (1.0, 2.0), 2.0, 1.0), ("hole", (1.5, 2.0), 0.5, -1.0)):
+        for part, centre, radius, outward in (
+            ("rim", (1.0, 2.0), 2.0, 1.0),
+            ("hole", (1.5, 2.0), 0.5, -1.0),
+        ):
             nodes = m.nodes_of(part)
             from_centre = m.x[nodes] - centre
             assert np.allclose(np.hypot(*from_centre.T), radius, rtol=1e-14)
@@ -80,7 +94,9 @@ def test_arc_length_runs_along_the_part():
         s = m.arc_length[m.nodes_of(part)]
         assert np.all(np.diff(s) > 0.0) and s[0] > 0.0
     toe = m.nodes_of("toe")
-    assert np.allclose(m.arc_length[toe], np.arctan2(m.x[toe, 1] - 1.0, m.x[toe, 0] - 1.0) % (2.0 * np.pi) - np.pi)
+    assert np.allclose(
+        m.arc_length[toe], np.arctan2(m.x[toe, 1] - 1.0, m.x[toe, 0] - 1.0) % (2.0 * np.pi) - np.pi
+    )
 
 
 def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
@@ -103,7 +119,8 @@ def test_element_size_limits_graded_elements():
 
 
 def test_smooth_joints_are_not_graded():
-    """The rim is one part without a corner: equal elements of 30 degrees. The toe is graded where its part ends."""
+    """The rim is one part without a corner: equal elements of 30 degrees. The toe is graded where
+    its part ends."""
     m = mesh(RING)
     assert np.allclose(m.length[m.part == 0], 2.0 * np.pi / 6.0) and np.sum(m.part == 0) == 12
     m = mesh(TOE, levels=8)
@@ -112,7 +129,9 @@ def test_smooth_joints_are_not_graded():
 
 
 def test_smooth_joint_inside_a_straight_part_is_graded_only_on_demand():
-    body = Polygon(vertices=((0, 0), (1, 0), (3, 0), (3, 2), (0, 2)), parts=("a", "a", "b", "c", "d"))
+    body = Polygon(
+        vertices=((0, 0), (1, 0), (3, 0), (3, 2), (0, 2)), parts=("a", "a", "b", "c", "d")
+    )
     plain, marked = mesh(body, levels=5), mesh(body, levels=5, graded_points=((1.0, 0.0),))
     assert plain.length[plain.part == 0].max() > 0.5
     near = [np.abs(m.x[m.nodes_of("a"), 0] - 1.0).min() for m in (plain, marked)]

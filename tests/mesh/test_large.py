@@ -1,4 +1,5 @@
-"""Small files that ask for much: meshing grows with the sides, limits are reported before the work."""
+"""Small files that ask for much: meshing grows with the sides, limits are reported before the
+work."""
 
 from __future__ import annotations
 
@@ -23,14 +24,17 @@ def many_sided(sides, **mesh):
     angle = 2.0 * math.pi * np.arange(sides) / sides
     parts = ["c" if 0.5 < a < 1.5 else "d" if a > 4.0 else "f" for a in angle]
     return Problem(
-        material={"young_modulus": 1.0, "poisson_ratio": 0.3}, mesh=MeshOptions(**mesh),
-        geometry=Polygon(vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts),
+        material={"young_modulus": 1.0, "poisson_ratio": 0.3},
+        mesh=MeshOptions(**mesh),
+        geometry=Polygon(
+            vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts
+        ),
         boundary=[
             {"part": "c", "condition": "contact", "friction_bound": 1.0},
             {"part": "d", "condition": "displacement", "value": (0, 0)},
             {"part": "f", "condition": "traction", "value": (0, 0)},
         ],
-    )  # fmt: skip
+    )
 
 
 def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
@@ -46,10 +50,13 @@ def test_distances_from_other_sides_are_those_of_all_pairs():
     found = _distance_limits(outline, breaks)
     for k, side in enumerate(outline.sides):
         middles = side.point(0.5 * (breaks[k][1:] + breaks[k][:-1]))
-        others = np.vstack([
-            other.point(np.concatenate([b, 0.5 * (b[1:] + b[:-1])]))
-            for j, (other, b) in enumerate(zip(outline.sides, breaks, strict=True)) if (j - k) % 9 not in (0, 1, 8)
-        ])  # fmt: skip
+        others = np.vstack(
+            [
+                other.point(np.concatenate([b, 0.5 * (b[1:] + b[:-1])]))
+                for j, (other, b) in enumerate(zip(outline.sides, breaks, strict=True))
+                if (j - k) % 9 not in (0, 1, 8)
+            ]
+        )
         wanted = np.linalg.norm(middles[:, None] - others, axis=2).min(axis=1)
         assert np.allclose(found[k], wanted, rtol=1e-14)
 
@@ -57,7 +64,10 @@ def test_distances_from_other_sides_are_those_of_all_pairs():
 @pytest.mark.slow
 def test_too_many_graded_sides_are_refused_before_the_work():
     case = many_sided(100_000)
-    with pytest.raises(InputError, match=r"^mesh: 100000 graded sides give more than 1e\+06 nodes; name an element_size"):
+    with pytest.raises(
+        InputError,
+        match=r"^mesh: 100000 graded sides give more than 1e\+06 nodes; name an element_size",
+    ):
         mesh_of(case)
 
 
@@ -65,7 +75,10 @@ def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, co
     monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
     case = many_sided(300, element_size=1.0)
     for bem in (Bem(mat_type="dense"), Bem()):
-        with pytest.raises(InputError, match=r"^mesh: dense operators of 600 unknowns, 48 of contact, take 0\.0\d+ GB"):
+        with pytest.raises(
+            InputError,
+            match=r"^mesh: dense operators of 600 unknowns, 48 of contact, take 0\.0\d+ GB",
+        ):
             prepare(case.model_copy(update={"bem": bem}), comm)
 
 
@@ -80,19 +93,33 @@ def test_what_takes_a_while_is_announced(comm, capsys):
         return announcer(Status, False)(*words)
 
     prepare(many_sided(100, element_size=1.0), comm, announce=announce).close()
-    assert [words[:3] for words in told] == [(100, 200, 2.0 * choice.dense_seconds(100))] and told[0][3] > 8 * 200**2
+    assert [words[:3] for words in told] == [(100, 200, 2.0 * choice.dense_seconds(100))] and told[
+        0
+    ][3] > 8 * 200**2
     mesh = mesh_of(many_sided(1000))
     memory = choice.compressed_memory(mesh, 0)
     for adaptive in (False, True):
-        announcer(Status, adaptive)(mesh.n_nodes, 2 * mesh.n_nodes, choice.solve_seconds(Bem(), [mesh], 1), memory)
+        announcer(Status, adaptive)(
+            mesh.n_nodes, 2 * mesh.n_nodes, choice.solve_seconds(Bem(), [mesh], 1), memory
+        )
     space = {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
     top = [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]
-    sides = [{"part": part, "condition": "traction", "value": [0, 0, 1]} for part in ("left", "right", "front", "back")]
+    sides = [
+        {"part": part, "condition": "traction", "value": [0, 0, 1]}
+        for part in ("left", "right", "front", "back")
+    ]
     foot = [{"part": "bottom", "condition": "contact", "friction_bound": 1.0}]
-    data = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": space, "boundary": [*top, *sides, *foot],
-            "mesh": {"element_size": 0.34}, "bem": {"mat_type": "hmatrix"}}  # fmt: skip
+    data = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": space,
+        "boundary": [*top, *sides, *foot],
+        "mesh": {"element_size": 0.34},
+        "bem": {"mat_type": "hmatrix"},
+    }
     prepare(parse(Problem, data, "test"), comm, announce=announce).close()
-    assert re.fullmatch(r"matrix: \d+%, about \d+ s left", lines[0]) and lines[-1].startswith("matrix: 100%, about 0 s")
+    assert re.fullmatch(r"matrix: \d+%, about \d+ s left", lines[0]) and lines[-1].startswith(
+        "matrix: 100%, about 0 s"
+    )
     size = f"{mesh.n_nodes} nodes, {2 * mesh.n_nodes} unknowns, about 0.35 GB"
     whole, one = capsys.readouterr().err.splitlines()
     assert whole == f"petcontact: {size}: about 28 s of processor time"
@@ -100,11 +127,15 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
 
 DEEP = {
-    "dots": ".".join("a" * 100_000) + " = 1", "quoted": ".".join(['"a"'] * 50_000) + " = 1",
-    "header": "[" + ".".join("a" * 20_000) + "]", "spaced": " . ".join("a" * 50_000) + " = 1",
-    "arrays": "a = " + "[" * 20_000 + "]" * 20_000, "open": "a = " + "[" * 20_000,
-    "tables": "a = " + "{a = " * 8_000 + "1" + "}" * 8_000, "just too deep": "a = " + "[" * 17 + "]" * 17,
-}  # fmt: skip
+    "dots": ".".join("a" * 100_000) + " = 1",
+    "quoted": ".".join(['"a"'] * 50_000) + " = 1",
+    "header": "[" + ".".join("a" * 20_000) + "]",
+    "spaced": " . ".join("a" * 50_000) + " = 1",
+    "arrays": "a = " + "[" * 20_000 + "]" * 20_000,
+    "open": "a = " + "[" * 20_000,
+    "tables": "a = " + "{a = " * 8_000 + "1" + "}" * 8_000,
+    "just too deep": "a = " + "[" * 17 + "]" * 17,
+}
 
 
 @pytest.mark.parametrize("kind", DEEP)
@@ -116,7 +147,11 @@ def test_deep_toml_is_refused_at_once(tmp_path, kind):
 
 
 BRACKETS = "[" * 20
-TEXTS = [f'title = "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s {BRACKETS}"', f"# {BRACKETS}", f"title = '''\n{BRACKETS}\n'''"]
+TEXTS = [
+    f'title = "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s {BRACKETS}"',
+    f"# {BRACKETS}",
+    f"title = '''\n{BRACKETS}\n'''",
+]
 
 
 @pytest.mark.parametrize("text", TEXTS)

@@ -1,4 +1,5 @@
-"""TOML to a problem: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
+"""TOML to a problem: what is read, and every mistake in one line that names file, key, what was
+given, what is allowed."""
 
 from __future__ import annotations
 
@@ -41,12 +42,19 @@ def message(content) -> str:
 def test_example_1_is_read():
     case = load(EXAMPLE)
     assert case.material == Material(young_modulus=10_000.0, poisson_ratio=0.3)
-    assert [condition.condition for condition in case.boundary] == ["contact", "displacement", "traction", "traction"]
+    assert [condition.condition for condition in case.boundary] == [
+        "contact",
+        "displacement",
+        "traction",
+        "traction",
+    ]
     assert case.boundary[0].friction_bound == 150.0 and case.method.rule == "modified"
 
 
 def test_a_case_survives_its_own_toml():
-    case = load(EXAMPLE, {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'})
+    case = load(
+        EXAMPLE, {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'}
+    )
     again = parse_problem(tomllib.loads(case.toml()), "again", {}, Path())
     assert again == case
 
@@ -54,31 +62,82 @@ def test_a_case_survives_its_own_toml():
 @pytest.mark.parametrize(
     ("key", "value", "wanted"),
     [
-        ("boundary.0.friction_bound", ["x", 1], "boundary[0].friction_bound: must be a finite number or an expression"),
-        ("boundary.0.friction_bound", float("nan"), "boundary[0].friction_bound: must be a finite number"),
+        (
+            "boundary.0.friction_bound",
+            ["x", 1],
+            "boundary[0].friction_bound: must be a finite number or an expression",
+        ),
+        (
+            "boundary.0.friction_bound",
+            float("nan"),
+            "boundary[0].friction_bound: must be a finite number",
+        ),
         ("boundary.0.friction_bound", True, "got True"),
-        ("boundary.0.friction_bound", 10**400, "boundary[0].friction_bound: must be a finite number"),
+        (
+            "boundary.0.friction_bound",
+            10**400,
+            "boundary[0].friction_bound: must be a finite number",
+        ),
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
-        ("boundary.0.friction_bund", 1, "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?"),
-        ("boundary.0.condition", "contakt", "boundary[0].condition: must be one of 'contact', 'displacement', 'periodic',"
-         " 'symmetry', 'traction', got 'contakt', did you mean 'contact'?"),
-        ("boundary.0.condition", ..., "boundary[0].condition: this key is required, must be one of 'contact'"),
+        (
+            "boundary.0.friction_bund",
+            1,
+            "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?",
+        ),
+        (
+            "boundary.0.condition",
+            "contakt",
+            "boundary[0].condition: must be one of 'contact', 'displacement', 'periodic',"
+            " 'symmetry', 'traction', got 'contakt', did you mean 'contact'?",
+        ),
+        (
+            "boundary.0.condition",
+            ...,
+            "boundary[0].condition: this key is required, must be one of 'contact'",
+        ),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
-        ("boundary.1.value", [0.0, 0.0, 0.0, 0.0], "boundary[1].value: array must have at most 3 items"),
-        ("boundary.1.value", [0.0, float("inf")], "boundary[1].value[1]: must be a finite number or an expression"),
+        (
+            "boundary.1.value",
+            [0.0, 0.0, 0.0, 0.0],
+            "boundary[1].value: array must have at most 3 items",
+        ),
+        (
+            "boundary.1.value",
+            [0.0, float("inf")],
+            "boundary[1].value[1]: must be a finite number or an expression",
+        ),
         ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
         ("boundary.2.pressure", 3.0, "boundary[2]: a traction needs either value"),
         ("boundary", {}, "boundary: must be an array"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
         ("geometry.shape", "rectangel", "geometry.shape: must be one of "),
         ("geometry.lower_left", ["a", 0.0], "geometry.lower_left[0]: must be a number, got 'a'"),
-        ("geometry.uper_right", [1.0, 1.0], "geometry.uper_right: unknown key, did you mean 'upper_right'?"),
-        ("geometry", {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]},
-         "geometry: 3 vertices need as many part names in parts, got 2"),
+        (
+            "geometry.uper_right",
+            [1.0, 1.0],
+            "geometry.uper_right: unknown key, did you mean 'upper_right'?",
+        ),
+        (
+            "geometry",
+            {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]},
+            "geometry: 3 vertices need as many part names in parts, got 2",
+        ),
         ("material.young_modulus", "10e3", "material.young_modulus: must be a number, got '10e3'"),
-        ("material.young_modulus", -1.0, "material.young_modulus: must be greater than 0, got -1.0"),
-        ("material.young_modulus", 1e300, "material.young_modulus: must be at most 1e+150, got 1e+300"),
-        ("geometry.lower_left", [-1e200, 0.0], "geometry.lower_left[0]: must be greater than or equal to -1e+60"),
+        (
+            "material.young_modulus",
+            -1.0,
+            "material.young_modulus: must be greater than 0, got -1.0",
+        ),
+        (
+            "material.young_modulus",
+            1e300,
+            "material.young_modulus: must be at most 1e+150, got 1e+300",
+        ),
+        (
+            "geometry.lower_left",
+            [-1e200, 0.0],
+            "geometry.lower_left[0]: must be greater than or equal to -1e+60",
+        ),
         ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2), got 0.5"),
         ("material.nu", 0.3, "material.nu: unknown key, did you mean 'poisson_ratio'?"),
         ("material", 5, "material: must be a table, got 5"),
@@ -92,13 +151,17 @@ def test_a_case_survives_its_own_toml():
         ("mesh.element_size", float("inf"), "mesh.element_size: must be a finite number, got inf"),
         ("mesh.order", 6, "mesh.order: must be less than or equal to 5, got 6"),
         ("mesh.graded_points", [[1.0]], "mesh.graded_points[0]: has 1 entries, too few"),
-        ("petsc", {"ksp_type": ["lu"]}, "petsc.ksp_type: must be text, a number or true/false, got ['lu']"),
+        (
+            "petsc",
+            {"ksp_type": ["lu"]},
+            "petsc.ksp_type: must be text, a number or true/false, got ['lu']",
+        ),
         ("petsc", {"-ksp_type": "lu"}, "must be the name of a PETSc option without its dash"),
         ("petsc", {"a b": 1}, "must be the name of a PETSc option without its dash"),
         ("title", 5, "title: must be a string, got 5"),
         ("méthode\n", 5, r"'méthode\n': unknown key, did you mean 'method'?"),
     ],
-)  # fmt: skip
+)
 def test_each_mistake_names_its_key(key, value, wanted):
     assert wanted in message(data(key, value))
 
@@ -116,10 +179,16 @@ def test_a_long_value_is_cut():
 @pytest.mark.parametrize(
     ("build", "wanted"),
     [
-        (lambda: Material(young_modulus=-1.0, poisson_ratio=0.3), "young_modulus: must be greater than 0, got -1.0"),
+        (
+            lambda: Material(young_modulus=-1.0, poisson_ratio=0.3),
+            "young_modulus: must be greater than 0, got -1.0",
+        ),
         (lambda: Material(young_modulus=1.0), "poisson_ratio: this key is required"),
         (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, nu=1), "nu: unknown key"),
-        (lambda: Polygon(vertices=[(0, 0), (1, 0)], parts=["a", "b"]), "vertices: array must have at least 3 items"),
+        (
+            lambda: Polygon(vertices=[(0, 0), (1, 0)], parts=["a", "b"]),
+            "vertices: array must have at least 3 items",
+        ),
         (lambda: Problem(material=3), "material: must be a table, got 3"),
     ],
 )
@@ -151,7 +220,9 @@ def test_files_that_are_no_config(content, wanted, tmp_path):
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", ["missing.toml", ".", "/dev/zero", "/dev/null", "\0", "x" * 5000, "/dev/null/c.toml"])
+@pytest.mark.parametrize(
+    "name", ["missing.toml", ".", "/dev/zero", "/dev/null", "\0", "x" * 5000, "/dev/null/c.toml"]
+)
 def test_names_that_are_no_config(name):
     with pytest.raises(InputError) as caught:
         load(name)
@@ -170,15 +241,28 @@ def test_a_config_may_come_through_a_pipe():
 
 
 def test_dotted_keys_make_tables_and_reach_into_arrays():
-    case = load(EXAMPLE, {"method.omega": 1.0, "bem.mat_type": "dense", "boundary.0.friction_bound": "100 + x"})
-    assert (case.method.omega, case.bem.mat_type, case.boundary[0].friction_bound) == (1.0, "dense", "100 + x")
+    case = load(
+        EXAMPLE,
+        {"method.omega": 1.0, "bem.mat_type": "dense", "boundary.0.friction_bound": "100 + x"},
+    )
+    assert (case.method.omega, case.bem.mat_type, case.boundary[0].friction_bound) == (
+        1.0,
+        "dense",
+        "100 + x",
+    )
 
 
 @pytest.mark.parametrize(
     ("key", "wanted"),
-    [("title.x", "'title' is not a table"), ("boundary.9.part", "'9' is no entry, entries are 0 to 3"),
-     ("boundary.part", "'part' is no entry"), ("", "unknown key"), ("..", "unknown key"), ("methd.rho", "unknown key")],
-)  # fmt: skip
+    [
+        ("title.x", "'title' is not a table"),
+        ("boundary.9.part", "'9' is no entry, entries are 0 to 3"),
+        ("boundary.part", "'part' is no entry"),
+        ("", "unknown key"),
+        ("..", "unknown key"),
+        ("methd.rho", "unknown key"),
+    ],
+)
 def test_dotted_keys_that_lead_nowhere(key, wanted):
     with pytest.raises(InputError, match=wanted):
         load(EXAMPLE, {key: 1})

@@ -15,20 +15,40 @@ from petcontact.pipeline.discrete.discretise import discretise
 
 def problem(**changes):
     """A block and a pad that is pressed on it, and moved to and fro."""
-    return parse_problem({
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
-        "mesh": {"element_size": 0.5},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
-                     *({"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right"))],
-        "obstacle": [{"name": "pad", "displacement": [0.0, -0.1]}],
-        "contact": [{"name": "c", "secondary": "top", "primary": "pad", "friction_coefficient": 0.3,
-                     "wear_coefficient": 1e-3}],
-        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", "displacement": [0.1, -0.1]}]},
-                 {"name": "pull", "obstacle": [{"name": "pad", "displacement": [-0.1, -0.1]}]},
-                 {"name": "lean", "boundary": [{"part": "left", "value": [0.01, 0.0]}]}],
-        "cycle": {"first": "push", "last": "pull", "count": 10},
-    }, "test.toml", {key.replace("__", "."): value for key, value in changes.items()}, Path())  # fmt: skip
+    return parse_problem(
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+            "mesh": {"element_size": 0.5},
+            "boundary": [
+                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+                *(
+                    {"part": part, "condition": "traction", "value": [0.0, 0.0]}
+                    for part in ("left", "right")
+                ),
+            ],
+            "obstacle": [{"name": "pad", "displacement": [0.0, -0.1]}],
+            "contact": [
+                {
+                    "name": "c",
+                    "secondary": "top",
+                    "primary": "pad",
+                    "friction_coefficient": 0.3,
+                    "wear_coefficient": 1e-3,
+                }
+            ],
+            "step": [
+                {"name": "press"},
+                {"name": "push", "obstacle": [{"name": "pad", "displacement": [0.1, -0.1]}]},
+                {"name": "pull", "obstacle": [{"name": "pad", "displacement": [-0.1, -0.1]}]},
+                {"name": "lean", "boundary": [{"part": "left", "value": [0.01, 0.0]}]},
+            ],
+            "cycle": {"first": "push", "last": "pull", "count": 10},
+        },
+        "test.toml",
+        {key.replace("__", "."): value for key, value in changes.items()},
+        Path(),
+    )
 
 
 def test_a_cycle():
@@ -45,12 +65,27 @@ def test_a_cycle():
         ({"cycle__jump": 0}, "cycle.jump: must be a whole number from 1"),
         ({"cycle__tolerance": 0.0}, "cycle.tolerance: must be greater than 0"),
         ({"cycle__first": "pusch"}, "cycle.first: no step 'pusch', did you mean 'push'?"),
-        ({"cycle__first": "pull", "cycle__last": "push"}, "cycle.last: step 'push' comes before step 'pull'"),
-        ({"cycle__last": "lean"}, "cycle: does not close: step 'push' ends elsewhere the second time"),
-        ({"cycle__last": "push"}, "cycle: does not close: from the second time on nothing moves in step 'push'"),
+        (
+            {"cycle__first": "pull", "cycle__last": "push"},
+            "cycle.last: step 'push' comes before step 'pull'",
+        ),
+        (
+            {"cycle__last": "lean"},
+            "cycle: does not close: step 'push' ends elsewhere the second time",
+        ),
+        (
+            {"cycle__last": "push"},
+            "cycle: does not close: from the second time on nothing moves in step 'push'",
+        ),
         ({"step__2__name": "push"}, "cycle.first: 2 steps are called 'push'"),
-        ({"contact__0": {"name": "c", "secondary": "top", "primary": "pad"}}, "cycle: nothing changes from cycle to cycle"),
-        ({"contact__0__normal": "bilateral"}, "contact[0]: wear_coefficient: wear opens a gap, and bilateral parts have"),
+        (
+            {"contact__0": {"name": "c", "secondary": "top", "primary": "pad"}},
+            "cycle: nothing changes from cycle to cycle",
+        ),
+        (
+            {"contact__0__normal": "bilateral"},
+            "contact[0]: wear_coefficient: wear opens a gap, and bilateral parts have",
+        ),
         ({"contact__0__wear_share": 1.5}, "contact[0].wear_share: must be less than or equal to 1"),
     ],
 )

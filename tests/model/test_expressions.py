@@ -30,7 +30,10 @@ def value(text):
         ("2**-y", 0.5 ** (X + 1.0)),
         ("1/3", [1.0 / 3.0] * 3),
         ("x % 2", X % 2.0),
-        ("sin(pi*x) + cos(x)*exp(-y) + sqrt(y)", np.sin(np.pi * X) + np.cos(X) * np.exp(-X - 1.0) + np.sqrt(X + 1.0)),
+        (
+            "sin(pi*x) + cos(x)*exp(-y) + sqrt(y)",
+            np.sin(np.pi * X) + np.cos(X) * np.exp(-X - 1.0) + np.sqrt(X + 1.0),
+        ),
         ("where(x > 0.5, 10, -10)", [-10.0, 10.0, 10.0]),
         ("where(x >= 1, y, 0) + min(x, 1) + max(s, ny)", [0.0, 3.5, 5.0]),
         ("100 * (x < 1)", [100.0, 0.0, 0.0]),
@@ -40,7 +43,9 @@ def value(text):
     ],
 )
 def test_values(text, wanted):
-    if wanted is None:  # Python's `if` and `and` ask for one truth value: refused, `where` is for nodes
+    if (
+        wanted is None
+    ):  # Python's `if` and `and` ask for one truth value: refused, `where` is for nodes
         with pytest.raises(InputError, match="cannot evaluate"):
             value(text)
     else:
@@ -84,7 +89,14 @@ def test_refused_in_one_line_that_names_the_key(text, message):
 
 
 @pytest.mark.parametrize(
-    "text", ["(" * 400 + "x" + ")" * 400, "-" * 480 + "x", "+".join(["x"] * 240), "10**10**10", "2**" * 100 + "2"]
+    "text",
+    [
+        "(" * 400 + "x" + ")" * 400,
+        "-" * 480 + "x",
+        "+".join(["x"] * 240),
+        "10**10**10",
+        "2**" * 100 + "2",
+    ],
 )
 def test_long_and_deep_texts_end_soon(text):
     began = time.process_time()

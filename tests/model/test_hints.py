@@ -1,4 +1,5 @@
-"""What newcomers write first is answered with the spelling of this package, and the file that holds the mistake."""
+"""What newcomers write first is answered with the spelling of this package, and the file that holds
+the mistake."""
 
 from __future__ import annotations
 

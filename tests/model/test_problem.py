@@ -1,4 +1,5 @@
-"""One problem, two spellings: a body at the top of the file, or [[body]]; what is said of either, and what is refused."""
+"""One problem, two spellings: a body at the top of the file, or [[body]]; what is said of either,
+and what is refused."""
 
 from __future__ import annotations
 
@@ -35,39 +36,60 @@ from petcontact.model.base import parse, regular_file
 from petcontact.model.case import parse_problem
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-FILES = [path for path in sorted(CONFIGS.glob("*.toml")) if "problems" not in tomllib.loads(path.read_text())]
+FILES = [
+    path
+    for path in sorted(CONFIGS.glob("*.toml"))
+    if "problems" not in tomllib.loads(path.read_text())
+]
 BODY = ("material", "geometry", "mesh", "boundary", "point_force")
 FLAT = {
-    "title": "block", "units": {"length": "mm"},
+    "title": "block",
+    "units": {"length": "mm"},
     "material": {"young_modulus": 10.0, "poisson_ratio": 0.3},
     "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
     "mesh": {"element_size": 0.5, "order": 1, "graded_points": [[0.5, 0.0]]},
-    "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 1.0},
-                 {"part": "top", "condition": "displacement", "value": ["free", -0.1]}],
+    "boundary": [
+        {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
+        {"part": "top", "condition": "displacement", "value": ["free", -0.1]},
+    ],
     "point_force": [{"name": "pin", "at": [0.5, 0.5], "force": [1.0, 0.0]}],
     "obstacle": [{"name": "punch", "displacement": [0.0, -0.1]}],
     "contact": [{"name": "side", "secondary": "left", "primary": "punch"}],
     "step": [{"name": "press", "boundary": [{"part": "top", "value": ["free", -0.2]}]}],
-    "method": {"tolerance": 1e-8}, "bem": {"mat_type": "dense"}, "petsc": {"ksp_type": "gmres"},
-}  # fmt: skip
+    "method": {"tolerance": 1e-8},
+    "bem": {"mat_type": "dense"},
+    "petsc": {"ksp_type": "gmres"},
+}
 
 
 def with_body(data):
     """The other spelling."""
     data = copy.deepcopy(data)
-    return {**{key: value for key, value in data.items() if key not in BODY},
-            "body": [{"name": "body", **{key: data[key] for key in BODY if key in data}}]}  # fmt: skip
+    return {
+        **{key: value for key, value in data.items() if key not in BODY},
+        "body": [{"name": "body", **{key: data[key] for key in BODY if key in data}}],
+    }
 
 
 def block(**more) -> Problem:
-    given = {"material": Material(1e4, 0.3), "geometry": Rectangle((0, 0), (8, 4)),
-             "boundary": [Contact("bottom", friction_bound=150), Displacement("top", (0, 0))]}  # fmt: skip
+    given = {
+        "material": Material(1e4, 0.3),
+        "geometry": Rectangle((0, 0), (8, 4)),
+        "boundary": [Contact("bottom", friction_bound=150), Displacement("top", (0, 0))],
+    }
     return Problem(**{**given, **more})
 
 
 def two(**more) -> Problem:
-    bodies = [Body(name, Material(1.0, 0.3), Rectangle((0, y), (1, y + 1))) for name, y in (("lower", 0), ("upper", 1))]
-    return Problem(body=bodies, contact=[Pair("middle", "upper.bottom", "lower.top", friction_coefficient=0.4)], **more)
+    bodies = [
+        Body(name, Material(1.0, 0.3), Rectangle((0, y), (1, y + 1)))
+        for name, y in (("lower", 0), ("upper", 1))
+    ]
+    return Problem(
+        body=bodies,
+        contact=[Pair("middle", "upper.bottom", "lower.top", friction_coefficient=0.4)],
+        **more,
+    )
 
 
 def message(data) -> str:
@@ -97,10 +119,15 @@ def leaves(tree, head=()):
             yield from leaves(value, (*head, key))
 
 
-@given(st.sampled_from(list(leaves({key: FLAT[key] for key in BODY}))),
-       st.one_of(st.none(), st.integers(-3, 3), st.text(max_size=3), st.just({"no_such": 1}), st.just([[]])))  # fmt: skip
+@given(
+    st.sampled_from(list(leaves({key: FLAT[key] for key in BODY}))),
+    st.one_of(
+        st.none(), st.integers(-3, 3), st.text(max_size=3), st.just({"no_such": 1}), st.just([[]])
+    ),
+)
 def test_a_mistake_is_named_as_it_was_spelled(path, value):
-    """Whatever is said of a wrong entry in [[body]] is said of the flat file without `body[0].`; so is nothing."""
+    """Whatever is said of a wrong entry in [[body]] is said of the flat file without `body[0].`; so
+    is nothing."""
     data = copy.deepcopy(FLAT)
     here = data
     for step in path[:-1]:
@@ -122,7 +149,10 @@ def test_a_mistake_is_named_as_it_was_spelled(path, value):
         ({"boundry": []}, "c: boundry: unknown key, did you mean 'boundary'?"),
         ({"obstacles": []}, "c: obstacles: unknown key, did you mean 'obstacle'?"),
         ({"name": "block"}, "c: name: unknown key"),
-        ({"body": []}, "c: material: belongs to a body; where there is [[body]] it stands in each of them"),
+        (
+            {"body": []},
+            "c: material: belongs to a body; where there is [[body]] it stands in each of them",
+        ),
     ],
 )
 def test_unknown_keys_of_the_flat_spelling(change, wanted):
@@ -132,21 +162,35 @@ def test_unknown_keys_of_the_flat_spelling(change, wanted):
 def test_one_body_needs_conditions_or_contacts():
     bare = {key: FLAT[key] for key in ("material", "geometry")}
     assert message(bare) == "c: boundary: this key is required"
-    assert parse(Problem, {**bare, **{key: FLAT[key] for key in ("obstacle", "contact")}}, "c").boundary == ()
+    assert (
+        parse(
+            Problem, {**bare, **{key: FLAT[key] for key in ("obstacle", "contact")}}, "c"
+        ).boundary
+        == ()
+    )
 
 
 def test_keys_of_the_body_are_read_and_changed_where_there_is_one():
     problem = block(title="a")
     assert problem.material.young_modulus == 1e4 and problem.boundary[0].part == "bottom"
-    new = problem.model_copy(update={"mesh": MeshOptions(0.5), "boundary": problem.boundary[:1], "method": Method("tao")})
-    assert (new.mesh.element_size, len(new.body[0].boundary), new.method.name, new.title) == (0.5, 1, "tao", "a")
+    new = problem.model_copy(
+        update={"mesh": MeshOptions(0.5), "boundary": problem.boundary[:1], "method": Method("tao")}
+    )
+    assert (new.mesh.element_size, len(new.body[0].boundary), new.method.name, new.title) == (
+        0.5,
+        1,
+        "tao",
+        "a",
+    )
     assert problem.mesh == MeshOptions() and new.geometry is problem.geometry
     assert pickle.loads(pickle.dumps(new)) == new
 
 
 @pytest.mark.parametrize("key", BODY)
 def test_of_several_bodies_each_has_its_own(key):
-    with pytest.raises(AttributeError, match=f"{key}: the problem has the bodies 'lower', 'upper'; take .body"):
+    with pytest.raises(
+        AttributeError, match=f"{key}: the problem has the bodies 'lower', 'upper'; take .body"
+    ):
         getattr(two(), key)
     with pytest.raises(AttributeError, match=key):
         two().model_copy(update={key: ()})
@@ -154,11 +198,15 @@ def test_of_several_bodies_each_has_its_own(key):
 
 
 def test_values_by_place_are_those_by_name():
-    assert Contact("bottom", "unilateral", 0.1) == Contact(part="bottom", normal="unilateral", gap=0.1)
+    assert Contact("bottom", "unilateral", 0.1) == Contact(
+        part="bottom", normal="unilateral", gap=0.1
+    )
     assert Displacement("top", (0, "free")) == Displacement(part="top", value=(0, "free"))
     assert Traction("left", (400, 0)) == Traction(part="left", value=(400, 0))
     assert Circle("hole", (0, 0), 1.0) == Circle(part="hole", center=(0, 0), radius=1.0)
-    assert Step("press", 4) == Step(name="press", increments=4) and Units("mm") == Units(length="mm")
+    assert Step("press", 4) == Step(name="press", increments=4) and Units("mm") == Units(
+        length="mm"
+    )
     assert Obstacle("punch", "free").displacement == "free" and Bem("hodlr").mat_type == "hodlr"
 
 
@@ -166,13 +214,18 @@ def test_values_by_place_are_those_by_name():
     ("build", "wanted"),
     [
         (lambda: Contact("bottom", part="top"), "Contact: part is given twice"),
-        (lambda: Material(1.0, 0.3, "strain", 4), "Material: takes young_modulus, poisson_ratio, plane in this"),
+        (
+            lambda: Material(1.0, 0.3, "strain", 4),
+            "Material: takes young_modulus, poisson_ratio, plane in this",
+        ),
         (lambda: Contact(3), "part: must be a string, got 3"),
         (lambda: Displacement("top"), "value: this key is required"),
-        (lambda: block(boundary=[{"condition": "contact", "part": "a", "friction_bund": 3}]),
-         "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?"),
+        (
+            lambda: block(boundary=[{"condition": "contact", "part": "a", "friction_bund": 3}]),
+            "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?",
+        ),
     ],
-)  # fmt: skip
+)
 def test_mistakes_by_place_are_one_line(build, wanted):
     with pytest.raises(InputError) as caught:
         build()
@@ -186,14 +239,20 @@ def test_mistakes_by_place_are_one_line(build, wanted):
         (block(method=Method(rho=2.0, tau=1.0)), False, ["method.rho", "method.tau"]),
         (block(method=Method(formulation="full", start="frictionless")), False, []),
         (two(method=Method(formulation="full", start="frictionless")), False, []),
-        (block(method=Method("projection", omega=1.0, start="r.h5"), mesh=MeshOptions(0.1)), True,
-         ["mesh.element_size"]),
+        (
+            block(method=Method("projection", omega=1.0, start="r.h5"), mesh=MeshOptions(0.1)),
+            True,
+            ["mesh.element_size"],
+        ),
         (block(mesh=MeshOptions(graded_points=[(1, 0)])), True, []),
         (block(mesh=MeshOptions(levels=3, accuracy=0.1)), True, ["mesh.levels"]),
-        (block(mesh=MeshOptions(0.1, levels=3, graded_points=[(1, 0)], accuracy=0.1)), False,
-         ["mesh.levels", "mesh.graded_points", "mesh.accuracy"]),
+        (
+            block(mesh=MeshOptions(0.1, levels=3, graded_points=[(1, 0)], accuracy=0.1)),
+            False,
+            ["mesh.levels", "mesh.graded_points", "mesh.accuracy"],
+        ),
     ],
-)  # fmt: skip
+)
 def test_keys_that_a_solve_does_not_read(problem, adaptive, wanted):
     assert problem.ignored(adaptive=adaptive) == wanted
 
@@ -205,12 +264,16 @@ def test_adaptive_solves_in_space_begin_with_the_mesh_that_is_asked_for():
 
 def test_mesh_keys_of_several_bodies_name_their_body():
     lower, upper = two().body
-    problem = two().model_copy(update={"body": (lower, upper.model_copy(update={"mesh": MeshOptions(1.0)}))})
+    problem = two().model_copy(
+        update={"body": (lower, upper.model_copy(update={"mesh": MeshOptions(1.0)}))}
+    )
     assert problem.ignored(adaptive=True) == ["body[1].mesh.element_size"]
 
 
 def test_a_problem_shows_itself_in_a_few_lines():
-    shown = repr(two(title="Stack <2>", step=[Step("press", 4)], obstacle=[Obstacle("wall", (0, "free"))])).splitlines()
+    shown = repr(
+        two(title="Stack <2>", step=[Step("press", 4)], obstacle=[Obstacle("wall", (0, "free"))])
+    ).splitlines()
     assert shown == [
         "<Problem 'Stack <2>'",
         "  body lower: rectangle, E = 1, ν = 0.3",
@@ -221,8 +284,14 @@ def test_a_problem_shows_itself_in_a_few_lines():
         "  method: semismooth-newton>",
     ]
     table = two(title="Stack <2>")._repr_html_()
-    assert "Stack &lt;2&gt;" in table and table.count("<tr>") == 4 and "upper.bottom on lower.top" in table
-    assert "contact on bottom, bilateral, friction bound by g" in repr(block(boundary=[Contact("bottom", friction_bound=g)]))
+    assert (
+        "Stack &lt;2&gt;" in table
+        and table.count("<tr>") == 4
+        and "upper.bottom on lower.top" in table
+    )
+    assert "contact on bottom, bilateral, friction bound by g" in repr(
+        block(boundary=[Contact("bottom", friction_bound=g)])
+    )
 
 
 def g(x):
@@ -233,8 +302,13 @@ def test_files_that_a_config_names_are_regular_and_bounded(tmp_path):
     (tmp_path / "file").write_bytes(b"12345")
     os.mkfifo(tmp_path / "fifo")
     assert regular_file(tmp_path / "file", 5) == tmp_path / "file"
-    for name, wanted in (("fifo", "not a regular file"), (".", "not a regular file"), ("/dev/zero", "not a regular file"),
-                         ("none", "No such file"), ("a\0b", "no file name")):  # fmt: skip
+    for name, wanted in (
+        ("fifo", "not a regular file"),
+        (".", "not a regular file"),
+        ("/dev/zero", "not a regular file"),
+        ("none", "No such file"),
+        ("a\0b", "no file name"),
+    ):
         with pytest.raises(InputError, match=wanted):
             regular_file(f"/{name}" if name.startswith("/") else f"{tmp_path}/{name}", 5)
     with pytest.raises(InputError, match="5 bytes, larger than the 4 that are read"):

@@ -1,4 +1,5 @@
-"""Start Python programs under mpiexec with a hard timeout, with the launcher that belongs to this interpreter."""
+"""Start Python programs under mpiexec with a hard timeout, with the launcher that belongs to this
+interpreter."""
 
 from __future__ import annotations
 
@@ -16,22 +17,27 @@ import forked
 
 @functools.cache
 def mpiexec() -> tuple[str, ...]:
-    """The launcher beside the interpreter (a wheel's MPICH), else the one on the PATH; more ranks than cores are allowed."""
+    """The launcher beside the interpreter (a wheel's MPICH), else the one on the PATH; more ranks
+    than cores are allowed."""
     beside = Path(sys.executable).parent / "mpiexec"
     launcher = str(beside) if beside.exists() else shutil.which("mpiexec") or "mpiexec"
-    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, timeout=300).stdout
+    version = subprocess.run(
+        [launcher, "--version"], capture_output=True, text=True, timeout=300
+    ).stdout
     return launcher, *(["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else [])
 
 
 def command(ranks: int, *words: str) -> list[str]:
-    """mpiexec -n RANKS python WORDS; one rank needs no launcher, and what takes no PETSc options no start of Python."""
+    """mpiexec -n RANKS python WORDS; one rank needs no launcher, and what takes no PETSc options no
+    start of Python."""
     if ranks > 1:
         return [*mpiexec(), "-n", str(ranks), sys.executable, *words]
     return [forked.program(), *(words[2:] if words[:2] == ("-m", "petcontact") else words)]
 
 
 def environment() -> dict[str, str]:
-    """This environment with what root needs under Open MPI, and the tests' own modules importable."""
+    """This environment with what root needs under Open MPI, and the tests' own modules
+    importable."""
     root = Path(__file__).resolve().parents[2]
     path = os.pathsep.join([str(root), str(root / "tests"), os.environ.get("PYTHONPATH", "")])
     allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
@@ -41,11 +47,14 @@ def environment() -> dict[str, str]:
 def start(ranks: int, *words: str, **keywords) -> subprocess.Popen:
     """The job in a process group of its own, its output captured as text."""
     arguments = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | keywords
-    return subprocess.Popen(command(ranks, *words), env=environment(), start_new_session=True, **arguments)
+    return subprocess.Popen(
+        command(ranks, *words), env=environment(), start_new_session=True, **arguments
+    )
 
 
 def run(ranks: int, *words: str, timeout: float = 120.0, **keywords) -> subprocess.CompletedProcess:
-    """Run the job to its end; past the timeout its whole process group is killed and the test fails."""
+    """Run the job to its end; past the timeout its whole process group is killed and the test
+    fails."""
     job = start(ranks, *words, **keywords)
     try:
         out, err = job.communicate(timeout=timeout)
@@ -69,7 +78,8 @@ for words in json.loads(sys.argv[1]):
 
 
 def series(ranks: int, *commands: tuple[str, ...], timeout: float = 120.0) -> list[tuple[int, str]]:
-    """Commands of petcontact one after another on the same ranks, without options of PETSc: exit status and output of each.
+    """Commands of petcontact one after another on the same ranks, without options of PETSc: exit
+    status and output of each.
 
     To start ranks takes longer than most of what they compute here.
     """

@@ -33,14 +33,23 @@ if petsc().COMM_WORLD.getRank() == 0:
 def solutions(ranks, *options):
     done = launch.run(ranks, "-c", PROGRAM, *options)
     assert done.returncode == 0, done.stderr
-    return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
+    return json.loads(
+        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
+            1
+        ]
+    )
 
 
 def test_ranks_agree():
     dense = solutions(1, "-bem_mat_type", "dense")
     for ranks in (1, 2):
         projected, newton = solutions(ranks, "-bem_mat_type", "hodlr")
-        assert projected[-1] == dense[0][-1]  # iterations; Newton's differ, its inner solves are other ones
+        assert (
+            projected[-1] == dense[0][-1]
+        )  # iterations; Newton's differ, its inner solves are other ones
         for values, expected in ((projected, dense[0]), (newton, dense[1])):
             scale = max(abs(value) for value in expected[:-1])
-            assert max(abs(a - b) for a, b in zip(values[:-1], expected[:-1], strict=True)) <= 1e-8 * scale
+            assert (
+                max(abs(a - b) for a, b in zip(values[:-1], expected[:-1], strict=True))
+                <= 1e-8 * scale
+            )

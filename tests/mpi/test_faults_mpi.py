@@ -1,4 +1,5 @@
-"""Faults of one rank end the whole job within seconds, in one line that names them; nothing hangs."""
+"""Faults of one rank end the whole job within seconds, in one line that names them; nothing
+hangs."""
 
 from __future__ import annotations
 
@@ -37,8 +38,20 @@ cli.entry()
 
 def solve(folder, *words, program=("-m", "petcontact"), ranks=2):
     began = time.monotonic()
-    done = launch.run(ranks, *program, "solve", CONFIG, "--set", "mesh.element_size=0.5", "--no-figures", "-o",
-                      str(folder / "r.h5"), *words, timeout=SOON, cwd=folder)  # fmt: skip
+    done = launch.run(
+        ranks,
+        *program,
+        "solve",
+        CONFIG,
+        "--set",
+        "mesh.element_size=0.5",
+        "--no-figures",
+        "-o",
+        str(folder / "r.h5"),
+        *words,
+        timeout=SOON,
+        cwd=folder,
+    )
     assert time.monotonic() - began < SOON
     assert "Traceback" not in done.stderr, done.stderr
     return done, [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
@@ -61,16 +74,23 @@ def test_a_rank_that_fails_alone_ends_the_job(tmp_path, fault, message):
 
 
 def test_a_rank_that_is_killed_ends_the_job(tmp_path):
-    done, _ = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), 9)")))
+    done, _ = solve(
+        tmp_path, program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), 9)"))
+    )
     assert done.returncode != 0 and os.listdir(tmp_path) == []
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
-    [(["--set", "method.rho=-1"], "method.rho: must be greater than 0"),
-     (["-ksp_type", "gmress"], "Unable to find requested KSP type gmress"),
-     (["-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2"], "KSP richardson ended with DIVERGED_")],
-)  # fmt: skip
+    [
+        (["--set", "method.rho=-1"], "method.rho: must be greater than 0"),
+        (["-ksp_type", "gmress"], "Unable to find requested KSP type gmress"),
+        (
+            ["-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2"],
+            "KSP richardson ended with DIVERGED_",
+        ),
+    ],
+)
 def test_a_mistake_that_all_ranks_see_is_told_once(tmp_path, words, message):
     done, lines = solve(tmp_path, *words)
     assert done.returncode in (1, 2)
@@ -82,12 +102,14 @@ def test_a_result_that_cannot_be_written_ends_the_job(tmp_path):
     (tmp_path / "out").mkdir()
     program = ONE_RANK.format(rank=0, fault="os.rmdir('out')")
     done, lines = solve(tmp_path, "-o", "out/r.h5", program=("-c", program))
-    assert done.returncode != 0 and any("out/r.h5: cannot be written" in line for line in lines), done.stderr
+    assert done.returncode != 0 and any("out/r.h5: cannot be written" in line for line in lines), (
+        done.stderr
+    )
     assert os.listdir(tmp_path) == []
 
 
-# a file of each rank says that it iterates: output without end would fill the pipe that Open MPI stops reading once it gets
-# a signal, and lines of two ranks may run into one another
+# a file of each rank says that it iterates: output without end would fill the pipe that Open MPI
+# stops reading once it gets a signal, and lines of two ranks may run into one another
 ITERATING = """
 import pathlib, sys
 from petcontact.commands import main as cli
@@ -101,17 +123,39 @@ solve.iteration_line = told
 sys.argv[0] = "petcontact"
 cli.entry()
 """
-FOREVER = ["--set", "method.rule=fixed", "--set", "method.rho=1e-6", "--set", "method.max_iterations=1000000000",
-           "--set", "method.tolerance=1e-15"]  # fmt: skip
+FOREVER = [
+    "--set",
+    "method.rule=fixed",
+    "--set",
+    "method.rho=1e-6",
+    "--set",
+    "method.max_iterations=1000000000",
+    "--set",
+    "method.tolerance=1e-15",
+]
 
 
 # slow: Open MPI passes both on as SIGTERM
-@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
+)
 def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatch):
     # Open MPI kills what has not ended one second after the signal: too soon for a loaded machine
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "3")
-    job = launch.start(2, "-c", ITERATING, "solve", CONFIG, "--set", "mesh.element_size=0.5", "--no-figures", *FOREVER,
-                       "-o", "r.h5", cwd=tmp_path)  # fmt: skip
+    job = launch.start(
+        2,
+        "-c",
+        ITERATING,
+        "solve",
+        CONFIG,
+        "--set",
+        "mesh.element_size=0.5",
+        "--no-figures",
+        *FOREVER,
+        "-o",
+        "r.h5",
+        cwd=tmp_path,
+    )
     try:
         deadline = time.monotonic() + SOON
         while len(list(tmp_path.glob("iterating-*"))) < 2:
@@ -125,21 +169,34 @@ def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatc
     assert job.returncode != 0
     # Open MPI's mpiexec may stop forwarding output once it is told to end: what counts is the file
     assert "Traceback" not in err, err
-    assert all("the last iterate is saved in r.h5" in line for line in err.splitlines() if "interrupted" in line), err
+    assert all(
+        "the last iterate is saved in r.h5" in line
+        for line in err.splitlines()
+        if "interrupted" in line
+    ), err
     with h5py.File(tmp_path / "r.h5") as file:
         assert file.attrs["status"] == "failed" and "interrupted by SIG" in file.attrs["reason"]
         assert len(file["history/rho"]) == file.attrs["iterations"] > 0
 
 
 def test_a_signal_to_one_rank_ends_all_of_them(tmp_path):
-    done, lines = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), signal.SIGTERM)")))
+    done, lines = solve(
+        tmp_path,
+        program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), signal.SIGTERM)")),
+    )
     assert done.returncode != 0
-    assert any("interrupted by SIGTERM; the last iterate is saved" in line for line in lines), done.stderr
+    assert any("interrupted by SIGTERM; the last iterate is saved" in line for line in lines), (
+        done.stderr
+    )
     with h5py.File(tmp_path / "r.h5") as file:
-        assert file.attrs["reason"] == "interrupted by SIGTERM" and file.attrs["iterations"] in (4, 5)
+        assert file.attrs["reason"] == "interrupted by SIGTERM" and file.attrs["iterations"] in (
+            4,
+            5,
+        )
 
 
-# two blocks on H-matrices, of which the second step frees what the first one held; a signal reaches rank 1 in one build
+# two blocks on H-matrices, of which the second step frees what the first one held; a signal reaches
+# rank 1 in one build
 IN_A_BUILD = """
 import os, signal, sys
 from petcontact.commands import main as cli
@@ -190,14 +247,29 @@ mat_type = "hmatrix"
 
 
 @pytest.mark.parametrize("number", [pytest.param(2, marks=pytest.mark.slow), 3])
-def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(tmp_path, number):
+def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(
+    tmp_path, number
+):
     (tmp_path / "blocks.toml").write_text(LET_GO)
-    done = launch.run(2, "-c", IN_A_BUILD.format(number=number), "solve", "blocks.toml", "--no-figures", "-o", "r.h5",
-                      timeout=SOON, cwd=tmp_path)  # fmt: skip
+    done = launch.run(
+        2,
+        "-c",
+        IN_A_BUILD.format(number=number),
+        "solve",
+        "blocks.toml",
+        "--no-figures",
+        "-o",
+        "r.h5",
+        timeout=SOON,
+        cwd=tmp_path,
+    )
     assert done.returncode != 0 and "Traceback" not in done.stderr, done.stderr
     assert "SIGTERM" in done.stderr, done.stderr
     assert (tmp_path / "r.h5").exists() == (number == 3), done.stderr
     if number == 3:
         with h5py.File(tmp_path / "r.h5") as file:
-            assert file.attrs["status"] == "failed" and file.attrs["reason"] == "interrupted by SIGTERM"
+            assert (
+                file.attrs["status"] == "failed"
+                and file.attrs["reason"] == "interrupted by SIGTERM"
+            )
             assert list(file["steps"]) == ["1"]

@@ -59,6 +59,10 @@ if comm.Get_rank() == 0:
 def test_ranks_agree_with_the_dense_operator(ranks, threads):
     done = launch.run(ranks, "-c", PROGRAM, *threads)
     assert done.returncode == 0, done.stderr
-    errors = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
+    errors = json.loads(
+        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
+            1
+        ]
+    )
     assert len(errors) == 7 * len(threads)
     assert {name: error for name, error in errors.items() if not error <= 5e-9} == {}

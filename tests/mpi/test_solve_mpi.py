@@ -58,7 +58,11 @@ GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-12, "ksp_gmres
 def solutions(ranks, *options, program=PROGRAM):
     done = launch.run(ranks, "-c", program, *options)
     assert done.returncode == 0, done.stderr
-    return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
+    return json.loads(
+        next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[
+            1
+        ]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +71,12 @@ def one_rank():
 
 
 @pytest.mark.parametrize(
-    ("ranks", "options"), [(2, [{}, GMRES, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])]
+    ("ranks", "options"),
+    [(2, [{}, GMRES, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])],
 )
 def test_ranks_agree(ranks, options, one_rank):
-    """By LU, by GMRES on the ranks' rows, and with an elastic solve that is iterative; two formulations each."""
+    """By LU, by GMRES on the ranks' rows, and with an elastic solve that is iterative; two
+    formulations each."""
     scale = max(abs(value) for value in one_rank)
     found = solutions(ranks, json.dumps(options))
     assert len(found) == 2 * len(options)
@@ -79,15 +85,26 @@ def test_ranks_agree(ranks, options, one_rank):
 
 
 def test_systems_of_few_rows():
-    """Down to fewer rows than ranks, and borders that more than one rank has rows of: the equations hold."""
+    """Down to fewer rows than ranks, and borders that more than one rank has rows of: the equations
+    hold."""
     assert solutions(4, program=SMALL) <= 1e-9
 
 
 def test_solve_command_under_mpiexec(tmp_path):
     config = Path(__file__).parents[2] / "configs" / "example1.toml"
     output = tmp_path / "result.h5"
-    done = launch.run(2, "-m", "petcontact", "solve", str(config), "-o", str(output), "--set", "mesh.element_size=0.2",
-                      "--no-figures")  # fmt: skip
+    done = launch.run(
+        2,
+        "-m",
+        "petcontact",
+        "solve",
+        str(config),
+        "-o",
+        str(output),
+        "--set",
+        "mesh.element_size=0.2",
+        "--no-figures",
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("converged:") == 1
     assert output.exists()

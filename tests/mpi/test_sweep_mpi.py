@@ -51,7 +51,9 @@ def rows(folder) -> dict[str, dict]:
 
 def same_numbers(a: dict[str, dict], b: dict[str, dict]) -> bool:
     """Whether two sweeps found the same, bit for bit, but for the seconds that it took."""
-    one, two = ({id_: {**row, "iterate_seconds": 0} for id_, row in some.items()} for some in (a, b))
+    one, two = (
+        {id_: {**row, "iterate_seconds": 0} for id_, row in some.items()} for some in (a, b)
+    )
     return one == two
 
 
@@ -101,7 +103,9 @@ if world.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(("pace", "faster"), [(0.1, 0.0), pytest.param(2.0, 1.9, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("pace", "faster"), [(0.1, 0.0), pytest.param(2.0, 1.9, marks=pytest.mark.slow)]
+)
 def test_every_case_is_dealt_once_and_two_ranks_are_nearly_twice_as_fast(tmp_path, pace, faster):
     """Cases that sleep: what is measured is the dealing, not the machine's other work."""
     done = launch.run(2, "-c", DEALT, str(tmp_path), str(pace))
@@ -109,7 +113,8 @@ def test_every_case_is_dealt_once_and_two_ranks_are_nearly_twice_as_fast(tmp_pat
     assert float(done.stdout) >= faster
 
 
-# -- killed and resumed ---------------------------------------------------------------------------------------------
+# -- killed and resumed
+# ---------------------------------------------------------------------------------------------
 
 
 def descendants(process: int) -> list[int]:
@@ -118,7 +123,9 @@ def descendants(process: int) -> list[int]:
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
             with contextlib.suppress(OSError):
-                parents[int(entry.name)] = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+                parents[int(entry.name)] = int(
+                    (entry / "stat").read_text().rpartition(")")[2].split()[1]
+                )
     found, queue = [], [process]
     while queue:
         parent = queue.pop()
@@ -140,7 +147,12 @@ def ranks_of(job) -> list[int]:
 
 def kill(job, ranks: list[int], whom: str) -> None:
     everybody = [job.pid, *descendants(job.pid)]
-    victims = {"launcher": [job.pid], "job": everybody, "first rank": ranks[:1], "last rank": ranks[1:]}[whom]
+    victims = {
+        "launcher": [job.pid],
+        "job": everybody,
+        "first rank": ranks[:1],
+        "last rank": ranks[1:],
+    }[whom]
     for process in victims:
         with contextlib.suppress(ProcessLookupError):
             os.kill(process, signal.SIGKILL)
@@ -182,8 +194,11 @@ sys.exit(cli.main(sys.argv[2:]))
 
 
 @pytest.mark.parametrize("kills", [5, pytest.param(120, marks=pytest.mark.slow)])
-def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(tmp_path, monkeypatch, kills):
-    # Open MPI waits a second or two before it kills what a dead rank leaves behind; here the worst is wanted
+def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
+    tmp_path, monkeypatch, kills
+):
+    # Open MPI waits a second or two before it kills what a dead rank leaves behind; here the worst
+    # is wanted
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "0")
     chance = random.Random(2019)
     crossed = f'rule = ["self-adaptive", "modified"]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n'
@@ -222,7 +237,8 @@ def rows_or_none(folder) -> dict[str, dict]:
 
 
 def finish(config: Path, folder: Path, seen, whole, contact) -> None:
-    """Resume a last time: what was there is reused, the rest computed, and all is what an uninterrupted run finds."""
+    """Resume a last time: what was there is reused, the rest computed, and all is what an
+    uninterrupted run finds."""
     done = sweep(2, config, "-o", folder)
     assert done.returncode == 0, done.stderr
     assert counts(done) == (TOTAL - len(seen), len(seen), 0)
@@ -239,7 +255,10 @@ def finish(config: Path, folder: Path, seen, whole, contact) -> None:
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
     """So many cases that no machine is through with them before the signal arrives."""
     omega = [round(1.0 + 0.005 * k, 3) for k in range(150)]
-    crossed = f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, 2.5]\n"method.omega" = {omega}\n'
+    crossed = (
+        f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, '
+        f'2.5]\n"method.omega" = {omega}\n'
+    )
     path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="scalars")
     job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
     until(lambda: finished(tmp_path / "out") >= 10, job)
@@ -249,11 +268,14 @@ def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
     kept = rows(tmp_path / "out")
     assert 10 <= len(kept) < 84_000
     some = sorted(kept)[:5]
-    done = sweep(2, path, "-o", tmp_path / "out", *(word for id_ in some for word in ("--only", id_)))
+    done = sweep(
+        2, path, "-o", tmp_path / "out", *(word for id_ in some for word in ("--only", id_))
+    )
     assert counts(done) == (0, len(some), 0)
 
 
-# -- failing cases and ranks ----------------------------------------------------------------------------------------
+# -- failing cases and ranks
+# ----------------------------------------------------------------------------------------
 
 
 FAILING = """
@@ -323,7 +345,9 @@ def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
 
 
 def test_a_rank_that_raises_in_a_case_records_it_and_goes_on(tmp_path):
-    path = write_sweep(tmp_path, "[cross]\nrho = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5]\nelement_size = [0.1, 0.05]\n")
+    path = write_sweep(
+        tmp_path, "[cross]\nrho = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5]\nelement_size = [0.1, 0.05]\n"
+    )
     done = raising("run", path, "-o", tmp_path / "out")
     assert done.returncode == 1
     assert counts(done) == (12, 0, 1)
@@ -349,7 +373,8 @@ def test_bad_input_is_said_once(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-# -- teams and terminals --------------------------------------------------------------------------------------------
+# -- teams and terminals
+# --------------------------------------------------------------------------------------------
 
 
 GMRES = ("-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-12")
@@ -357,7 +382,9 @@ GMRES = ("-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-12")
 
 @pytest.mark.parametrize("options", [(), GMRES], ids=["LU", "GMRES"])
 def test_two_ranks_solve_a_case_together(tmp_path, options):
-    path = write_sweep(tmp_path, "[cross]\nrho = [1.0, 1e3]\nelement_size = [0.4, 0.2]\ntolerance = [1e-10]\n")
+    path = write_sweep(
+        tmp_path, "[cross]\nrho = [1.0, 1e3]\nelement_size = [0.4, 0.2]\ntolerance = [1e-10]\n"
+    )
     alone = sweep(1, path, "-o", tmp_path / "alone")
     done = sweep(4, path, "-o", tmp_path / "teams", "--ranks-per-case", 2, *options)
     assert (alone.returncode, done.returncode) == (0, 0), done.stderr
@@ -366,12 +393,16 @@ def test_two_ranks_solve_a_case_together(tmp_path, options):
     for id_ in rows(tmp_path / "alone"):
         a, b = load_case(tmp_path / "alone", id_), load_case(tmp_path / "teams", id_)
         assert b.info["ranks"] == 2
-        np.testing.assert_allclose(b.contact.u_t, a.contact.u_t, atol=1e-7 * np.abs(a.contact.u_t).max())
+        np.testing.assert_allclose(
+            b.contact.u_t, a.contact.u_t, atol=1e-7 * np.abs(a.contact.u_t).max()
+        )
 
 
 def test_progress_is_shown_on_a_terminal_and_only_there(tmp_path):
     controller, terminal = pty.openpty()
-    job = launch.start(2, "-m", "petcontact", "sweep", TABLES, "-o", str(tmp_path / "seen"), stderr=terminal)
+    job = launch.start(
+        2, "-m", "petcontact", "sweep", TABLES, "-o", str(tmp_path / "seen"), stderr=terminal
+    )
     os.close(terminal)
     shown = b""
     # the other end of a terminal that everybody has closed is an input/output error
@@ -393,12 +424,20 @@ def test_progress_is_shown_on_a_terminal_and_only_there(tmp_path):
 def test_the_benchmarks_run_at_their_smallest():
     scripts = CONFIGS.parent / "scripts"
     for words in (["benchmark", "--quick", "ranks"], ["benchmark_sweep", "--quick"]):
-        # Open MPI has put variables into the environment of this process that Python does not know of
-        done = subprocess.run([sys.executable, str(scripts / words[0]), *words[1:]], capture_output=True, text=True,
-                              timeout=300, env=launch.environment())  # fmt: skip
+        # Open MPI has put variables into the environment of this process that Python does not know
+        # of
+        done = subprocess.run(
+            [sys.executable, str(scripts / words[0]), *words[1:]],
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env=launch.environment(),
+        )
         assert done.returncode == 0, done.stderr
     rows = [
-        line.strip("| ").split(" | ") for line in done.stdout.splitlines() if line.startswith("| ") and ": |" not in line
+        line.strip("| ").split(" | ")
+        for line in done.stdout.splitlines()
+        if line.startswith("| ") and ": |" not in line
     ]
     assert [len(row) for row in rows] == [11, 11, 11, 7, 7, 7, 7, 7, 7]
     for row in [row for row in rows if not row[0].startswith(("ranks", "problem", "cases"))]:

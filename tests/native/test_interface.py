@@ -1,4 +1,5 @@
-"""A library that was built from other C files is not used: it would read arguments that nobody gave."""
+"""A library that was built from other C files is not used: it would read arguments that nobody
+gave."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ STRUCT, FUNCTION = r"typedef struct \{[^}]*\} \w+;", r"\w+ petcontact_\w+\([^;{]
 
 
 def digest():
-    """Of all structs, and of all functions that are seen from outside, without comments and line breaks."""
+    """Of all structs, and of all functions that are seen from outside, without comments and line
+    breaks."""
     found = []
     for path in sorted(FOLDER.rglob("*.[ch]")):
         text = " ".join(re.sub(r"/\*.*?\*/", " ", path.read_text(), flags=re.DOTALL).split())
@@ -37,13 +39,27 @@ def test_the_interface_is_that_of_the_c_files():
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler")
 @pytest.mark.parametrize("interface", [None, "0x1"])
 def test_a_library_of_other_files_is_not_used(tmp_path, interface):
-    """One that is older than the check, and one that has another number: numpy serves, and a line says so."""
+    """One that is older than the check, and one that has another number: numpy serves, and a line
+    says so."""
     source, library = tmp_path / "old.c", tmp_path / "old.so"
-    function = "" if interface is None else f"long long petcontact_interface(void) {{ return {interface}; }}"
+    function = (
+        ""
+        if interface is None
+        else f"long long petcontact_interface(void) {{ return {interface}; }}"
+    )
     source.write_text(f"void petcontact_level(char *name) {{ *(int *) 0 = 0; }} {function}")
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
     program = "from petcontact import native; print(native.describe())"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=True,
-                          env={**os.environ, native.VARIABLE: str(library)})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+        env={**os.environ, native.VARIABLE: str(library)},
+    )
     assert done.stdout == "numpy (not compiled, or from other C files)\n"
-    assert done.stderr.startswith(f"petcontact: {library} was built from other C files") and done.stderr.count("\n") == 1
+    assert (
+        done.stderr.startswith(f"petcontact: {library} was built from other C files")
+        and done.stderr.count("\n") == 1
+    )

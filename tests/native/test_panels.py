@@ -1,4 +1,5 @@
-"""The compiled kernels of space against numpy's, which are the oracle and serve where nothing was compiled."""
+"""The compiled kernels of space against numpy's, which are the oracle and serve where nothing was
+compiled."""
 
 from __future__ import annotations
 
@@ -25,17 +26,28 @@ from petcontact.mesh.panels import Panels, make_panels
 from petcontact.model.case import load
 from petcontact.model.problem import Material
 
-pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
+pytestmark = pytest.mark.skipif(
+    not native.describe().startswith("compiled"), reason="nothing was compiled here"
+)
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def panels_and_points(corners: int, order: int, unit: float):
-    """Three crooked panels in planes of their own; their nodes, points beside these, in their planes, near and far."""
+    """Three crooked panels in planes of their own; their nodes, points beside these, in their
+    planes, near and far."""
     rng = np.random.default_rng(10 * corners + order)
-    angle = np.sort(rng.uniform(0.0, 0.5, (3, corners)), axis=1) + 2.0 * np.pi * np.arange(corners) / corners
-    flat = np.stack([np.cos(angle), rng.uniform(0.3, 1.0, (3, 1)) * np.sin(angle), np.zeros_like(angle)], axis=-1)
+    angle = (
+        np.sort(rng.uniform(0.0, 0.5, (3, corners)), axis=1)
+        + 2.0 * np.pi * np.arange(corners) / corners
+    )
+    flat = np.stack(
+        [np.cos(angle), rng.uniform(0.3, 1.0, (3, 1)) * np.sin(angle), np.zeros_like(angle)],
+        axis=-1,
+    )
     turn = np.linalg.qr(rng.normal(size=(3, 3, 3)))[0]
-    panels, x, _ = make_panels(unit * (flat @ turn + rng.normal(size=(3, 1, 3))), order, np.arange(3))
+    panels, x, _ = make_panels(
+        unit * (flat @ turn + rng.normal(size=(3, 1, 3))), order, np.arange(3)
+    )
     nodes = x.reshape(-1, 3)
     away = 10.0 ** rng.uniform(-1.0, 4.0, (150, 1)) * rng.normal(size=(150, 3))
     flat = rng.normal(size=(20, 2)) @ panels.frame[0, :2]
@@ -46,7 +58,9 @@ def panels_and_points(corners: int, order: int, unit: float):
 @pytest.mark.parametrize("unit", [1.0, 1e-4])
 @pytest.mark.parametrize("corners", [3, 4])
 @pytest.mark.parametrize("order", range(4))
-def test_integrals_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float) -> None:
+def test_integrals_agree_with_numpy(
+    monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float
+) -> None:
     panels, points = panels_and_points(corners, order, unit)
     ours = integrals(points, panels, 0.3)
     monkeypatch.setattr(module, "available", lambda: False)
@@ -60,11 +74,15 @@ def test_integrals_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: in
 @pytest.mark.parametrize("unit", [1.0, 1e-4])
 @pytest.mark.parametrize("corners", [3, 4])
 @pytest.mark.parametrize("order", range(4))
-def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float) -> None:
+def test_fields_agree_with_numpy(
+    monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float
+) -> None:
     """Displacement, stress and solid angle of random data on three panels, near and far."""
     panels, points = panels_and_points(corners, order, unit)
     n = 3 * panels.n_nodes
-    points = np.delete(points, [*range(n), *range(2 * n, 2 * n + 20)], axis=0)  # those on panels or in their planes
+    points = np.delete(
+        points, [*range(n), *range(2 * n, 2 * n + 20)], axis=0
+    )  # those on panels or in their planes
     rng = np.random.default_rng(order)
     u, traction = unit * rng.normal(size=(2, 3 * panels.n_nodes, 3))
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=0.3), 1.7 * unit)
@@ -76,7 +94,8 @@ def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, 
     for one, other, least in zip(ours, theirs, (0.0, 0.0, 1e-11), strict=True):
         size = np.abs(other).reshape(len(points), -1).max(axis=1) + least
         error = np.abs(one - other).reshape(len(points), -1).max(axis=1)
-        # at heights of 1e-8 of a panel both lose digits, each its own (beside long doubles up to 3e-9)
+        # at heights of 1e-8 of a panel both lose digits, each its own (beside long doubles up to
+        # 3e-9)
         assert np.all(error <= 1e-8 * size) and np.median(error / size) <= 1e-13
 
 
@@ -96,11 +115,17 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "keys"),
-    [("space_b", {"mesh.element_size": 2.0, "mesh.order": 1}), ("space_b", {"boundary.1.value": [0.0, 0.01, -0.02]}),
-     ("space_bracket", {"mesh.order": 1})],
-)  # fmt: skip
-def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]) -> None:
-    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
+    [
+        ("space_b", {"mesh.element_size": 2.0, "mesh.order": 1}),
+        ("space_b", {"boundary.1.value": [0.0, 0.01, -0.02]}),
+        ("space_bracket", {"mesh.order": 1}),
+    ],
+)
+def test_columns_agree_with_numpy(
+    monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]
+) -> None:
+    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression
+    asks for them."""
     case = load(CONFIGS / f"{name}.toml", keys)
     quick, slow = (operators(case) for _ in range(2))
     monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
@@ -111,21 +136,37 @@ def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, ke
     some = np.sort(rng.permutation(every)[:70])
     monkeypatch.setattr(module, "available", lambda: False)
     for rows, columns in ((some, some), (some[::20], every[1::7]), (every[::5], some[:9])):
-        for ours, theirs in zip(quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True):
+        for ours, theirs in zip(
+            quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True
+        ):
             assert ours.shape == theirs.shape
             assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(theirs).max()
-        assert np.array_equal(quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0])
-        assert np.array_equal(quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1])
+        assert np.array_equal(
+            quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0]
+        )
+        assert np.array_equal(
+            quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1]
+        )
 
 
 @pytest.mark.parametrize("corners", [3, 4])
-def test_lines_meet_curved_panels_where_numpy_says(monkeypatch: pytest.MonkeyPatch, corners: int) -> None:
-    """Lines down on a cap, and lines of any direction: most of these meet nothing, or only from behind."""
+def test_lines_meet_curved_panels_where_numpy_says(
+    monkeypatch: pytest.MonkeyPatch, corners: int
+) -> None:
+    """Lines down on a cap, and lines of any direction: most of these meet nothing, or only from
+    behind."""
     random, n = np.random.default_rng(corners), 400
-    reference = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)] if corners == 4 else [(0, 0), (1, 0), (0, 1)], dtype=float)
+    reference = np.array(
+        [(-1, -1), (1, -1), (1, 1), (-1, 1)] if corners == 4 else [(0, 0), (1, 0), (0, 1)],
+        dtype=float,
+    )
     middles = 0.5 * (reference + np.roll(reference, -1, axis=0))
-    points = np.concatenate([reference, middles, *([reference.mean(axis=0, keepdims=True)] if corners == 4 else [])])
-    caps = np.column_stack([points, 1.0 - 0.3 * np.sum(points**2, axis=1)]) + 0.03 * random.normal(size=(8, len(points), 3))
+    points = np.concatenate(
+        [reference, middles, *([reference.mean(axis=0, keepdims=True)] if corners == 4 else [])]
+    )
+    caps = np.column_stack([points, 1.0 - 0.3 * np.sum(points**2, axis=1)]) + 0.03 * random.normal(
+        size=(8, len(points), 3)
+    )
     x, way = random.uniform(-1.2, 1.2, (n, 3)), random.normal(size=(n, 3))
     way[: n // 2] = [0.0, 0.0, -1.0]
     curved = make_curved_panels(caps, 1, np.arange(8))[0]

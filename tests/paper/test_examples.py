@@ -1,7 +1,8 @@
 """Examples 1 and 2 of the paper against converged high-order finite elements.
 
-The reference numbers are copied from a P4 finite-element solution on graded triangles (plane strain, up to a million
-unknowns, agreement of its last two refinements to 1e-11 in the norms and 5e-9 in u_t).
+The reference numbers are copied from a P4 finite-element solution on graded triangles (plane
+strain, up to a million unknowns, agreement of its last two refinements to 1e-11 in the norms and
+5e-9 in u_t).
 """
 
 from __future__ import annotations
@@ -19,13 +20,17 @@ from petcontact.pipeline.run import prepare
 NORM_U_T = {1: 0.053203416272211854, 2: 0.6837781009339343}
 INTEGRAL_SIGMA_T = {1: -741.9213651876003, 2: -364.3738052669273}
 TRANSITIONS = {1: [3.377767813205719], 2: [2.4115453362464914, 8.435704696178437]}
-# relative L2(Γ_C) error of u_t at h = 0.1, 0.05, 0.025 of an independent prototype of the same discretisation
+# relative L2(Γ_C) error of u_t at h = 0.1, 0.05, 0.025 of an independent prototype of the same
+# discretisation
 PROTOTYPE = {1: [3.0e-3, 1.4e-3, 6.5e-4], 2: [4.9e-3, 2.5e-3, 1.2e-3]}
 
 
 def reference(number):
-    """u_t of the reference along Γ_C: some of its nodes, a cubic spline between them (relative error 1e-6)."""
-    x, u = np.loadtxt(Path(__file__).parent / f"example{number}_u_t.csv", delimiter=",", skiprows=1).T
+    """u_t of the reference along Γ_C: some of its nodes, a cubic spline between them (relative
+    error 1e-6)."""
+    x, u = np.loadtxt(
+        Path(__file__).parent / f"example{number}_u_t.csv", delimiter=",", skiprows=1
+    ).T
     return CubicSpline(x, u)
 
 
@@ -48,12 +53,16 @@ def test_errors_are_those_of_the_prototype(number):
 def test_zones_and_integrals(number):
     solution = solve(example(number, mesh=MeshOptions(element_size=0.025)))
     zones = solution.zones
-    assert [zone.name for zone in zones] == (["slip", "stick"] if number == 1 else ["slip", "stick", "slip"])
+    assert [zone.name for zone in zones] == (
+        ["slip", "stick"] if number == 1 else ["slip", "stick", "slip"]
+    )
     assert [zone.sign for zone in zones] == ([1, 0] if number == 1 else [1, 0, -1])
     for zone, expected in zip(zones, TRANSITIONS[number], strict=False):
         assert zone.end == pytest.approx(expected, abs=0.03)
     contact = solution.contact
-    assert contact.weight @ contact.sigma_t[:, 0] == pytest.approx(INTEGRAL_SIGMA_T[number], rel=2e-3)
+    assert contact.weight @ contact.sigma_t[:, 0] == pytest.approx(
+        INTEGRAL_SIGMA_T[number], rel=2e-3
+    )
     norm = np.sqrt(contact.weight @ contact.u_t[:, 0] ** 2)
     assert norm == pytest.approx(NORM_U_T[number], rel=2e-3)
 
@@ -71,7 +80,10 @@ def test_formulations_and_solvers_agree(number):
     mesh = MeshOptions(element_size=0.2)
     gmres = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-12, "ksp_gmres_restart": 200}
     solutions = [
-        solve(example(number, mesh=mesh, formulation=formulation, tolerance=1e-10), petsc_options=options)
+        solve(
+            example(number, mesh=mesh, formulation=formulation, tolerance=1e-10),
+            petsc_options=options,
+        )
         for formulation in ("condensed", "full")
         for options in ({}, gmres)
     ]

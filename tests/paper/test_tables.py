@@ -18,9 +18,14 @@ from petcontact.sweep.schedule.groups import make_groups
 from petcontact.sweep.store.case_table import read_case_table
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-KINDS = [("example1", "self-adaptive"), ("example1", "modified"), ("example2", "self-adaptive"), ("example2", "modified")]
-# as printed: an independent prototype of the same discretisation has the same means; in the nearest reading it has 67, 51,
-# 55, 46
+KINDS = [
+    ("example1", "self-adaptive"),
+    ("example1", "modified"),
+    ("example2", "self-adaptive"),
+    ("example2", "modified"),
+]
+# as printed: an independent prototype of the same discretisation has the same means; in the nearest
+# reading it has 67, 51, 55, 46
 PRINTED, NEAREST = [38, 32, 34, 30], [64, 52, 55, 46]
 
 
@@ -37,7 +42,9 @@ def table(tmp_path_factory):
 
 def mean(table, problem, rule, **other):
     wanted = {"problem": problem, "rule": rule, **other}
-    some = np.all([[value == wanted[name] for value in table.values(name)] for name in wanted], axis=0)
+    some = np.all(
+        [[value == wanted[name] for value in table.values(name)] for name in wanted], axis=0
+    )
     return table.numbers("iterations")[some].mean()
 
 
@@ -54,14 +61,17 @@ def test_mean_counts_as_printed(table):
 def test_the_modified_rule_needs_fewer_iterations(table):
     for problem in ("example1", "example2"):
         for h in (0.4, 0.2, 0.1, 0.05):
-            assert mean(table, problem, "modified", element_size=h) < mean(table, problem, "self-adaptive", element_size=h)
+            assert mean(table, problem, "modified", element_size=h) < mean(
+                table, problem, "self-adaptive", element_size=h
+            )
 
 
 def test_rho_and_h_matter_little(table):
     for kind in KINDS:
         by_rho = [mean(table, *kind, rho=10.0**k) for k in range(8)]
         by_h = [mean(table, *kind, element_size=h) for h in (0.4, 0.2, 0.1, 0.05)]
-        # seven orders of magnitude of ρ: less than half as much again; a mesh eight times as fine: less than twice as much
+        # seven orders of magnitude of ρ: less than half as much again; a mesh eight times as fine:
+        # less than twice as much
         assert max(by_rho) < 1.5 * min(by_rho)
         assert max(by_h) < 2.0 * min(by_h)
 
@@ -84,7 +94,9 @@ def test_the_nearest_reading(comm):
             if case.coordinates["variant"] == "omega 0.9, frictionless start, stop on u_t":
                 solution = run_with(prepared, case.case.method)
                 assert solution.converged, case.id
-                counts[case.coordinates["problem"], case.coordinates["rule"]].append(solution.iterations)
+                counts[case.coordinates["problem"], case.coordinates["rule"]].append(
+                    solution.iterations
+                )
         prepared.close()
     assert sum(map(len, counts.values())) == 128
     assert [round(np.mean(counts[kind])) for kind in KINDS] == NEAREST

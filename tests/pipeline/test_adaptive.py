@@ -1,4 +1,5 @@
-"""The adaptive solve against the reference solutions: true errors, honest estimates, transition points."""
+"""The adaptive solve against the reference solutions: true errors, honest estimates, transition
+points."""
 
 from __future__ import annotations
 
@@ -36,8 +37,12 @@ from petcontact.refinement.levels import REFINEMENT_LEVELS, SLIP_LADDER
 from petcontact.refinement.marks import Body, marks_for
 from petcontact.runtime.petsc import petsc
 
-# u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
-TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
+# u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or
+# better
+TRANSITIONS = {
+    1: (3.377767813205719, 7.999854958057404),
+    2: (2.4115453362464914, 8.435704696178437),
+}
 NORM = {1: 0.053203416272211854, 2: 0.6837781009339343}
 NEWTON = {"name": "semismooth-newton", "rule": None}
 
@@ -69,9 +74,15 @@ def test_estimate_is_honest(number, accuracy, best, comm):
     assert solution.converged
     assert error <= accuracy
     assert solution.info["estimated_error"] <= accuracy
-    # where a rough one is wanted two meshes are believed, whose difference is the error of the first
-    assert 0.5 < solution.info["estimated_error"] / error < (30.0 if accuracy < SLIP_LADDER.rough else 400.0)
-    # the transition points too, the one that is 0.00015 from the end among them, without being given
+    # where a rough one is wanted two meshes are believed, whose difference is the error of the
+    # first
+    assert (
+        0.5
+        < solution.info["estimated_error"] / error
+        < (30.0 if accuracy < SLIP_LADDER.rough else 400.0)
+    )
+    # the transition points too, the one that is 0.00015 from the end among them, without being
+    # given
     found = [zone.end for zone in solution.zones[:-1]]
     assert found == pytest.approx(TRANSITIONS[number], abs=1e-5 if accuracy <= 1e-6 else 5e-3)
 
@@ -100,29 +111,47 @@ def test_a_mesh_that_is_left_open_is_found(comm):
     newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
     assert newton.converged and newton.info["estimated_error"] <= newton.info["accuracy"] == 1e-3
     paper = solve(example(1, mesh=MeshOptions(accuracy=1e-3), rule="modified"), comm=comm)
-    assert paper.converged and paper.info["method"] == "projection" and "estimated" in paper.verdict()
-    assert paper.contact.u_t == pytest.approx(newton.contact.u_t, abs=1e-5 * np.abs(newton.contact.u_t).max())
+    assert (
+        paper.converged and paper.info["method"] == "projection" and "estimated" in paper.verdict()
+    )
+    assert paper.contact.u_t == pytest.approx(
+        newton.contact.u_t, abs=1e-5 * np.abs(newton.contact.u_t).max()
+    )
 
 
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
     solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
     text = solution.verdict()
-    # the reference: transition points 3.377768 and 7.999855, max |u_t| at the very end of the side, where there is no node
+    # the reference: transition points 3.377768 and 7.999855, max |u_t| at the very end of the side,
+    # where there is no node
     assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
     s = np.array([0.0])
     peak = abs(displacement(line_of(best[1]), s)[0])
     assert solution.info["largest_slip"] == pytest.approx(peak, rel=2e-4)
     assert solution.info["largest_slip"] > np.abs(solution.contact.u_t).max()
-    printed = next(word for line in text.splitlines() for word in [line.strip()] if word.startswith("max |u_t|"))
+    printed = next(
+        word
+        for line in text.splitlines()
+        for word in [line.strip()]
+        if word.startswith("max |u_t|")
+    )
     digits = printed.split()[2].rstrip(",")
-    assert len(digits.replace("0.", "").lstrip("0")) <= 4 and float(digits) == pytest.approx(peak, abs=1e-5)
+    assert len(digits.replace("0.", "").lstrip("0")) <= 4 and float(digits) == pytest.approx(
+        peak, abs=1e-5
+    )
 
 
 def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
-    case = example(1, **NEWTON).model_copy(update={"boundary": tuple(
-        c.model_copy(update={"friction_bound": "where(x < 1.73426, 100, 260)"}) if c.condition == "contact" else c
-        for c in example(1).boundary
-    )})  # fmt: skip
+    case = example(1, **NEWTON).model_copy(
+        update={
+            "boundary": tuple(
+                c.model_copy(update={"friction_bound": "where(x < 1.73426, 100, 260)"})
+                if c.condition == "contact"
+                else c
+                for c in example(1).boundary
+            )
+        }
+    )
     solution = adapt(case, 1e-3, comm=comm)
     fine = adapt(case, 1e-5, comm=comm)
     s, state = solution.contact.arc_length, solution.contact.state
@@ -130,7 +159,9 @@ def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
         inside = (s > zone.start) & (s < zone.end)
         assert np.all(state[inside] == abs(zone.sign))
     assert len(solution.zones) == len(fine.zones)
-    for zone, other, errors in zip(solution.zones, fine.zones, solution.info["zone_errors"], strict=True):
+    for zone, other, errors in zip(
+        solution.zones, fine.zones, solution.info["zone_errors"], strict=True
+    ):
         assert abs(zone.end - other.end) <= 3.0 * errors[1] + 1e-9
 
 
@@ -139,7 +170,11 @@ def test_what_the_own_method_leaves_is_in_the_estimate(comm):
     newton, loose = (adapt(example(1, **keys), 1e-6, comm=comm) for keys in (NEWTON, {}))
     exact, weight = newton.contact.u_t[:, 0], newton.contact.weight
     left = np.sqrt(weight @ (loose.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
-    assert left > 1e-6 and loose.status == "not converged" and "projection leaves an error of" in loose.reason
+    assert (
+        left > 1e-6
+        and loose.status == "not converged"
+        and "projection leaves an error of" in loose.reason
+    )
     assert loose.info["estimated_error"] == pytest.approx(left, rel=0.05)
     assert newton.converged and adapt(example(1), 1e-5, comm=comm).converged
 
@@ -151,15 +186,20 @@ def test_accuracy_must_make_sense(comm):
 
 def test_variable_friction_on_a_sloping_body(comm):
     """No reference: two levels more are one."""
-    case = example(1, **NEWTON).model_copy(update={
-        "geometry": Polygon(vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)), parts=("bottom", "right", "top", "left")),
-        "boundary": (
-            Contact(part="bottom", friction_bound="60 + 20*x"),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", value=(400.0, -100.0)),
-            Traction(part="right", value=(-150.0, 0.0)),
-        ),
-    })  # fmt: skip
+    case = example(1, **NEWTON).model_copy(
+        update={
+            "geometry": Polygon(
+                vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)),
+                parts=("bottom", "right", "top", "left"),
+            ),
+            "boundary": (
+                Contact(part="bottom", friction_bound="60 + 20*x"),
+                Displacement(part="top", value=(0.0, 0.0)),
+                Traction(part="left", value=(400.0, -100.0)),
+                Traction(part="right", value=(-150.0, 0.0)),
+            ),
+        }
+    )
     coarse, fine = adapt(case, 1e-4, comm=comm), adapt(case, 1e-7, comm=comm)
     exact = displacement(line_of(fine), coarse.contact.arc_length)
     weight = coarse.contact.weight
@@ -188,28 +228,46 @@ def test_round_off_that_grows_is_no_error():
 
 @pytest.mark.parametrize("bound", [1e-9, 1e-6])
 def test_nothing_that_slips_needs_no_mesh_for_its_round_off(bound, comm):
-    # a ring under pressure on a rigid pin: u_t = 0; the signs of what meshes leave of it are no zones to grade to
-    case = parse(Problem, {
-        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "outline", "loops": [{"part": "outer", "center": [0.0, 0.0], "radius": 2.0},
-                                                   {"part": "hole", "center": [0.0, 0.0], "radius": 1.0}]},
-        "boundary": [{"part": "hole", "condition": "contact", "friction_bound": bound},
-                     {"part": "outer", "condition": "traction", "pressure": 1.0}],
-    }, "ring")  # fmt: skip
+    # a ring under pressure on a rigid pin: u_t = 0; the signs of what meshes leave of it are no
+    # zones to grade to
+    case = parse(
+        Problem,
+        {
+            "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+            "geometry": {
+                "shape": "outline",
+                "loops": [
+                    {"part": "outer", "center": [0.0, 0.0], "radius": 2.0},
+                    {"part": "hole", "center": [0.0, 0.0], "radius": 1.0},
+                ],
+            },
+            "boundary": [
+                {"part": "hole", "condition": "contact", "friction_bound": bound},
+                {"part": "outer", "condition": "traction", "pressure": 1.0},
+            ],
+        },
+        "ring",
+    )
     solution = adapt(case, 1e-5, comm=comm)
     assert solution.converged and solution.mesh.n_nodes < 500
     assert np.abs(solution.contact.u_t).max() <= 1e-7 * np.abs(solution.u).max()
 
 
 def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
-    # number 191: a slip zone of 7e-5 of its side, of which two levels had copies: 2.3e-5 estimated at 1e-4, 1.6e-4 true
+    # number 191: a slip zone of 7e-5 of its side, of which two levels had copies: 2.3e-5 estimated
+    # at 1e-4, 1.6e-4 true
     case = random_case(1, 191)
     work = AdaptiveSolve(case, petsc().COMM_WORLD, None, None)
     shown, observe = [], work.quantity.observe
 
     def recorded(solution, level):
         observe(solution, level)
-        shown.append((contact_lines(Body.of(case, case.geometry.outline()), solution), work.quantity.estimate))
+        shown.append(
+            (
+                contact_lines(Body.of(case, case.geometry.outline()), solution),
+                work.quantity.estimate,
+            )
+        )
 
     work.quantity.observe = recorded
     work.climb(1e-5)
@@ -224,29 +282,52 @@ def test_elements_in_a_narrow_zone_shrink_from_level_to_level(below):
     case = example(1)
     body = Body.of(case, case.geometry.outline())
     s = np.array([0.2, 0.8, 1.2, 1.8, 5.0, 7.0]) * np.array([below] * 4 + [1.0, 1.0])
-    line = ContactLine(s, np.ones(6), np.array([0, 0, 1, 1, 2, 2]), np.array([0.0, below, 2.0 * below, 8.0]),
-                       np.array([1.0, 0.2, 0.0, 0.0, 0.0, 0.0]), np.ones(6), np.ones(6),
-                       np.array([1, 1, 0, 0, 0, 0]))  # fmt: skip
+    line = ContactLine(
+        s,
+        np.ones(6),
+        np.array([0, 0, 1, 1, 2, 2]),
+        np.array([0.0, below, 2.0 * below, 8.0]),
+        np.array([1.0, 0.2, 0.0, 0.0, 0.0, 0.0]),
+        np.ones(6),
+        np.ones(6),
+        np.array([1, 1, 0, 0, 0, 0]),
+    )
     k = body.contact.index(True)
-    ends = [marks_for(body, level.grading, level.resolved, [line])[k].size[0] for level in REFINEMENT_LEVELS]
+    ends = [
+        marks_for(body, level.grading, level.resolved, [line])[k].size[0]
+        for level in REFINEMENT_LEVELS
+    ]
     assert ends[0] < below
     assert all(after < 0.7 * before for before, after in itertools.pairwise(ends))
 
 
-# -- pieces -------------------------------------------------------------------------------------------------------------
+# -- pieces
+# --------------------------------------------------------------------------------------------------
 
 
 def tip_line(at: float, state_at: float, n: int = 24) -> ContactLine:
     """u_t = (at - s)^(3/2) before `at`, on a line whose states change at `state_at`."""
-    breaks = np.unique(np.concatenate([[0.0], state_at * (1.0 - 0.4 ** np.arange(0, 9)), [state_at, 2.0 * state_at]]))
+    breaks = np.unique(
+        np.concatenate(
+            [[0.0], state_at * (1.0 - 0.4 ** np.arange(0, 9)), [state_at, 2.0 * state_at]]
+        )
+    )
     xi = np.array([-0.7746, 0.0, 0.7746])
     half, middle = 0.5 * np.diff(breaks), 0.5 * (breaks[1:] + breaks[:-1])
     s = (middle[:, None] + half[:, None] * xi).ravel()
     element = np.repeat(np.arange(len(half)), 3)
     slips = s < state_at
     u = np.where(slips, np.maximum(at - s, 0.0) ** 1.5 * (1.0 + 0.3 * (at - s)), 0.0)
-    return ContactLine(s, np.repeat(half, 3) * 2 / 3, element, breaks, u, -np.where(slips, 1.0, 0.5), np.ones(len(s)),
-                       slips.astype(np.int64))  # fmt: skip
+    return ContactLine(
+        s,
+        np.repeat(half, 3) * 2 / 3,
+        element,
+        breaks,
+        u,
+        -np.where(slips, 1.0, 0.5),
+        np.ones(len(s)),
+        slips.astype(np.int64),
+    )
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e-3, -1e-3])
@@ -256,14 +337,16 @@ def test_transition_point_is_found_from_a_wrong_border(shift):
 
 
 def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_sign():
-    # u_t is about linear there, as the balance of a jump of 2g against the smooth part leaves it: the ends of a stick zone
-    # that powers 3/2 place from both sides come in the wrong order
+    # u_t is about linear there, as the balance of a jump of 2g against the smooth part leaves it:
+    # the ends of a stick zone that powers 3/2 place from both sides come in the wrong order
     breaks = np.linspace(0.0, 2.0, 11)
     s = (breaks[:-1, None] + 0.1 * (1.0 + np.array([-0.7746, 0.0, 0.7746]))).ravel()
     sign = np.sign(s - 0.97).astype(np.int64)
     sign[np.abs(s - 0.97) < 0.08] = 0
     u = np.where(sign == 0, 0.0, s - 0.97)
-    line = ContactLine(s, np.full(30, 0.2 / 3.0), np.repeat(np.arange(10), 3), breaks, u, -sign, np.ones(30), sign)
+    line = ContactLine(
+        s, np.full(30, 0.2 / 3.0), np.repeat(np.arange(10), 3), breaks, u, -sign, np.ones(30), sign
+    )
     first, last = (transition(line, int(k)) for k in line.cuts)
     assert last < first
     assert grading_points(line) == [(pytest.approx(0.97), True)]
@@ -280,8 +363,16 @@ def test_specks_are_removed_and_zones_kept():
 def test_slip_at_end_follows_the_power_law():
     s = np.array([0.2, 0.8, 1.0 + 0.2e-1, 1.0 + 0.8e-1])
     distance = 1.1 - s
-    line = ContactLine(s, np.ones(4), np.array([0, 0, 1, 1]), np.array([0.0, 1.0, 1.1]), np.zeros(4),
-                       -(0.003 / distance) ** 0.3, np.ones(4), np.zeros(4, dtype=np.int64))  # fmt: skip
+    line = ContactLine(
+        s,
+        np.ones(4),
+        np.array([0, 0, 1, 1]),
+        np.array([0.0, 1.0, 1.1]),
+        np.zeros(4),
+        -((0.003 / distance) ** 0.3),
+        np.ones(4),
+        np.zeros(4, dtype=np.int64),
+    )
     assert slip_at_end(line, True) == pytest.approx(0.003, rel=1e-6)
     assert slip_at_end(line, False) == np.inf
 
@@ -309,11 +400,18 @@ def test_marks_that_are_close_have_small_elements():
 
 
 def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
-    case = example(1).model_copy(update={
-        "geometry": Polygon(vertices=((0, 0), (40, 0), (40, 1), (0, 1)), parts=("bottom", "right", "top", "left"))
-    })  # fmt: skip
+    case = example(1).model_copy(
+        update={
+            "geometry": Polygon(
+                vertices=((0, 0), (40, 0), (40, 1), (0, 1)),
+                parts=("bottom", "right", "top", "left"),
+            )
+        }
+    )
     body = Body.of(case, case.geometry.outline())
-    mesh = graded_mesh(body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4)
+    mesh = graded_mesh(
+        body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4
+    )
     assert mesh.length.max() <= 1.21
     assert mesh.length.sum() == pytest.approx(82.0)
 
@@ -349,30 +447,55 @@ def test_a_monitor_that_says_stop_ends_the_climb(comm):
         return "enough" if calls.count(1) == 3 else None
 
     solution = adapt(example(1, **NEWTON), 1e-6, comm=comm, monitor=monitor)
-    assert solution.status == "not converged" and solution.reason == "enough (on the mesh after the last)"
+    assert (
+        solution.status == "not converged"
+        and solution.reason == "enough (on the mesh after the last)"
+    )
     assert len(solution.info["levels"]) == 2 and len(calls) > 2
     assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
 
 
-# -- pressure and shear ----------------------------------------------------------------------------------------------
+# -- pressure and shear
+# ----------------------------------------------------------------------------------------------
 WIDTH, PLACE = 1e-4, 0.7312345
 
 
 def block(pressure, steps=()):
     """A block on a rigid floor, with friction, under a pressure."""
-    return parse(Problem, {
-        "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
-                  "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
-                  "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}]}],
-        "obstacle": [{"name": "floor"}],
-        "contact": [{"name": "sole", "secondary": "block.bottom", "primary": "floor", "friction_coefficient": 0.3}],
-        "step": [*steps],
-    }, "block")  # fmt: skip
+    return parse(
+        Problem,
+        {
+            "body": [
+                {
+                    "name": "block",
+                    "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+                    "geometry": {
+                        "shape": "rectangle",
+                        "lower_left": [0.0, 0.0],
+                        "upper_right": [2.0, 1.0],
+                    },
+                    "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}],
+                }
+            ],
+            "obstacle": [{"name": "floor"}],
+            "contact": [
+                {
+                    "name": "sole",
+                    "secondary": "block.bottom",
+                    "primary": "floor",
+                    "friction_coefficient": 0.3,
+                }
+            ],
+            "step": [*steps],
+        },
+        "block",
+    )
 
 
 @pytest.mark.parametrize("later", [False, True])
 def test_a_narrow_load_is_seen(later):
-    """A Gaussian of width 1e-4, which no node of a coarse mesh meets: the floor carries its integral, √π·1e-4."""
+    """A Gaussian of width 1e-4, which no node of a coarse mesh meets: the floor carries its
+    integral, √π·1e-4."""
     peak = f"1 + 100*exp(-((x - {PLACE})/{WIDTH})**2)"
     change = {"boundary": [{"body": "block", "part": "top", "pressure": peak}]}
     solution = adapt(block("1.0", [{}, change]) if later else block(peak), 3e-2)
@@ -383,4 +506,6 @@ def test_a_narrow_load_is_seen(later):
 
 def test_data_that_no_mesh_resolves_are_told():
     solution = adapt(block("1 + 0.5*sin(1e6*x)"), 1e-2)
-    assert solution.status == "not converged" and "no mesh resolves the given data" in solution.reason
+    assert (
+        solution.status == "not converged" and "no mesh resolves the given data" in solution.reason
+    )

@@ -1,4 +1,5 @@
-"""Adaptive meshes in space: Hertz, two blocks through load steps, surfaces from files, and what a budget leaves."""
+"""Adaptive meshes in space: Hertz, two blocks through load steps, surfaces from files, and what a
+budget leaves."""
 
 from __future__ import annotations
 
@@ -33,15 +34,26 @@ def hertz():
     flip = np.array([1.0, 1.0, -1.0])
 
     def component(c):
-        return lambda x, y, z: flip[c] * elliptic_load(np.column_stack([x, y, -z]), 1.0, 1.0, 0.0, 0.3)[:, c]
+        return lambda x, y, z: (
+            flip[c] * elliptic_load(np.column_stack([x, y, -z]), 1.0, 1.0, 0.0, 0.3)[:, c]
+        )
 
-    sides = [{"part": part, "condition": "displacement", "value": [component(c) for c in range(3)]}
-             for part in ("left", "right", "front", "back", "bottom")]  # fmt: skip
-    block = {"name": "block", "material": SOFT, "boundary": sides,
-             "geometry": {"shape": "box", "lower": [-1.5] * 3, "upper": [1.5, 1.5, 0.0]}}  # fmt: skip
+    sides = [
+        {"part": part, "condition": "displacement", "value": [component(c) for c in range(3)]}
+        for part in ("left", "right", "front", "back", "bottom")
+    ]
+    block = {
+        "name": "block",
+        "material": SOFT,
+        "boundary": sides,
+        "geometry": {"shape": "box", "lower": [-1.5] * 3, "upper": [1.5, 1.5, 0.0]},
+    }
     gap = f"{0.25 * np.pi * (1.0 - 0.3**2)}*(x**2 + y**2 - 2)"
-    return {"body": [block], "obstacle": [{"name": "sphere"}],
-            "contact": [{"name": "pair", "secondary": "block.top", "primary": "sphere", "gap": gap}]}  # fmt: skip
+    return {
+        "body": [block],
+        "obstacle": [{"name": "sphere"}],
+        "contact": [{"name": "pair", "secondary": "block.top", "primary": "sphere", "gap": gap}],
+    }
 
 
 def true_error(solution):
@@ -61,7 +73,10 @@ def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact()
     error, true = solution.info["estimated_error"], true_error(solution)
     assert solution.converged and error <= 0.15 and 1.0 < error / true < 4.0
     assert len(solution.nodes["pair"]) <= 300 and true < 0.04
-    element, closed = solution.meshes["block"].element[solution.nodes["pair"]], solution.pairs["pair"].pressure > 0.0
+    element, closed = (
+        solution.meshes["block"].element[solution.nodes["pair"]],
+        solution.pairs["pair"].pressure > 0.0,
+    )
     count, some = np.bincount(element), np.bincount(element, closed)
     assert np.all((some == 0) | (some == count)), "sides of panels are the edge of contact"
     assert "0.15 wanted" in solution.verdict() or "1.5e-01 wanted" in solution.verdict()
@@ -74,7 +89,11 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
     solution = adapt(problem, 0.05) if asked else solve(problem)
     assert solution.info["estimated_error"] > 0.05
     said = "is 300 nodes and 10 s of processor time; "
-    said += "a [mesh] of your own may have more" if asked else "--accuracy 0.02 goes on, to at most 300 nodes"
+    said += (
+        "a [mesh] of your own may have more"
+        if asked
+        else "--accuracy 0.02 goes on, to at most 300 nodes"
+    )
     if asked:
         assert solution.status == "not converged" and said in solution.reason
     else:
@@ -86,48 +105,85 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
     monkeypatch.setattr(quantity, "BUDGETS", {True: Budget(700, 10.0)})
 
     def block(name, low, high, *conditions):
-        return {"name": name, "material": SOFT, "boundary": list(conditions),
-                "geometry": {"shape": "box", "lower": low, "upper": high}}  # fmt: skip
+        return {
+            "name": name,
+            "material": SOFT,
+            "boundary": list(conditions),
+            "geometry": {"shape": "box", "lower": low, "upper": high},
+        }
 
     def held(part, value):
         return {"part": part, "condition": "displacement", "value": value}
 
     data = {
-        "body": [block("base", [-1.0, -1.0, -1.0], [2.0, 2.0, 0.0], held("bottom", [0.0] * 3)),
-                 block("block", [0.0, 0.0, 0.0], [1.0, 1.0, 0.5], held("top", [0.0, 0.0, -0.02]))],
-        "contact": [{"name": "pair", "secondary": "block.bottom", "primary": "base.top", "friction_coefficient": 0.3}],
-        "step": [{}, {"boundary": [{"body": "block", "part": "top", "value": [0.004, 0.0, -0.02]}]}],
-    }  # fmt: skip
+        "body": [
+            block("base", [-1.0, -1.0, -1.0], [2.0, 2.0, 0.0], held("bottom", [0.0] * 3)),
+            block("block", [0.0, 0.0, 0.0], [1.0, 1.0, 0.5], held("top", [0.0, 0.0, -0.02])),
+        ],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "block.bottom",
+                "primary": "base.top",
+                "friction_coefficient": 0.3,
+            }
+        ],
+        "step": [
+            {},
+            {"boundary": [{"body": "block", "part": "top", "value": [0.004, 0.0, -0.02]}]},
+        ],
+    }
     solution = adapt(parse(Problem, data, "blocks"), 0.01)
-    assert len(solution.info["levels"]) > 1 and len(solution.steps) == 2 and "700" in solution.reason
+    assert (
+        len(solution.info["levels"]) > 1 and len(solution.steps) == 2 and "700" in solution.reason
+    )
     assert not any("match" in text for text in solution.info["warnings"])
     assert max(step.pairs["pair"].imbalance for step in solution.steps) < 1e-11
 
 
 def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
     file = facet_box(tmp_path / "box.msh", (0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (4, 2, 2))
-    free = [{"part": part, "condition": "traction", "value": [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3}
-            for part in ("left", "right", "front", "back")]  # fmt: skip
+    free = [
+        {
+            "part": part,
+            "condition": "traction",
+            "value": [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3,
+        }
+        for part in ("left", "right", "front", "back")
+    ]
     data = {
-        "material": {"young_modulus": 100.0, "poisson_ratio": 0.3}, "geometry": {"shape": "gmsh", "file": file},
-        "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 0.4},
-                     {"part": "top", "condition": "displacement", "value": [0.0] * 3}, *free],
-    }  # fmt: skip
+        "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "gmsh", "file": file},
+        "boundary": [
+            {"part": "bottom", "condition": "contact", "friction_bound": 0.4},
+            {"part": "top", "condition": "displacement", "value": [0.0] * 3},
+            *free,
+        ],
+    }
     plain = solve(parse(Problem, data, "facets"))
     assert "accuracy" not in plain.info and plain.mesh.n_elements == 80
     wanted = 0.4 * plain.info["estimated_error"]  # on the way tails alone stand for it
     finer = solve(parse(Problem, {**data, "mesh": {"accuracy": wanted}}, "facets"))
-    assert finer.converged and finer.info["estimated_error"] <= wanted and finer.mesh.n_elements > 80
+    assert (
+        finer.converged and finer.info["estimated_error"] <= wanted and finer.mesh.n_elements > 80
+    )
 
 
 def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
-    """A sphere that touches where the first panels have no nodes: the mesh is cut until they see it."""
+    """A sphere that touches where the first panels have no nodes: the mesh is cut until they see
+    it."""
     data = hertz()
-    data["body"][0]["boundary"] = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
+    data["body"][0]["boundary"] = [
+        {"part": "bottom", "condition": "displacement", "value": [0.0] * 3}
+    ]
     data["contact"][0]["gap"] = "1.5*(x**2 + y**2)"
     data["obstacle"] = [{"name": "sphere", "displacement": [0.0, 0.0, -0.02]}]
     solution = adapt(parse(Problem, data, "sphere"), 0.9)
-    assert solution.converged and len(solution.info["levels"]) > 1 and solution.pairs["pair"].pressure.max() > 0.0
+    assert (
+        solution.converged
+        and len(solution.info["levels"]) > 1
+        and solution.pairs["pair"].pressure.max() > 0.0
+    )
 
 
 def failing(monkeypatch, number, status, **residuals):
@@ -139,18 +195,23 @@ def failing(monkeypatch, number, status, **residuals):
         count.append(problem.system.describe())
         if len(count) != number:
             return found
-        step = replace(found.steps[-1], status=status, residuals={**found.steps[-1].residuals, **residuals})
+        step = replace(
+            found.steps[-1], status=status, residuals={**found.steps[-1].residuals, **residuals}
+        )
         return replace(found, steps=[], failed=step, status=status, reason="not accepted")
 
     monkeypatch.setattr(climb, "unreported", run)
     return count
 
 
-@pytest.mark.parametrize(("given", "meshes"), [(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])])
+@pytest.mark.parametrize(
+    ("given", "meshes"), [(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])]
+)
 def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_these_are_too_few(
     given, meshes, monkeypatch
 ):
-    """The tolerance follows the wanted error, and falls where the elastic residual says so; a user's own stays."""
+    """The tolerance follows the wanted error, and falls where the elastic residual says so; a
+    user's own stays."""
     made = failing(monkeypatch, 1, "failed", elastic=2e-3)
     data = hertz() | {"bem": {"mat_type": "hmatrix"} | ({"hmatrix_tol": 1e-4} if given else {})}
     solution = adapt(parse(Problem, data, "hertz"), 0.15)
@@ -172,8 +233,12 @@ def test_a_mesh_that_is_not_solved_on_leaves_the_solution_of_the_one_before(monk
 def test_each_mesh_is_reported():
     shown = []
     solution = adapt(parse(Problem, hertz(), "hertz"), 0.2, reached=shown.append)
-    assert [each.number for each in shown] == [1, 2] and [each.estimate for each in shown] == solution.info["estimates"]
-    assert shown[-1].nodes == solution.meshes["block"].n_nodes and shown[0].seconds < shown[1].seconds
+    assert [each.number for each in shown] == [1, 2] and [
+        each.estimate for each in shown
+    ] == solution.info["estimates"]
+    assert (
+        shown[-1].nodes == solution.meshes["block"].n_nodes and shown[0].seconds < shown[1].seconds
+    )
 
 
 def ball_on_block(**ball):
@@ -181,12 +246,25 @@ def ball_on_block(**ball):
     fixed = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
     down = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}]
     return {
-        "body": [{"name": "block", "material": SOFT, "boundary": fixed,
-                  "geometry": {"shape": "box", "lower": [-1.0] * 3, "upper": [1.0, 1.0, 0.0]}},
-                 {"name": "ball", "material": SOFT, "boundary": down,
-                  "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}, **ball}],
-        "contact": [{"name": "pair", "secondary": "ball.bottom", "primary": "block.top", "gap": "geometry"}],
-    }  # fmt: skip
+        "body": [
+            {
+                "name": "block",
+                "material": SOFT,
+                "boundary": fixed,
+                "geometry": {"shape": "box", "lower": [-1.0] * 3, "upper": [1.0, 1.0, 0.0]},
+            },
+            {
+                "name": "ball",
+                "material": SOFT,
+                "boundary": down,
+                "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+                **ball,
+            },
+        ],
+        "contact": [
+            {"name": "pair", "secondary": "ball.bottom", "primary": "block.top", "gap": "geometry"}
+        ],
+    }
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +282,12 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     points = np.concatenate([mesh.corners, mesh.middles], axis=1)
     off = np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)
     # sides that hang are pieces of quadratic ones
-    assert mesh.n_elements > 54 and off[:, 8].max() < 1e-14 and np.median(off) < 1e-14 and off.max() < 5e-4
+    assert (
+        mesh.n_elements > 54
+        and off[:, 8].max() < 1e-14
+        and np.median(off) < 1e-14
+        and off.max() < 5e-4
+    )
     # Hertz: about a² = δ R, δ = .05, ∫p r² = 2/5 a² ∫p, p_0 / mean p = 3/2
     pair = ball.pairs["pair"]
     load = pair.weight * pair.pressure
@@ -214,7 +297,8 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
 
 
 def test_a_turned_half_circle_is_the_ball(ball):
-    """The same ball as a body of revolution adapts itself, and is pressed alike: its halves are held, not sixths."""
+    """The same ball as a body of revolution adapts itself, and is pressed alike: its halves are
+    held, not sixths."""
     profile = [("bottom", (1.0, 0.0), 1.0), ("top", (0.0, 1.0), 1.0), ("axis", (0.0, -1.0), None)]
     sides = [{"part": part, "to": to, "radius": radius} for part, to, radius in profile]
     data = ball_on_block()
@@ -247,17 +331,34 @@ def test_cut_curved_panels_on_compressed_operators(ball):
 
 
 def test_a_post_on_cut_panels_stands_by_its_weight():
-    """A cylinder without any support but a block: contact carries its weight on each mesh, and rims stay circles."""
-    post = {"name": "post", "material": SOFT | {"density": 0.01}, "loads": {"acceleration": [0.0, 0.0, -1.0]},
-            "geometry": {"shape": "cylinder", "from": [0.0] * 3, "to": [0.0, 0.0, 1.0], "radius": 0.5}}  # fmt: skip
-    data = ball_on_block() | {"contact": [{"name": "pair", "secondary": "post.bottom", "primary": "block.top",
-                                           "friction_coefficient": 0.5}]}  # fmt: skip
+    """A cylinder without any support but a block: contact carries its weight on each mesh, and rims
+    stay circles."""
+    post = {
+        "name": "post",
+        "material": SOFT | {"density": 0.01},
+        "loads": {"acceleration": [0.0, 0.0, -1.0]},
+        "geometry": {"shape": "cylinder", "from": [0.0] * 3, "to": [0.0, 0.0, 1.0], "radius": 0.5},
+    }
+    data = ball_on_block() | {
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "post.bottom",
+                "primary": "block.top",
+                "friction_coefficient": 0.5,
+            }
+        ]
+    }
     data["body"][1] = post
     solution = adapt(parse(Problem, data, "post"), 0.4)
     mesh, force = solution.meshes["post"], solution.pairs["pair"].force
-    assert len(solution.info["levels"]) > 1 and force[2] == pytest.approx(0.01 * np.pi * 0.25, rel=1e-3)
+    assert len(solution.info["levels"]) > 1 and force[2] == pytest.approx(
+        0.01 * np.pi * 0.25, rel=1e-3
+    )
     assert np.abs(force[:2]).max() < 1e-5 * force[2]
-    points = np.concatenate([mesh.corners, mesh.middles], axis=1)[mesh.part == mesh.part_names.index("side")]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)[
+        mesh.part == mesh.part_names.index("side")
+    ]
     assert np.abs(np.hypot(points[..., 0], points[..., 1]) - 0.5).max() < 1e-15
     disc = mesh.nodes_of("bottom")
     assert mesh.weight[disc].sum() == pytest.approx(np.pi * 0.25, rel=1e-4)
@@ -273,16 +374,40 @@ def test_a_large_error_is_warned_of():
 
 @pytest.mark.parametrize(("order", "beside"), [(1, 1), (2, 2)])
 def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
-    """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as coarsely."""
+    """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as
+    coarsely."""
 
     def solved(size, order, beside):
-        mesh = {"element_size": beside * size, "element_sizes": {"bottom": size}, "order": order, "exponent": 1.0}
-        sides = [{"part": part, "condition": "traction", "value": [1.0 if part == "left" else 0.0, 0.5, 0.0]}
-                 for part in ("left", "front", "back", "top")]  # fmt: skip
-        return solve(parse(Problem, {
-            "material": SOFT, "mesh": mesh, "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.5, 1.0, 1.0]},
-            "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 0.2}, *sides,
-                         {"part": "right", "condition": "displacement", "value": [0.0] * 3}]}, "block"))  # fmt: skip
+        mesh = {
+            "element_size": beside * size,
+            "element_sizes": {"bottom": size},
+            "order": order,
+            "exponent": 1.0,
+        }
+        sides = [
+            {
+                "part": part,
+                "condition": "traction",
+                "value": [1.0 if part == "left" else 0.0, 0.5, 0.0],
+            }
+            for part in ("left", "front", "back", "top")
+        ]
+        return solve(
+            parse(
+                Problem,
+                {
+                    "material": SOFT,
+                    "mesh": mesh,
+                    "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.5, 1.0, 1.0]},
+                    "boundary": [
+                        {"part": "bottom", "condition": "contact", "friction_bound": 0.2},
+                        *sides,
+                        {"part": "right", "condition": "displacement", "value": [0.0] * 3},
+                    ],
+                },
+                "block",
+            )
+        )
 
     coarse, fine = solved(0.5, order, beside), solved(0.3, 2, 1)
     numbers, faces = coarse.mesh.faces("bottom")
@@ -291,7 +416,9 @@ def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
     u = coarse.mesh.basis_at(numbers[hits.face], hits.place) @ coarse.u
     apart = np.einsum("mc,mtc->mt", u, fine.contact.tangent) - fine.contact.u_t
     true = np.sqrt(
-        fine.contact.weight @ np.sum(apart**2, axis=1) / (fine.contact.weight @ np.sum(fine.contact.u_t**2, axis=1))
+        fine.contact.weight
+        @ np.sum(apart**2, axis=1)
+        / (fine.contact.weight @ np.sum(fine.contact.u_t**2, axis=1))
     )
     assert 0.9 < coarse.info["estimated_error"] / true < 4.0
 
@@ -305,7 +432,10 @@ def test_few_panels_have_no_small_error():
     element = np.unique(mesh.element[nodes], return_inverse=True)[1]
     for loaded, share in ((1, 1.0), (3, 0.5), (9, 0.0)):
         p = np.where(element < loaded, 1.0, 0.0)
-        error, weight = tails.of_pressure(p, p == 0.0) if loaded < 9 else tails.of_pressure(p, p > 0.0), mesh.weight[nodes]
+        error, weight = (
+            tails.of_pressure(p, p == 0.0) if loaded < 9 else tails.of_pressure(p, p > 0.0),
+            mesh.weight[nodes],
+        )
         assert np.sqrt(weight @ error**2 / (weight @ p**2)) == pytest.approx(share, abs=1e-12)
 
 
@@ -336,53 +466,99 @@ def test_an_accuracy_beside_a_mesh_is_refused():
 
 
 def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
-    """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel of the first mesh."""
+    """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel
+    of the first mesh."""
     monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
-    top = {"part": "top", "condition": "traction", "value": [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)]}
-    ball = {"name": "ball", "material": {"young_modulus": 210e3, "poisson_ratio": 0.3}, "boundary": [top],
-            "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0}}  # fmt: skip
-    contact = {"name": "pair", "secondary": "ball.bottom", "primary": "floor", "gap": "z", "direction": [0.0, 0.0, -1.0]}
-    solution = solve(parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, ""))
+    top = {
+        "part": "top",
+        "condition": "traction",
+        "value": [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)],
+    }
+    ball = {
+        "name": "ball",
+        "material": {"young_modulus": 210e3, "poisson_ratio": 0.3},
+        "boundary": [top],
+        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0},
+    }
+    contact = {
+        "name": "pair",
+        "secondary": "ball.bottom",
+        "primary": "floor",
+        "gap": "z",
+        "direction": [0.0, 0.0, -1.0],
+    }
+    solution = solve(
+        parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, "")
+    )
     radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
-    assert solution.converged and solution.info["estimates"][0] > 0.7 and solution.info["estimates"][1] < 0.3
+    assert (
+        solution.converged
+        and solution.info["estimates"][0] > 0.7
+        and solution.info["estimates"][1] < 0.3
+    )
     assert pair.pressure.max() == pytest.approx(1500.0 / (np.pi * radius**2), rel=0.03)
     assert pair.weight[pair.pressure > 0.0].sum() == pytest.approx(np.pi * radius**2, rel=0.15)
 
 
 def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
-    """As of one whose gap is the smaller one; compressed surfaces, which do not take it, are not chosen for it."""
+    """As of one whose gap is the smaller one; compressed surfaces, which do not take it, are not
+    chosen for it."""
     monkeypatch.setattr(choice, "SMALLEST_SURFACE", 10)
     monkeypatch.setattr(choice, "WORTH", 0.0)
-    block = {"name": "block", "material": SOFT, "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3},
-             "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
-             "mesh": {"element_size": 0.5, "order": 1}}  # fmt: skip
+    block = {
+        "name": "block",
+        "material": SOFT,
+        "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
+        "mesh": {"element_size": 0.5, "order": 1},
+    }
     gaps = {"0": "x**2 - 0.02", "1": "(x - 1)**2 - 0.02", "both": "(0.5 - abs(x - 0.5))**2 - 0.02"}
-    contact = {name: {"name": name, "secondary": "block.top", "primary": name, "gap": gap} for name, gap in gaps.items()}
+    contact = {
+        name: {"name": name, "secondary": "block.top", "primary": name, "gap": gap}
+        for name, gap in gaps.items()
+    }
     data = {"body": [block], "obstacle": [{"name": name} for name in gaps]}
-    one, two = (solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
-                for names in (["both"], ["0", "1"]))  # fmt: skip
+    one, two = (
+        solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
+        for names in (["both"], ["0", "1"])
+    )
     assert "hmatrix" in one.info["solver"] and "hmatrix" not in two.info["solver"]
     both = two.pairs["0"].pressure + two.pairs["1"].pressure
-    assert both == pytest.approx(one.pairs["both"].pressure, rel=1e-3, abs=1e-3 * both.max()) and both.max() > 0.0
+    assert (
+        both == pytest.approx(one.pairs["both"].pressure, rel=1e-3, abs=1e-3 * both.max())
+        and both.max() > 0.0
+    )
 
 
 def pressed_fit(pin, hole, height=10.0):
     """A solid pin in a ring, both held along the axis only, on their ends."""
     steel = {"young_modulus": 200_000.0, "poisson_ratio": 0.3}
-    ring = [{"part": "bottom", "to": [10.0, 0.0]}, {"part": "outside", "to": [10.0, height]},
-            {"part": "top", "to": [hole, height]}, {"part": "bore", "to": [hole, 0.0]}]  # fmt: skip
+    ring = [
+        {"part": "bottom", "to": [10.0, 0.0]},
+        {"part": "outside", "to": [10.0, height]},
+        {"part": "top", "to": [hole, height]},
+        {"part": "bore", "to": [hole, 0.0]},
+    ]
     pin = {"shape": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, height], "radius": pin}
     held = [{"part": "bottom", "condition": "symmetry"}]
     return {
-        "body": [{"name": "pin", "material": steel, "geometry": pin, "boundary": held},
-                 {"name": "ring", "material": steel, "geometry": {"shape": "revolved", "loops": [ring]}, "boundary": held}],
+        "body": [
+            {"name": "pin", "material": steel, "geometry": pin, "boundary": held},
+            {
+                "name": "ring",
+                "material": steel,
+                "geometry": {"shape": "revolved", "loops": [ring]},
+                "boundary": held,
+            },
+        ],
         "contact": [{"name": "fit", "secondary": "pin.side", "primary": "ring.bore"}],
-    }  # fmt: skip
+    }
 
 
 def test_a_press_fit_has_an_even_pressure_on_adaptive_panels():
-    """Lamé, plane stress: p = E δ (1/b - b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose middles are not half way
-    left the cylinder beside panels of other sizes: p scattered by a half, and by more the finer the panels were."""
+    """Lamé, plane stress: p = E δ (1/b - b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose
+    middles are not half way left the cylinder beside panels of other sizes: p scattered by a half,
+    and by more the finer the panels were."""
     solution = adapt(parse(Problem, pressed_fit(5.0, 4.99), "fit"), 0.02)
     pair, b, c = solution.pairs["fit"], 5.0, 10.0
     exact = 200_000.0 * 0.01 * (c**2 - b**2) / (2.0 * b * c**2)
@@ -401,41 +577,87 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
     ]
     steel, still = {"young_modulus": 1.0, "poisson_ratio": 0.3}, [0.0, 0.0, 0.0]
     shaft = {"shape": "cylinder", "from": [-2.0, 0.0, -2.0], "to": [2.0, 0.0, -2.0], "radius": 2.0}
-    held = [{"part": part, "condition": "displacement", "value": still} for part in ("bottom", "top")]
+    held = [
+        {"part": part, "condition": "displacement", "value": still} for part in ("bottom", "top")
+    ]
     moved = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.005]}]
     data = {
-        "body": [{"name": "shaft", "material": steel, "geometry": shaft, "boundary": held},
-                 {"name": "ball", "material": steel, "geometry": {"shape": "revolved", "loops": [ball]}, "boundary": moved}],
+        "body": [
+            {"name": "shaft", "material": steel, "geometry": shaft, "boundary": held},
+            {
+                "name": "ball",
+                "material": steel,
+                "geometry": {"shape": "revolved", "loops": [ball]},
+                "boundary": moved,
+            },
+        ],
         "contact": [{"name": "pair", "secondary": "shaft.side", "primary": "ball.ball"}],
-    }  # fmt: skip
+    }
     for body, size in zip(data["body"], (2.0, 0.5), strict=True):
         body["mesh"] = {"element_size": size, "order": 1}
     solution = solve(parse(Problem, data, "small ball"))
-    assert solution.status == "not converged" and "overlap between nodes: pair 'pair'" in solution.reason
+    assert (
+        solution.status == "not converged"
+        and "overlap between nodes: pair 'pair'" in solution.reason
+    )
 
 
 def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
-    """Quadrature of the weight on curved panels of several sizes leaves 1e-7 of it along the floor, which nothing holds."""
-    ball = {"name": "ball", "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1.0},
-            "geometry": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0},
-            "loads": {"acceleration": [0, 0, -2]}}  # fmt: skip
-    pair = {"name": "pair", "secondary": "ball.bottom", "primary": "floor", "gap": "z + 1", "direction": [0, 0, -1]}
-    solution = adapt(parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [pair]}, "ball"), 0.1)
+    """Quadrature of the weight on curved panels of several sizes leaves 1e-7 of it along the floor,
+    which nothing holds."""
+    ball = {
+        "name": "ball",
+        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1.0},
+        "geometry": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0},
+        "loads": {"acceleration": [0, 0, -2]},
+    }
+    pair = {
+        "name": "pair",
+        "secondary": "ball.bottom",
+        "primary": "floor",
+        "gap": "z + 1",
+        "direction": [0, 0, -1],
+    }
+    solution = adapt(
+        parse(
+            Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [pair]}, "ball"
+        ),
+        0.1,
+    )
     assert solution.status == "converged" and len(solution.info["levels"]) > 1
     assert solution.last.pairs["pair"].force == pytest.approx([0, 0, 8.3776], abs=2e-3)
-    assert solution.last.pairs["pair"].pressure.max() == pytest.approx(125.07, rel=0.01)  # by axisymmetric elements
+    assert solution.last.pairs["pair"].pressure.max() == pytest.approx(
+        125.07, rel=0.01
+    )  # by axisymmetric elements
 
 
 def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
-    """A hemispherical shell of thickness .2, moved by .01 on a rigid plane; 1.4272 by axisymmetric elements of order 2."""
-    arcs = [{"part": "outer", "to": [0, -1], "through": [0.5**0.5, -(0.5**0.5)]}, {"part": "axis", "to": [0, -0.8]},
-            {"part": "inner", "to": [0.8, 0], "through": [0.8 * 0.5**0.5, -0.8 * 0.5**0.5]},
-            {"part": "rim", "to": [1, 0]}]  # fmt: skip
-    shell = {"name": "shell", "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
-             "geometry": {"shape": "revolved", "loops": [arcs]},
-             "boundary": [{"part": "rim", "condition": "displacement", "value": [0, 0, -0.02]}]}  # fmt: skip
-    pair = {"name": "pair", "secondary": "shell.outer", "primary": "floor", "gap": "z + 1", "direction": [0, 0, -1]}
-    problem = parse(Problem, {"body": [shell], "obstacle": [{"name": "floor"}], "contact": [pair]}, "shell")
+    """A hemispherical shell of thickness .2, moved by .01 on a rigid plane; 1.4272 by axisymmetric
+    elements of order 2."""
+    arcs = [
+        {"part": "outer", "to": [0, -1], "through": [0.5**0.5, -(0.5**0.5)]},
+        {"part": "axis", "to": [0, -0.8]},
+        {"part": "inner", "to": [0.8, 0], "through": [0.8 * 0.5**0.5, -0.8 * 0.5**0.5]},
+        {"part": "rim", "to": [1, 0]},
+    ]
+    shell = {
+        "name": "shell",
+        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "revolved", "loops": [arcs]},
+        "boundary": [{"part": "rim", "condition": "displacement", "value": [0, 0, -0.02]}],
+    }
+    pair = {
+        "name": "pair",
+        "secondary": "shell.outer",
+        "primary": "floor",
+        "gap": "z + 1",
+        "direction": [0, 0, -1],
+    }
+    problem = parse(
+        Problem, {"body": [shell], "obstacle": [{"name": "floor"}], "contact": [pair]}, "shell"
+    )
     solution = adapt(problem, 0.2)
-    assert solution.status == "converged" and not any("thick" in each for each in solution.info["warnings"])
+    assert solution.status == "converged" and not any(
+        "thick" in each for each in solution.info["warnings"]
+    )
     assert solution.last.pairs["pair"].force[2] == pytest.approx(1.4272, rel=0.02)

@@ -1,4 +1,5 @@
-"""What must not change the answer: who is secondary, where the origin is, units, the number of increments."""
+"""What must not change the answer: who is secondary, where the origin is, units, the number of
+increments."""
 
 from __future__ import annotations
 
@@ -11,9 +12,24 @@ from problems import block, contact_pair, load_step, obstacle, posed
 from petcontact import InputError, Problem, solve
 from petcontact.model.base import parse
 
-USUAL = {"e": 1.0, "e2": 3.0, "x0": -2.0, "x1": 2.0, "y0": -2.0, "y1": 0.0, "y2": 1.5, "h": 0.25, "middle": 0.1,
-         "radius": 2.0, "down": -0.3, "right": 0.1, "press": 1, "push": 1,
-         "secondary": "lower.top", "primary": "upper.bottom"}  # fmt: skip
+USUAL = {
+    "e": 1.0,
+    "e2": 3.0,
+    "x0": -2.0,
+    "x1": 2.0,
+    "y0": -2.0,
+    "y1": 0.0,
+    "y2": 1.5,
+    "h": 0.25,
+    "middle": 0.1,
+    "radius": 2.0,
+    "down": -0.3,
+    "right": 0.1,
+    "press": 1,
+    "push": 1,
+    "secondary": "lower.top",
+    "primary": "upper.bottom",
+}
 
 
 def two(mu=0.4, **changes):
@@ -22,7 +38,9 @@ def two(mu=0.4, **changes):
     return (
         block("lower", [v["x0"], v["y0"]], [v["x1"], v["y1"]], v["e"], 0.3, mesh, bottom=[0.0, 0.0])
         + block("upper", [v["x0"], v["y1"]], [v["x1"], v["y2"]], v["e2"], 0.2, mesh, top=[0.0, 0.0])
-        + contact_pair("pair", v["secondary"], v["primary"], mu, f"(x - {v['middle']})**2/{v['radius']}")
+        + contact_pair(
+            "pair", v["secondary"], v["primary"], mu, f"(x - {v['middle']})**2/{v['radius']}"
+        )
         + load_step(increments=v["press"], upper={"top": [0.0, v["down"]]})
         + load_step(increments=v["push"], upper={"top": [v["right"], v["down"]]})
     )
@@ -43,7 +61,10 @@ def fields(solution, *, flip=False):
 
 
 def test_either_side_may_be_the_secondary():
-    one, other = fields(solved()), fields(solved(secondary="upper.bottom", primary="lower.top"), flip=True)
+    one, other = (
+        fields(solved()),
+        fields(solved(secondary="upper.bottom", primary="lower.top"), flip=True),
+    )
     for a, b in zip(one, other, strict=True):
         assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
 
@@ -56,13 +77,19 @@ def test_a_rigid_shift_of_everything_changes_nothing():
 
 @pytest.mark.parametrize(("length", "stress"), [(1e3, 1e9), (1e-4, 1e-6)])
 def test_units_change_nothing(length, stress):
-    scaled = {key: length * USUAL[key] for key in ("x0", "x1", "y0", "y1", "y2", "h", "middle", "radius", "down", "right")}
-    for a, b in zip(fields(solved()), fields(solved(**scaled, e=stress, e2=3.0 * stress)), strict=True):
+    scaled = {
+        key: length * USUAL[key]
+        for key in ("x0", "x1", "y0", "y1", "y2", "h", "middle", "radius", "down", "right")
+    }
+    for a, b in zip(
+        fields(solved()), fields(solved(**scaled, e=stress, e2=3.0 * stress)), strict=True
+    ):
         assert np.allclose(a, b / stress, atol=1e-10 * np.abs(a).max())
 
 
 def test_a_far_larger_friction_than_needed_is_bonding():
-    """With a closed bilateral contact: Coulomb's bound does not matter where it is never reached."""
+    """With a closed bilateral contact: Coulomb's bound does not matter where it is never
+    reached."""
     law, pressures = re.compile(r'gap = ".*"\nfriction_coefficient = 0.4'), []
     for given in ('normal = "bonded"', 'normal = "bilateral"\nfriction_bound = 1e6'):
         pressures.append(fields(solve(posed(law.sub(given, two())))))
@@ -71,17 +98,32 @@ def test_a_far_larger_friction_than_needed_is_bonding():
 
 
 def test_bonded_blocks_are_one_block():
-    """Two halves of one material, bonded, against the exact field of uniaxial compression with lateral sliding."""
-    text = block("a", [0, 0], [3, 1], 10.0, 0.25, "element_size = 0.5, order = 2", bottom=["free", 0.0])
-    text += block("b", [0, 1], [3, 2], 10.0, 0.25, "element_size = 0.4, order = 1", top=("traction", [0.0, -2.0]))
-    text += '[[contact]]\nname = "glue"\nsecondary = "a.top"\nprimary = "b.bottom"\nnormal = "bonded"\n'
+    """Two halves of one material, bonded, against the exact field of uniaxial compression with
+    lateral sliding."""
+    text = block(
+        "a", [0, 0], [3, 1], 10.0, 0.25, "element_size = 0.5, order = 2", bottom=["free", 0.0]
+    )
+    text += block(
+        "b",
+        [0, 1],
+        [3, 2],
+        10.0,
+        0.25,
+        "element_size = 0.4, order = 1",
+        top=("traction", [0.0, -2.0]),
+    )
+    text += (
+        '[[contact]]\nname = "glue"\nsecondary = "a.top"\nprimary = "b.bottom"\nnormal = "bonded"\n'
+    )
     solution = solve(posed(text))
     assert solution.converged and solution.info["motions"] == {"a": 1, "b": 3}
     pair = solution.last.pairs["glue"]
     assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
     u = solution.last.bodies["b"].u
     # plane strain under p: ε_yy = -p (1-ν²)/E
-    assert np.allclose(u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9)
+    assert np.allclose(
+        u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9
+    )
 
 
 BASE = block("base", [-1, -1], [1, 0], 500.0, 0.3, "element_size = 0.2, order = 1", bottom=[0, 0])
@@ -125,25 +167,42 @@ def test_two_obstacles_on_one_part():
     left, right = (solution.last.pairs[name] for name in "lr")
     assert np.allclose(left.force, right.force, rtol=1e-9) and left.force[1] < 0.0
     closed = left.pressure > 0.0
-    assert closed.any() and np.all(left.x[closed, 0] < -0.5) and np.array_equal(closed[::-1], right.pressure > 0.0)
+    assert (
+        closed.any()
+        and np.all(left.x[closed, 0] < -0.5)
+        and np.array_equal(closed[::-1], right.pressure > 0.0)
+    )
 
 
-@pytest.mark.parametrize("second", [
-    'secondary = "base.top"\nprimary = "stamp"', 'secondary = "lid.bottom"\nprimary = "base.top"',
-    'secondary = "base.top"\nprimary = "lid.bottom"',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "second",
+    [
+        'secondary = "base.top"\nprimary = "stamp"',
+        'secondary = "lid.bottom"\nprimary = "base.top"',
+        'secondary = "base.top"\nprimary = "lid.bottom"',
+    ],
+)
 def test_a_couple_is_stated_once(second):
     first = '[[contact]]\nname = "first"\nsecondary = "base.top"\nprimary = "lid.bottom"\n'
     text = block("lid", [-1, 0], [1, 1], 500.0) + STAMP.replace("LAW", "") + first
     text += f'[[contact]]\nname = "again"\n{second}\n'
-    with pytest.raises(InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"):
+    with pytest.raises(
+        InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"
+    ):
         posed(text)
 
 
-@pytest.mark.parametrize("law", ['normal = "bonded"',
-                                 'normal = "bilateral"\nfriction_bound = 5.0', "friction_coefficient = 0.9"])  # fmt: skip
+@pytest.mark.parametrize(
+    "law",
+    [
+        'normal = "bonded"',
+        'normal = "bilateral"\nfriction_bound = 5.0',
+        "friction_coefficient = 0.9",
+    ],
+)
 def test_a_free_obstacle_may_stick_everywhere(law):
-    """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement is."""
+    """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement
+    is."""
     solution = solve(posed(STAMP.replace("LAW", law)))
     assert solution.converged, solution.reason
     assert solution.iterations <= 2
@@ -154,7 +213,8 @@ def test_a_free_obstacle_may_stick_everywhere(law):
 
 @pytest.mark.parametrize("count", [3, 7])
 def test_a_path_of_constant_pressure_does_not_depend_on_its_increments(count):
-    """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo, Mindlin)."""
+    """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo,
+    Mindlin)."""
     once, often = (solved(e2=1.0, push=push).last.pairs["pair"] for push in (1, count))
     assert np.allclose(once.sigma_t, often.sigma_t, atol=2e-3 * np.abs(once.sigma_t).max())
 
@@ -165,10 +225,14 @@ def test_random_loads_and_coefficients(seed):
     rng = np.random.default_rng(seed)
     mu = float(rng.uniform(0.0, 2.0))
     changes = {
-        "e2": float(10.0 ** rng.uniform(-1, 1)), "middle": float(rng.uniform(-1, 1)), "radius": float(rng.uniform(1.0, 6.0)),
-        "down": float(rng.uniform(-0.4, -0.1)), "right": float(rng.uniform(-0.3, 0.3)), "press": int(rng.integers(1, 3)),
+        "e2": float(10.0 ** rng.uniform(-1, 1)),
+        "middle": float(rng.uniform(-1, 1)),
+        "radius": float(rng.uniform(1.0, 6.0)),
+        "down": float(rng.uniform(-0.4, -0.1)),
+        "right": float(rng.uniform(-0.3, 0.3)),
+        "press": int(rng.integers(1, 3)),
         "push": int(rng.integers(1, 4)),
-    }  # fmt: skip
+    }
     solution = solve(posed(two(mu, **changes)))
     assert solution.converged, solution.reason
     for step in solution.steps:
@@ -185,25 +249,59 @@ def test_random_loads_and_coefficients(seed):
     assert np.allclose(mesh.weight @ body.traction, 0.0, atol=3e-2 * np.abs(pair.force).max())
 
 
-@pytest.mark.parametrize(("secondary", "primary", "direction"),
-                         [("disc.rim", "block.top", [0, -1]), ("block.top", "disc.rim", [0, 1])])  # fmt: skip
+@pytest.mark.parametrize(
+    ("secondary", "primary", "direction"),
+    [("disc.rim", "block.top", [0, -1]), ("block.top", "disc.rim", [0, 1])],
+)
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, order):
-    """Whichever side is collocated: the far half of the disc, behind the near one along the direction, feels nothing.
+    """Whichever side is collocated: the far half of the disc, behind the near one along the
+    direction, feels nothing.
 
-    It was given the traction too: with the line as the secondary half of the force went there, and all was "converged".
+    It was given the traction too: with the line as the secondary half of the force went there, and
+    all was "converged".
     """
-    material, mesh = {"young_modulus": 1.0, "poisson_ratio": 0.3}, {"element_size": 0.1, "order": order}
+    material, mesh = (
+        {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        {"element_size": 0.1, "order": order},
+    )
     disc = {"shape": "outline", "loops": [{"part": "rim", "center": [0.0, 1.0], "radius": 1.0}]}
     block = {"shape": "rectangle", "lower_left": [-2.0, -2.0], "upper_right": [2.0, 0.0]}
-    solution = solve(parse(Problem, {
-        "body": [{"name": "disc", "material": material, "mesh": mesh, "geometry": disc,
-                  "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.03]}]},
-                 {"name": "block", "material": material, "mesh": mesh, "geometry": block,
-                  "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}]}],
-        "contact": [{"name": "pair", "secondary": secondary, "primary": primary, "direction": direction,
-                     "friction_coefficient": 0.3}],
-    }, "disc"))  # fmt: skip
+    solution = solve(
+        parse(
+            Problem,
+            {
+                "body": [
+                    {
+                        "name": "disc",
+                        "material": material,
+                        "mesh": mesh,
+                        "geometry": disc,
+                        "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.03]}],
+                    },
+                    {
+                        "name": "block",
+                        "material": material,
+                        "mesh": mesh,
+                        "geometry": block,
+                        "boundary": [
+                            {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}
+                        ],
+                    },
+                ],
+                "contact": [
+                    {
+                        "name": "pair",
+                        "secondary": secondary,
+                        "primary": primary,
+                        "direction": direction,
+                        "friction_coefficient": 0.3,
+                    }
+                ],
+            },
+            "disc",
+        )
+    )
     pressed = {}
     for name, part in (secondary.split("."), primary.split(".")):
         body, nodes = solution.meshes[name], solution.meshes[name].nodes_of(part)
@@ -225,24 +323,53 @@ def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, 
 )
 def test_a_point_force_beside_its_body_is_refused(shape, at):
     """Outside of it the field would be that of a body that has no such load."""
-    problem = parse(Problem, {
-        "body": [{"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": shape,
-                  "mesh": {"element_size": 0.5, "order": 1}, "point_force": [{"at": at, "force": [1.0] * len(at)}],
-                  "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * len(at)}]}],
-    }, "force")  # fmt: skip
+    problem = parse(
+        Problem,
+        {
+            "body": [
+                {
+                    "name": "block",
+                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "geometry": shape,
+                    "mesh": {"element_size": 0.5, "order": 1},
+                    "point_force": [{"at": at, "force": [1.0] * len(at)}],
+                    "boundary": [
+                        {"part": "bottom", "condition": "displacement", "value": [0.0] * len(at)}
+                    ],
+                }
+            ],
+        },
+        "force",
+    )
     with pytest.raises(InputError, match=r"point_force\[0\].at: .* does not lie inside the body"):
         solve(problem)
 
 
 def test_a_body_that_is_lifted_lies_as_far_apart_as_it_was_moved():
     """Not as far as it lay before."""
-    solution = solve(parse(Problem, {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5, "order": 1},
-        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]},
-        "boundary": [{"part": "bottom", "condition": "contact", "normal": "unilateral"},
-                     {"part": "top", "condition": "displacement", "value": [0.0, 0.25]},
-                     *({"part": part, "condition": "traction", "pressure": 0.0} for part in ("left", "right"))],
-    }, "lifted"))  # fmt: skip
+    solution = solve(
+        parse(
+            Problem,
+            {
+                "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                "mesh": {"element_size": 0.5, "order": 1},
+                "geometry": {
+                    "shape": "rectangle",
+                    "lower_left": [0.0, 0.0],
+                    "upper_right": [1.0, 1.0],
+                },
+                "boundary": [
+                    {"part": "bottom", "condition": "contact", "normal": "unilateral"},
+                    {"part": "top", "condition": "displacement", "value": [0.0, 0.25]},
+                    *(
+                        {"part": part, "condition": "traction", "pressure": 0.0}
+                        for part in ("left", "right")
+                    ),
+                ],
+            },
+            "lifted",
+        )
+    )
     assert solution.converged and "no contact anywhere (pair 'bottom' lies 0.25 apart)" in " ".join(
         solution.verdict().split()
     )

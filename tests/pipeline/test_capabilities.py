@@ -1,4 +1,5 @@
-"""What can be done with a problem can be done with every kind of problem; what is yet to come is refused in one line."""
+"""What can be done with a problem can be done with every kind of problem; what is yet to come is
+refused in one line."""
 
 from __future__ import annotations
 
@@ -19,18 +20,29 @@ from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.store.case_table import read_case_table
 
-SOFT, HARD = {"young_modulus": 100.0, "poisson_ratio": 0.3}, {"young_modulus": 200.0, "poisson_ratio": 0.25}
+SOFT, HARD = (
+    {"young_modulus": 100.0, "poisson_ratio": 0.3},
+    {"young_modulus": 200.0, "poisson_ratio": 0.25},
+)
 
 
 def body(dim, lower, upper, size, material, *conditions):
     """A rectangle or a box, x and the last coordinate given; in y from 0 to 1."""
-    corners = [[corner[0], *([y] if dim == 3 else []), corner[1]] for corner, y in ((lower, 0.0), (upper, 1.0))]
+    corners = [
+        [corner[0], *([y] if dim == 3 else []), corner[1]]
+        for corner, y in ((lower, 0.0), (upper, 1.0))
+    ]
     names = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
-    geometry = {"shape": "rectangle" if dim == 2 else "box", **dict(zip(names, corners, strict=True))}
+    geometry = {
+        "shape": "rectangle" if dim == 2 else "box",
+        **dict(zip(names, corners, strict=True)),
+    }
     return {
-        "material": material, "geometry": geometry,
-        "mesh": {"element_size": size, "order": 1}, "boundary": list(conditions),
-    }  # fmt: skip
+        "material": material,
+        "geometry": geometry,
+        "mesh": {"element_size": size, "order": 1},
+        "boundary": list(conditions),
+    }
 
 
 def vector(dim, x, z):
@@ -60,20 +72,32 @@ def one_body(dim):
 
 
 def bodies(dim):
-    """A block that is pressed on a larger one and pushed, held by Coulomb friction only, in two steps."""
+    """A block that is pressed on a larger one and pushed, held by Coulomb friction only, in two
+    steps."""
     zero, pressed = vector(dim, 0.0, 0.0), vector(dim, 0.0, -1.0)
     base = body(dim, (-1.0, -1.0), (3.0, 0.0), 1.0, HARD, condition("bottom", "displacement", zero))
     block = body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, condition("top", "traction", pressed))
     push = {"body": "block", "part": "top", "value": vector(dim, 0.1, -1.0)}
     return {
         "body": [{"name": "base", **base}, {"name": "block", **block}],
-        "contact": [{"name": "pair", "secondary": "block.bottom", "primary": "base.top", "friction_coefficient": 0.4}],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "block.bottom",
+                "primary": "base.top",
+                "friction_coefficient": 0.4,
+            }
+        ],
         "step": [{"name": "press"}, {"name": "push", "boundary": [push]}],
-    }  # fmt: skip
+    }
 
 
-KINDS = {"plane, one body": (one_body, 2), "plane, bodies and steps": (bodies, 2), "space, one body": (one_body, 3),
-         "space, bodies and steps": (bodies, 3)}  # fmt: skip
+KINDS = {
+    "plane, one body": (one_body, 2),
+    "plane, bodies and steps": (bodies, 2),
+    "space, one body": (one_body, 3),
+    "space, bodies and steps": (bodies, 3),
+}
 STEPPED = [kind for kind in KINDS if "steps" in kind]
 
 
@@ -91,7 +115,9 @@ class Case:
     def __init__(self, kind):
         self.kind, (self._make, self.dim) = kind, KINDS[kind]
         self.single = self._make is one_body
-        self.friction = "boundary.0.friction_bound" if self.single else "contact.0.friction_coefficient"
+        self.friction = (
+            "boundary.0.friction_bound" if self.single else "contact.0.friction_coefficient"
+        )
 
     def problem(self, **changes):
         """With changes, __ for a dot."""
@@ -105,7 +131,9 @@ class Case:
     def swept(self, folder, problem, more=""):
         """The table of a sweep over two tolerances."""
         (folder / "problem.toml").write_text(problem.toml())
-        (folder / "s.toml").write_text(f'problems = ["problem.toml"]\n{more}\n[cross]\ntolerance = [1e-6, 1e-7]\n')
+        (folder / "s.toml").write_text(
+            f'problems = ["problem.toml"]\n{more}\n[cross]\ntolerance = [1e-6, 1e-7]\n'
+        )
         quietly(read_sweep(folder / "s.toml"), folder / "out")
         return read_case_table(folder / "out")
 
@@ -115,7 +143,10 @@ def assert_alike(solution: Solution, other: Solution, tolerance: float):
     for name, pair in solution.pairs.items():
         size = max(np.abs(pair.pressure).max(), np.abs(pair.sigma_t).max())
         for key in ("pressure", "sigma_t"):
-            assert np.abs(getattr(other.pairs[name], key) - getattr(pair, key)).max() < tolerance * size, key
+            assert (
+                np.abs(getattr(other.pairs[name], key) - getattr(pair, key)).max()
+                < tolerance * size
+            ), key
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -132,7 +163,19 @@ def compressed_operators(case, tmp_path):
 
 def monitor_of_the_command_line(case, tmp_path, capsys):
     (tmp_path / "case.toml").write_text(case.problem().toml())
-    assert main(["solve", str(tmp_path / "case.toml"), "--monitor", "--no-figures", "-o", str(tmp_path / "r.h5")]) == 0
+    assert (
+        main(
+            [
+                "solve",
+                str(tmp_path / "case.toml"),
+                "--monitor",
+                "--no-figures",
+                "-o",
+                str(tmp_path / "r.h5"),
+            ]
+        )
+        == 0
+    )
     lines = [line for line in capsys.readouterr().out.splitlines() if ": change " in line]
     assert len(lines) == read_result(tmp_path / "r.h5").iterations
     for where in () if case.single else ("step 1 (press)", "step 2 (push)"):
@@ -146,15 +189,37 @@ def monitor_ends_the_solve(case, tmp_path):
 def pictures_and_tables(case, tmp_path):
     axes = Figure().add_subplot(projection="3d" if case.dim == 3 else None)
     assert case.solution.plot(axes) is axes
-    assert len(case.solution.to_dataframe()) == sum(len(pair.x) for pair in case.solution.pairs.values())
+    assert len(case.solution.to_dataframe()) == sum(
+        len(pair.x) for pair in case.solution.pairs.values()
+    )
     assert case.solution._repr_html_().startswith("<pre>")
 
 
 def fields(case, tmp_path):
     case.solution.save(tmp_path / "r.h5")
-    words = ["-o", tmp_path / "r.vtu", "--boundary", tmp_path / "b.vtu", "--figure", tmp_path / "f.png"]
-    assert main(["field", str(tmp_path / "r.h5"), "--grid", "x".join(["3"] * case.dim), *map(str, words)]) == 0
-    assert (tmp_path / "f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(case.solution.meshes)
+    words = [
+        "-o",
+        tmp_path / "r.vtu",
+        "--boundary",
+        tmp_path / "b.vtu",
+        "--figure",
+        tmp_path / "f.png",
+    ]
+    assert (
+        main(
+            [
+                "field",
+                str(tmp_path / "r.h5"),
+                "--grid",
+                "x".join(["3"] * case.dim),
+                *map(str, words),
+            ]
+        )
+        == 0
+    )
+    assert (tmp_path / "f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(
+        case.solution.meshes
+    )
 
 
 def von_mises_in_a_sweep(case, tmp_path):
@@ -174,7 +239,9 @@ def rule_of_ones_own(case, tmp_path):
             Counted.calls += 1
             return super().update(rho, balance)
 
-    solution = solve(case.problem(method__tolerance=1e-8, method__max_iterations=5000), rule=Counted(2.0))
+    solution = solve(
+        case.problem(method__tolerance=1e-8, method__max_iterations=5000), rule=Counted(2.0)
+    )
     assert Counted.calls > 0 and solution.info["rule"] == "Counted"
     assert_alike(case.solution, solution, 1e-3)
 
@@ -198,13 +265,19 @@ def method_of_ones_own(case, tmp_path):
 
 def held_by_friction_only(case, tmp_path):
     loose = condition("top", "traction", vector(case.dim, 0.0, 0.0))
-    problem = case.problem(**{"boundary.1": loose, "boundary.2.value": vector(case.dim, 0.5, 0.0)} if case.single else {})
+    problem = case.problem(
+        **{"boundary.1": loose, "boundary.2.value": vector(case.dim, 0.5, 0.0)}
+        if case.single
+        else {}
+    )
     solution = solve(problem)
     assert solution.converged and sum(solution.info["motions"].values()) > 0
     along = [pair.force[0] for pair in solution.pairs.values()]
     assert along == pytest.approx([-0.5 if case.single else -0.2], rel=1e-9)
     table = case.swept(tmp_path, problem)
-    assert list(table.status) == ["converged"] * 2 and table.numbers("force_x") == pytest.approx(along * 2, rel=1e-9)
+    assert list(table.status) == ["converged"] * 2 and table.numbers("force_x") == pytest.approx(
+        along * 2, rel=1e-9
+    )
 
 
 def frictionless_start(case, tmp_path):
@@ -214,13 +287,17 @@ def frictionless_start(case, tmp_path):
         seen.append((iteration.start, system.u_0))
         return SemismoothNewton()(system, law, iteration)
 
-    assert_alike(case.solution, solve(case.problem(method__start="frictionless"), method=method), 1e-6)
+    assert_alike(
+        case.solution, solve(case.problem(method__start="frictionless"), method=method), 1e-6
+    )
     (v, sigma), u_0 = seen[0]
     assert np.array_equal(v, u_0) and not sigma.any()
 
 
 def full_formulation(case, tmp_path):
-    solution = solve(case.problem(method__formulation="full", method__rule="modified", method__tolerance=1e-9))
+    solution = solve(
+        case.problem(method__formulation="full", method__rule="modified", method__tolerance=1e-9)
+    )
     assert "full" in solution.info["solver"]
     assert_alike(case.solution, solution, 1e-6)
 
@@ -246,34 +323,67 @@ def wear(case, tmp_path):
     if case.single:
         problem = case.problem(**{"boundary.0.wear_coefficient": 1e-2})
     else:
-        pull = {"name": "pull", "boundary": [{"body": "block", "part": "top", "value": vector(case.dim, -0.1, -1.0)}]}
+        pull = {
+            "name": "pull",
+            "boundary": [{"body": "block", "part": "top", "value": vector(case.dim, -0.1, -1.0)}],
+        }
         steps = [*bodies(case.dim)["step"], pull]
-        problem = case.problem(step=steps, cycle={"first": "push", "last": "pull", "count": 50},
-                               contact__0__wear_coefficient=1e-2)  # fmt: skip
+        problem = case.problem(
+            step=steps,
+            cycle={"first": "push", "last": "pull", "count": 50},
+            contact__0__wear_coefficient=1e-2,
+        )
     solution = solve(problem)
     assert solution.converged and solution.wear.cycle[-1] == 50
     depth, weight = solution.wear.depth["pair"], solution.pairs["pair"].weight
-    assert np.all(np.diff(depth @ weight) > 0.0) and np.array_equal(depth[-1], solution.pairs["pair"].wear.sum(axis=1))
+    assert np.all(np.diff(depth @ weight) > 0.0) and np.array_equal(
+        depth[-1], solution.pairs["pair"].wear.sum(axis=1)
+    )
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()
 
 
-CAPABILITIES = (compressed_operators, monitor_of_the_command_line, monitor_ends_the_solve, pictures_and_tables, fields,
-                von_mises_in_a_sweep, rule_of_ones_own, law_of_ones_own, method_of_ones_own, held_by_friction_only,
-                frictionless_start, full_formulation, files, restart, wear)  # fmt: skip
+CAPABILITIES = (
+    compressed_operators,
+    monitor_of_the_command_line,
+    monitor_ends_the_solve,
+    pictures_and_tables,
+    fields,
+    von_mises_in_a_sweep,
+    rule_of_ones_own,
+    law_of_ones_own,
+    method_of_ones_own,
+    held_by_friction_only,
+    frictionless_start,
+    full_formulation,
+    files,
+    restart,
+    wear,
+)
 YET_TO_COME = {
     **{(von_mises_in_a_sweep, kind): "von_mises: of one body only" for kind in STEPPED},
-    **{(wear, kind): "wear opens a gap, and bilateral parts have none" for kind in KINDS if "one body" in kind},
-    **{(full_formulation, kind): '"full" is the paper\'s, for one body that is held' for kind in STEPPED},
+    **{
+        (wear, kind): "wear opens a gap, and bilateral parts have none"
+        for kind in KINDS
+        if "one body" in kind
+    },
+    **{
+        (full_formulation, kind): '"full" is the paper\'s, for one body that is held'
+        for kind in STEPPED
+    },
 }
-"""What is refused, with what it is refused by: points of a sweep name no body; the paper's formulation is for its own
-problem; contact that cannot open does not wear."""
+"""What is refused, with what it is refused by: points of a sweep name no body; the paper's
+formulation is for its own problem; contact that cannot open does not wear."""
 
 
 @pytest.mark.parametrize("capability", CAPABILITIES, ids=lambda capability: capability.__name__)
 def test_every_kind_of_problem(case, capability, tmp_path, request, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    more = {"capsys": request.getfixturevalue("capsys")} if capability is monitor_of_the_command_line else {}
+    more = (
+        {"capsys": request.getfixturevalue("capsys")}
+        if capability is monitor_of_the_command_line
+        else {}
+    )
     refusal = YET_TO_COME.get((capability, case.kind))
     if refusal is None:
         capability(case, tmp_path, **more)

@@ -1,4 +1,5 @@
-"""`mat_type = "auto"` takes what costs less, and never loses a solve to a compression that went wrong."""
+"""`mat_type = "auto"` takes what costs less, and never loses a solve to a compression that went
+wrong."""
 
 from __future__ import annotations
 
@@ -16,7 +17,10 @@ from petcontact.refinement.meshes import mesh_of
 
 BLOCK = Path(__file__).parents[2] / "configs" / "space_a.toml"
 BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
-SIDES = [{"part": name, "to": to} for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))]
+SIDES = [
+    {"part": name, "to": to}
+    for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))
+]
 HOLES = [Circle(part="h", center=(0.8 * k + 0.4, 2.0), radius=0.3) for k in range(10)]
 PLATE = SideBySide(loops=[SIDES, *HOLES])
 GRADED = {"order": 3, "grading": 0.5, "levels": 30}
@@ -29,36 +33,50 @@ GRADED = {"order": 3, "grading": 0.5, "levels": 30}
         (BOX, {"element_size": 0.015}, True),  # 1600
         (PLATE, {"element_size": 0.03}, False),  # 1440: 1.2 s compressed, 0.5 s dense
         (PLATE, {"element_size": 0.01}, True),  # 4300
-        (BOX, {"order": 3, "grading": 0.5, "levels": 38}, False),  # 1240 graded: the compression fails
+        (
+            BOX,
+            {"order": 3, "grading": 0.5, "levels": 38},
+            False,
+        ),  # 1240 graded: the compression fails
     ],
 )
 def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
     made = mesh_outline(geometry.outline(), MeshOptions(**mesh))
     assert choice.is_compressed(Bem(), made) == compressed
-    assert choice.is_compressed(Bem(mat_type="hodlr"), made) and not choice.is_compressed(Bem(mat_type="dense"), made)
+    assert choice.is_compressed(Bem(mat_type="hodlr"), made) and not choice.is_compressed(
+        Bem(mat_type="dense"), made
+    )
 
 
 @pytest.fixture
 def case():
     return Problem(
-        material={"young_modulus": 1000.0, "poisson_ratio": 0.3}, geometry=BOX, mesh=MeshOptions(**GRADED),
+        material={"young_modulus": 1000.0, "poisson_ratio": 0.3},
+        geometry=BOX,
+        mesh=MeshOptions(**GRADED),
         boundary=[
             {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
             {"part": "top", "condition": "displacement", "value": (0.01, -0.01)},
             {"part": "left", "condition": "traction", "value": (0, 0)},
             {"part": "right", "condition": "traction", "value": (0, 0)},
         ],
-    )  # fmt: skip
+    )
 
 
 def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm):
     """A tolerance of 1e-7 leaves more than the integral equations may miss."""
     lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm)
-    assert lost.status == "failed" and lost.elastic_residual > 1e-7 and "hodlr" in lost.info["solver"]
+    assert (
+        lost.status == "failed" and lost.elastic_residual > 1e-7 and "hodlr" in lost.info["solver"]
+    )
     monkeypatch.setattr(choice, "SMALLEST", 100)
     monkeypatch.setattr(choice, "UNEVEN", 0.0)
     solution = solve(case.model_copy(update={"bem": Bem(hodlr_tol=1e-7)}), comm=comm)
-    assert solution.converged and solution.elastic_residual < 1e-9 and "dense" in solution.info["solver"]
+    assert (
+        solution.converged
+        and solution.elastic_residual < 1e-9
+        and "dense" in solution.info["solver"]
+    )
 
 
 def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
@@ -74,7 +92,8 @@ def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
 
 
 def test_surfaces_are_compressed_by_predicted_cost():
-    """A break-even, below which all are dense and above which none is, where both cost about the same."""
+    """A break-even, below which all are dense and above which none is, where both cost about the
+    same."""
     sizes = (1.8, 1.4, 1.2, 1.0, 0.9, 0.8)
     meshes = [mesh_of(load(BLOCK, {"mesh.element_size": size})) for size in sizes]
     taken = [choice.is_compressed(Bem(), mesh) for mesh in meshes]
@@ -92,10 +111,14 @@ MEASURED = [
     ((8253, 8253), 1e-3, 2, 0, 25.5),
     ((930, 696, 756), 1e-4, 2, 3, 7.9),
 ]
-"""Nodes of bodies, tolerance, increments, motions that only contact holds, processor seconds of one core."""
+"""Nodes of bodies, tolerance, increments, motions that only contact holds, processor seconds of one
+core."""
 
 
 @pytest.mark.parametrize(("counts", "tolerance", "increments", "motions", "seconds"), MEASURED)
 def test_the_seconds_of_a_whole_solve(counts, tolerance, increments, motions, seconds):
-    bem, meshes = Bem(mat_type="hmatrix", hmatrix_tol=tolerance), [SimpleNamespace(dim=3, n_nodes=n) for n in counts]
+    bem, meshes = (
+        Bem(mat_type="hmatrix", hmatrix_tol=tolerance),
+        [SimpleNamespace(dim=3, n_nodes=n) for n in counts],
+    )
     assert seconds / 1.5 < choice.solve_seconds(bem, meshes, increments, motions) < 1.5 * seconds

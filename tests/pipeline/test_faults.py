@@ -1,4 +1,5 @@
-"""Signals, kills, lack of memory and failing mathematics: nothing hangs, nothing finished is lost, nothing is misjudged."""
+"""Signals, kills, lack of memory and failing mathematics: nothing hangs, nothing finished is lost,
+nothing is misjudged."""
 
 from __future__ import annotations
 
@@ -19,7 +20,15 @@ import pytest
 from conftest import example
 from problems import block, contact_pair, load_step
 
-from petcontact import MeshOptions, SolverError, load, read_result, read_solution, solve, write_solution
+from petcontact import (
+    MeshOptions,
+    SolverError,
+    load,
+    read_result,
+    read_solution,
+    solve,
+    write_solution,
+)
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
@@ -32,14 +41,31 @@ from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)
 # ρ far too small and fixed: hundreds of thousands of iterations
-ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--set", "method.rho=1e-6", "--set",
-           "method.max_iterations=1000000000", "--set", "method.tolerance=1e-15", "--no-figures"]  # fmt: skip
+ENDLESS = [
+    "--set",
+    "mesh.element_size=0.5",
+    "--set",
+    "method.rule=fixed",
+    "--set",
+    "method.rho=1e-6",
+    "--set",
+    "method.max_iterations=1000000000",
+    "--set",
+    "method.tolerance=1e-15",
+    "--no-figures",
+]
 
 
 def start(folder, *words, program=(), **keywords):
     (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
-    return subprocess.Popen([*(program or [forked.program()]), "solve", "case.toml", *words], cwd=folder, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords)  # fmt: skip
+    return subprocess.Popen(
+        [*(program or [forked.program()]), "solve", "case.toml", *words],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        **keywords,
+    )
 
 
 def wait_for_iterations(job):
@@ -48,22 +74,30 @@ def wait_for_iterations(job):
     assert len(list(itertools.islice(norms, 24))) == 24, job.stderr.read()
 
 
-# --- signals -------------------------------------------------------------------------------------------------------
+# --- signals
+# --------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("number", "status"),
     [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)],
 )
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     # tests that run under nohup hand on that hang-ups are ignored, as they then are
-    job = start(tmp_path, *ENDLESS, "-ksp_monitor", preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
+    job = start(
+        tmp_path, *ENDLESS, "-ksp_monitor", preexec_fn=lambda: signal.signal(number, signal.SIG_DFL)
+    )
     wait_for_iterations(job)
     job.send_signal(number)
     out, err = job.communicate(timeout=300)
     assert job.returncode == status, err
-    assert f"interrupted by {number.name}; the last iterate is saved in case.h5" in err and err.count("interrupted") == 1
+    assert (
+        f"interrupted by {number.name}; the last iterate is saved in case.h5" in err
+        and err.count("interrupted") == 1
+    )
     assert f"failed: interrupted by {number.name}" in out
     solution = read_solution(tmp_path / "case.h5")
-    assert solution.status == "failed" and solution.iterations > 0 and np.all(np.isfinite(solution.u))
+    assert (
+        solution.status == "failed" and solution.iterations > 0 and np.all(np.isfinite(solution.u))
+    )
     assert sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
 
 
@@ -72,7 +106,9 @@ def test_a_result_of_an_interrupted_solve_is_a_start(tmp_path, comm):
     first = solve(case, comm=comm)
     write_solution(tmp_path / "first.h5", first)
     whole = solve(example(1, mesh=COARSE), comm=comm)
-    rest = solve(example(1, mesh=COARSE, start=str(tmp_path / "first.h5"), rho=first.rho), comm=comm)
+    rest = solve(
+        example(1, mesh=COARSE, start=str(tmp_path / "first.h5"), rho=first.rho), comm=comm
+    )
     assert rest.converged and rest.iterations < whole.iterations
 
 
@@ -130,8 +166,12 @@ BLOCKS = (
 )
 
 
-@pytest.mark.parametrize(("module", "where"), [(load_steps, "step_results"), (pipeline, "warnings_of")])
-def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, module, where):
+@pytest.mark.parametrize(
+    ("module", "where"), [(load_steps, "step_results"), (pipeline, "warnings_of")]
+)
+def test_a_signal_after_the_iteration_keeps_the_solution(
+    tmp_path, monkeypatch, capsys, module, where
+):
     original = getattr(module, where)
 
     def signalled(*words, **keys):
@@ -140,14 +180,25 @@ def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, 
 
     monkeypatch.setattr(module, where, signalled)
     monkeypatch.chdir(tmp_path)
-    assert main(["solve", str(ROOT / "configs" / "example1.toml"), "--set", "mesh.element_size=0.5", "--no-figures"]) == 143
+    assert (
+        main(
+            [
+                "solve",
+                str(ROOT / "configs" / "example1.toml"),
+                "--set",
+                "mesh.element_size=0.5",
+                "--no-figures",
+            ]
+        )
+        == 143
+    )
     assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
     assert read_solution(tmp_path / "example1.h5").converged
 
 
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
-    """SIGTERM after the third increment, of several whose fields are computed together: three are kept, and the rest is
-    solved from there."""
+    """SIGTERM after the third increment, of several whose fields are computed together: three are
+    kept, and the rest is solved from there."""
     original, made = load_steps.solved, []
 
     def signalled(*words, **keys):
@@ -156,20 +207,32 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
             os.kill(os.getpid(), signal.SIGTERM)
         return made[-1]
 
-    config = ["solve", str(ROOT / "configs" / "fretting.toml"), "--no-figures", "--set", "body.0.mesh={element_size=0.25}"]
+    config = [
+        "solve",
+        str(ROOT / "configs" / "fretting.toml"),
+        "--no-figures",
+        "--set",
+        "body.0.mesh={element_size=0.25}",
+    ]
     monkeypatch.chdir(tmp_path)
     assert main([*config, "-o", "whole.h5"]) == 0
     monkeypatch.setattr(load_steps, "solved", signalled)
     assert main([*config, "-o", "part.h5"]) == 143
     assert "interrupted by SIGTERM; the last iterate is saved in part.h5" in capsys.readouterr().err
     part, whole = read_result(tmp_path / "part.h5"), read_result(tmp_path / "whole.h5")
-    assert part.status == "failed" and len(part.steps) == 3 and all(step.status == "converged" for step in part.steps)
+    assert (
+        part.status == "failed"
+        and len(part.steps) == 3
+        and all(step.status == "converged" for step in part.steps)
+    )
     monkeypatch.setattr(load_steps, "solved", original)
     assert main([*config, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
     rest = read_result(tmp_path / "rest.h5")
     assert len(rest.steps) == len(whole.steps)
     for name, pair in whole.last.pairs.items():
-        assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
+        assert np.allclose(
+            rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max()
+        )
 
 
 def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):
@@ -188,7 +251,9 @@ def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch)
     assert [step.load_factor for step in solution.steps] == [1.0, 0.25, 0.5]
 
 
-def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(tmp_path, monkeypatch, capsys):
+def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(
+    tmp_path, monkeypatch, capsys
+):
     """At once: what is built has nothing to keep."""
 
     def eliminated(*words, **keys):
@@ -215,17 +280,29 @@ value = ["free", -0.02]\n"""
         )
         == 143
     )
-    assert "interrupted by SIGTERM; the last iterate is saved in stack.h5" in capsys.readouterr().err
+    assert (
+        "interrupted by SIGTERM; the last iterate is saved in stack.h5" in capsys.readouterr().err
+    )
     kept = read_result(tmp_path / "stack.h5")
     assert kept.status == "failed" and [step.name for step in kept.steps] == ["press"]
 
 
-@pytest.mark.parametrize(("where", "level", "asked"), [
-    ("elimination", 2, ["--accuracy", "1e-5"]), ("elimination", 3, ["--accuracy", "1e-5"]), ("elimination", 2, []),
-    ("iteration", 2, ["--accuracy", "1e-5"]), ("iteration", 3, ["--accuracy", "1e-5"]), ("iteration", 2, []),
-])  # fmt: skip
-def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypatch, capsys, where, level, asked):
-    """At once in an elimination, which may take long, and after the iteration under way: all steps of the mesh before."""
+@pytest.mark.parametrize(
+    ("where", "level", "asked"),
+    [
+        ("elimination", 2, ["--accuracy", "1e-5"]),
+        ("elimination", 3, ["--accuracy", "1e-5"]),
+        ("elimination", 2, []),
+        ("iteration", 2, ["--accuracy", "1e-5"]),
+        ("iteration", 3, ["--accuracy", "1e-5"]),
+        ("iteration", 2, []),
+    ],
+)
+def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
+    tmp_path, monkeypatch, capsys, where, level, asked
+):
+    """At once in an elimination, which may take long, and after the iteration under way: all steps
+    of the mesh before."""
     made, original = [], {"elimination": climb.prepare, "iteration": newton.linear_solve}
 
     def eliminated(*words, **keys):
@@ -249,12 +326,18 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypat
     kept = read_result(tmp_path / "stack.h5")
     assert kept.status == "not converged" and "interrupted by SIGTERM" in kept.reason
     assert kept.reason.endswith("(on the mesh after the last)")
-    assert len(kept.steps) == 2 and all(step.status == "converged" for step in kept.steps) and len(made) == level
+    assert (
+        len(kept.steps) == 2
+        and all(step.status == "converged" for step in kept.steps)
+        and len(made) == level
+    )
 
 
-# --- kill -9 -------------------------------------------------------------------------------------------------------
+# --- kill -9
+# --------------------------------------------------------------------------------------------------
 def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
-    """12 kills of a process that does nothing but replace one result by the next: what is there is always whole."""
+    """12 kills of a process that does nothing but replace one result by the next: what is there is
+    always whole."""
     solution = solve(example(1, mesh=COARSE), comm=comm)
     path = tmp_path / "r.h5"
     write_solution(path, solution)
@@ -288,24 +371,38 @@ def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
     wait_for_iterations(job)
     job.kill()
     job.communicate(timeout=300)
-    assert (tmp_path / "case.h5").read_bytes() == before and sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
+    assert (tmp_path / "case.h5").read_bytes() == before and sorted(os.listdir(tmp_path)) == [
+        "case.h5",
+        "case.toml",
+    ]
 
 
-# --- memory --------------------------------------------------------------------------------------------------------
+# --- memory
+# --------------------------------------------------------------------------------------------------
 def test_too_little_memory_is_one_line(tmp_path):
     def limit():
         resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
 
-    job = start(tmp_path, "--set", "mesh.element_size=0.002", "--set", "bem.mat_type=dense", preexec_fn=limit,
-                program=[sys.executable, "-m", "petcontact"])  # fmt: skip
+    job = start(
+        tmp_path,
+        "--set",
+        "mesh.element_size=0.002",
+        "--set",
+        "bem.mat_type=dense",
+        preexec_fn=limit,
+        program=[sys.executable, "-m", "petcontact"],
+    )
     _, err = job.communicate(timeout=300)
     assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err
     # the size is announced first
-    assert err.count("\n") == 2 and err.startswith("petcontact: 12000 nodes, 24000 unknowns, about ")
+    assert err.count("\n") == 2 and err.startswith(
+        "petcontact: 12000 nodes, 24000 unknowns, about "
+    )
     assert sorted(os.listdir(tmp_path)) == ["case.toml"]
 
 
-# --- failing mathematics -------------------------------------------------------------------------------------------
+# --- failing mathematics
+# -------------------------------------------------------------------------------------------
 def spoilt(monkeypatch, spoil):
     """Both formulations get an elastic matrix that `spoil` has changed."""
     original = DenseRows.__init__
@@ -329,7 +426,9 @@ def singular(matrix):
 @pytest.mark.parametrize("spoil", [nan, singular])
 def test_a_spoilt_operator_is_named_and_never_converged(monkeypatch, comm, formulation, spoil):
     spoilt(monkeypatch, spoil)
-    with pytest.raises(SolverError, match=r"^(factor|iterate): .*(not finite|zero pivot|DIVERGED|singular)") as caught:
+    with pytest.raises(
+        SolverError, match=r"^(factor|iterate): .*(not finite|zero pivot|DIVERGED|singular)"
+    ) as caught:
         solve(example(1, mesh=COARSE, formulation=formulation), comm=comm)
     assert caught.value.advice and "\n" not in str(caught.value)
 
@@ -346,7 +445,9 @@ def test_a_slightly_wrong_operator_is_found_by_the_elastic_residual(monkeypatch,
 
 def test_a_ksp_that_fails_half_way_keeps_what_there_is(comm, tmp_path):
     options = {"ksp_type": "gmres", "pc_type": "none", "ksp_max_it": 6}
-    solution = solve(example(1, mesh=MeshOptions(element_size=0.2), rho=1e-3), comm=comm, petsc_options=options)
+    solution = solve(
+        example(1, mesh=MeshOptions(element_size=0.2), rho=1e-3), comm=comm, petsc_options=options
+    )
     assert solution.status == "failed" and "KSP gmres ended with DIVERGED_" in solution.reason
     assert "try -ksp_type preonly" in solution.reason and solution.iterations > 5
     write_solution(tmp_path / "r.h5", solution)
@@ -361,15 +462,22 @@ def test_a_rule_that_gives_no_positive_number(comm, value):
             return value if balance < 1e4 else rho
 
     solution = solve(example(1, mesh=COARSE), rule=Broken(), comm=comm)
-    assert solution.status == "failed" and "the rule gave" in solution.reason and solution.iterations > 0
+    assert (
+        solution.status == "failed"
+        and "the rule gave" in solution.reason
+        and solution.iterations > 0
+    )
 
 
 def test_max_iterations_is_not_converged(comm):
     solution = solve(example(1, mesh=COARSE, max_iterations=5), comm=comm)
-    assert solution.status == "not converged" and solution.iterations == 5 and not solution.converged
+    assert (
+        solution.status == "not converged" and solution.iterations == 5 and not solution.converged
+    )
 
 
 def test_a_small_change_far_from_the_solution_is_not_convergence(comm):
-    """With ρ = 1e-12 nothing moves: the change is tiny from the start, the friction condition is not met."""
+    """With ρ = 1e-12 nothing moves: the change is tiny from the start, the friction condition is
+    not met."""
     solution = solve(example(1, mesh=COARSE, rule="fixed", rho=1e-12, max_iterations=50), comm=comm)
     assert not solution.converged and solution.relative_residual > 1e-3

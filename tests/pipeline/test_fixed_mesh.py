@@ -7,7 +7,16 @@ import pytest
 from conftest import example
 from scipy.interpolate import CubicSpline
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Traction,
+    solve,
+)
 from petcontact.errors import PetcontactError, SolverError
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
@@ -19,8 +28,14 @@ from petcontact.pipeline.adaptive.fixed_mesh import CHEAP, joined, with_estimate
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("h", [0.2, 0.1])
 def test_error_of_constant_elements(number, h, comm, request):
-    solution = with_estimate(solve(example(number, mesh=MeshOptions(element_size=h)), comm=comm), comm)
-    x, u = np.loadtxt(request.config.rootpath / "tests" / "paper" / f"example{number}_u_t.csv", delimiter=",", skiprows=1).T
+    solution = with_estimate(
+        solve(example(number, mesh=MeshOptions(element_size=h)), comm=comm), comm
+    )
+    x, u = np.loadtxt(
+        request.config.rootpath / "tests" / "paper" / f"example{number}_u_t.csv",
+        delimiter=",",
+        skiprows=1,
+    ).T
     exact, weight = CubicSpline(x, u)(solution.contact.x[:, 0]), solution.contact.weight
     true = np.sqrt(weight @ (solution.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
     assert 0.4 < true / solution.info["estimated_error"] < 1.5
@@ -33,7 +48,8 @@ def test_large_meshes_are_left_alone(comm):
 
 
 def test_pairs_are_joined_from_both_ends_and_what_is_odd_lies_in_the_middle():
-    """So the estimate does not depend on where a side begins, and sees the ends, where errors are largest."""
+    """So the estimate does not depend on where a side begins, and sees the ends, where errors are
+    largest."""
     outline = as_outline(example(1).geometry.outline(), "a test")
     mesh = mesh_outline(outline, MeshOptions(element_size=8.0 / 5.0))
     coarse = joined(mesh, outline)
@@ -66,22 +82,34 @@ def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, 
     if known:
         assert 1e-4 < error < 0.1 and said in " ".join(solution.info["warnings"])
     else:
-        assert error == np.inf and f"the error is not known, 0.0001 was wanted: iterate: {said}" in solution.reason
+        assert (
+            error == np.inf
+            and f"the error is not known, 0.0001 was wanted: iterate: {said}" in solution.reason
+        )
         assert solution.verdict().startswith("  not converged: the error is not known")
 
 
 @pytest.mark.parametrize(
     ("gap", "load", "said"),
-    [(0.0, (0.29, -1.0), "half as many elements is not solved"), (0.1, (0.0, 0.0), "contact carries nothing")],
+    [
+        (0.0, (0.29, -1.0), "half as many elements is not solved"),
+        (0.1, (0.0, 0.0), "contact carries nothing"),
+    ],
 )
 def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
-    """A block just below the limit of friction, on so few nodes that half of them tip over; and one above its floor."""
+    """A block just below the limit of friction, on so few nodes that half of them tip over; and one
+    above its floor."""
     left = Displacement("left", (0.0, 0.0)) if gap else Traction("left", (0.0, 0.0))
     block = Problem(
-        material=Material(young_modulus=100.0, poisson_ratio=0.3), geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
+        material=Material(young_modulus=100.0, poisson_ratio=0.3),
+        geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
         mesh=MeshOptions(element_size=0.25),
-        boundary=[Contact("bottom", normal="unilateral", gap=gap, friction_coefficient=0.3), Traction("top", load), left,
-                  Traction("right", (0.0, 0.0))],
-    )  # fmt: skip
+        boundary=[
+            Contact("bottom", normal="unilateral", gap=gap, friction_coefficient=0.3),
+            Traction("top", load),
+            left,
+            Traction("right", (0.0, 0.0)),
+        ],
+    )
     solution = with_estimate(solve(block, comm=comm), comm)
     assert solution.converged and said in solution.info["error_unknown"]

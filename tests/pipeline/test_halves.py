@@ -15,22 +15,34 @@ from petcontact.pipeline.steps.load_steps import known_factors
 
 
 def pressed(increments):
-    """A rigid cylinder on a block, µ = 0.3: p, q and the stick zone grow alike from the first contact on."""
-    free = [{"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right")]
+    """A rigid cylinder on a block, µ = 0.3: p, q and the stick zone grow alike from the first
+    contact on."""
+    free = [
+        {"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right")
+    ]
     data = {
         "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
         "mesh": {"element_size": 0.6, "element_sizes": {"top": 0.03}},
         "geometry": {"shape": "rectangle", "lower_left": [-3.0, -3.0], "upper_right": [3.0, 0.0]},
         "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}, *free],
-        "obstacle": [{"name": "cylinder", "displacement": [0.0, -0.06]}], "step": [{"increments": increments}],
-        "contact": [{"name": "pair", "secondary": "top", "primary": "cylinder", "gap": "x**2/8",
-                     "friction_coefficient": 0.3}],
-    }  # fmt: skip
+        "obstacle": [{"name": "cylinder", "displacement": [0.0, -0.06]}],
+        "step": [{"increments": increments}],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "top",
+                "primary": "cylinder",
+                "gap": "x**2/8",
+                "friction_coefficient": 0.3,
+            }
+        ],
+    }
     return solve(parse(Problem, data, "pressed"))
 
 
 def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twice(monkeypatch):
-    """Its halves differ by the same share of the tractions at all loads: these are not what they are compared with."""
+    """Its halves differ by the same share of the tractions at all loads: these are not what they
+    are compared with."""
     tried, solved = [], halves.solved
 
     def counted(increment, monitor):
@@ -47,13 +59,19 @@ def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twic
 
 
 def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
-    """Nothing is tried that is not kept, unless one of them fails; meshes that show little show no increments."""
+    """Nothing is tried that is not kept, unless one of them fails; meshes that show little show no
+    increments."""
     found = pressed("auto")
     factors = known_factors(found, 0.1)
-    assert factors == {1: [step.load_factor for step in found.steps]} and known_factors(found, 0.5) == {}
+    assert (
+        factors == {1: [step.load_factor for step in found.steps]}
+        and known_factors(found, 0.5) == {}
+    )
     prepared = replace(prepare(found.problem), factors=factors)
     with monkeypatch.context() as patched:
-        patched.setattr(halves, "solved", lambda increment, monitor: pytest.fail("an increment is tried"))
+        patched.setattr(
+            halves, "solved", lambda increment, monitor: pytest.fail("an increment is tried")
+        )
         again = run(prepared)
     assert [step.load_factor for step in again.steps] == factors[1]
     np.testing.assert_allclose(again.pairs["pair"].sigma_t, found.pairs["pair"].sigma_t, atol=1e-12)

@@ -1,4 +1,5 @@
-"""A body that only friction holds: solved as long as the bound can carry the loads, else reported."""
+"""A body that only friction holds: solved as long as the bound can carry the loads, else
+reported."""
 
 from __future__ import annotations
 
@@ -38,7 +39,12 @@ def block(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("method", "pressure"),
     # where nearly all of it slips the projection method needs more than its 1000 iterations
-    [("semismooth-newton", 30.0), ("semismooth-newton", 97.0), ("operator-robin", 97.0), ("projection", 30.0)],
+    [
+        ("semismooth-newton", 30.0),
+        ("semismooth-newton", 97.0),
+        ("operator-robin", 97.0),
+        ("projection", 30.0),
+    ],
 )
 def test_friction_that_can_carry_the_load_does(block, method, pressure):
     """Capacity 8·50 = 400, load 4·pressure."""

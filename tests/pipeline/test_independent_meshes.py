@@ -1,4 +1,5 @@
-"""Bodies that are meshed each for itself: solved, balanced, near what matching meshes give, never diagnosed falsely."""
+"""Bodies that are meshed each for itself: solved, balanced, near what matching meshes give, never
+diagnosed falsely."""
 
 from __future__ import annotations
 
@@ -28,12 +29,19 @@ def held(*value):
 
 
 def body(name, file, order=1, **conditions):
-    return {"name": name, "material": SOFT, "geometry": {"shape": "gmsh", "file": file}, "mesh": {"order": order},
-            "boundary": [{"part": part, **condition} for part, condition in conditions.items()]}  # fmt: skip
+    return {
+        "name": name,
+        "material": SOFT,
+        "geometry": {"shape": "gmsh", "file": file},
+        "mesh": {"order": order},
+        "boundary": [{"part": part, **condition} for part, condition in conditions.items()],
+    }
 
 
 def posed(bodies, *contacts):
-    return parse(Problem, {"body": bodies, "contact": list(contacts), "bem": {"mat_type": "dense"}}, "test")
+    return parse(
+        Problem, {"body": bodies, "contact": list(contacts), "bem": {"mat_type": "dense"}}, "test"
+    )
 
 
 def solved(bodies, *contacts):
@@ -51,12 +59,16 @@ def on(solution, place):
 
 
 def balances(solution, contact):
-    """Force, and moment where nothing rubs, are the same on both sides of a pair; returns the force on the secondary."""
+    """Force, and moment where nothing rubs, are the same on both sides of a pair; returns the force
+    on the secondary."""
     (x, mine), (y, theirs) = on(solution, contact["secondary"]), on(solution, contact["primary"])
     size = np.abs(mine).sum()
     assert np.abs(mine.sum(axis=0) + theirs.sum(axis=0)).max() < 1e-12 * size
     if "friction_coefficient" not in contact:
-        places, forces = (np.pad(np.concatenate(part), ((0, 0), (0, 3 - x.shape[1]))) for part in ((x, y), (mine, theirs)))
+        places, forces = (
+            np.pad(np.concatenate(part), ((0, 0), (0, 3 - x.shape[1])))
+            for part in ((x, y), (mine, theirs))
+        )
         assert np.abs(np.cross(places, forces).sum(axis=0)).max() < 1e-11 * size
     return mine.sum(axis=0)
 
@@ -65,33 +77,53 @@ def blocks(tmp_path, top=None, bottom=None, **upper):
     """Two blocks of triangles, 5 × 4 against 6 × 7 rectangles cut in two."""
     lower = facets.box(tmp_path / "lower.msh", (0, 0, 0), (2, 2, 1), (5, 4, 2))
     over = facets.box(tmp_path / "upper.msh", (0, 0, 1), (2, 2, 2), (6, 7, 3), power=1.2)
-    return [body("lower", lower, bottom=bottom or pressed(0.01)), body("upper", over, top=top or pressed(-0.01), **upper)]
+    return [
+        body("lower", lower, bottom=bottom or pressed(0.01)),
+        body("upper", over, top=top or pressed(-0.01), **upper),
+    ]
 
 
 def test_bonded_cubes_under_an_even_pressure(tmp_path):
-    """Only the bond holds them: p is the pressure everywhere, on both sides, and nothing is left over."""
-    contact = {"name": "bond", "secondary": "upper.bottom", "primary": "lower.top", "normal": "bonded"}
+    """Only the bond holds them: p is the pressure everywhere, on both sides, and nothing is left
+    over."""
+    contact = {
+        "name": "bond",
+        "secondary": "upper.bottom",
+        "primary": "lower.top",
+        "normal": "bonded",
+    }
     solution = solved(blocks(tmp_path), contact)
     assert solution.last.pairs["bond"].pressure == pytest.approx(0.01, rel=1e-9)
     assert balances(solution, contact) == pytest.approx([0.0, 0.0, 0.04], abs=1e-12)
     assert on(solution, "lower.top")[1].sum(axis=0) == pytest.approx([0.0, 0.0, -0.04], abs=1e-12)
     for name, mesh in solution.meshes.items():
         assert np.abs(mesh.weight @ solution.last.bodies[name].traction).max() < 1e-12
-    assert any("the coarser side is the better secondary" in text for text in solution.info["warnings"])
-    other = discretise(posed(blocks(tmp_path), {**contact, "secondary": "lower.top", "primary": "upper.bottom"}))
+    assert any(
+        "the coarser side is the better secondary" in text for text in solution.info["warnings"]
+    )
+    other = discretise(
+        posed(blocks(tmp_path), {**contact, "secondary": "lower.top", "primary": "upper.bottom"})
+    )
     (told,) = mismatch(other.sides[0], other.facings[0])
     assert "better" not in told and "do not match" in told
 
 
 @pytest.mark.parametrize("small", ["secondary", "primary"])
 def test_a_sandwich_that_only_contact_holds(tmp_path, small):
-    """A small block between two large ones, all free: whichever side is the secondary, and with nodes that face nothing."""
+    """A small block between two large ones, all free: whichever side is the secondary, and with
+    nodes that face nothing."""
     lower, upper = blocks(tmp_path)
-    upper["geometry"]["file"] = facets.box(tmp_path / "over.msh", (0, 0, 1.4), (2, 2, 2.4), (6, 7, 3), power=1.2)
-    middle = body("middle", facets.box(tmp_path / "middle.msh", (0.5, 0.5, 1), (1.5, 1.5, 1.4), (3, 3, 2)))
+    upper["geometry"]["file"] = facets.box(
+        tmp_path / "over.msh", (0, 0, 1.4), (2, 2, 2.4), (6, 7, 3), power=1.2
+    )
+    middle = body(
+        "middle", facets.box(tmp_path / "middle.msh", (0.5, 0.5, 1), (1.5, 1.5, 1.4), (3, 3, 2))
+    )
     large = "primary" if small == "secondary" else "secondary"
-    contacts = [{"name": "below", small: "middle.bottom", large: "lower.top", "friction_coefficient": 0.3},
-                {"name": "above", small: "middle.top", large: "upper.bottom"}]  # fmt: skip
+    contacts = [
+        {"name": "below", small: "middle.bottom", large: "lower.top", "friction_coefficient": 0.3},
+        {"name": "above", small: "middle.top", large: "upper.bottom"},
+    ]
     solution = solved([lower, middle, upper], *contacts)
     sign = 1.0 if small == "secondary" else -1.0
     for contact, way in zip(contacts, (sign, -sign), strict=True):
@@ -99,20 +131,31 @@ def test_a_sandwich_that_only_contact_holds(tmp_path, small):
     assert not any("cannot be held" in warning for warning in solution.info["warnings"])
 
 
-@pytest.mark.parametrize("law", [{"normal": "bonded"}, {"normal": "bilateral", "friction_bound": 0.02}])
+@pytest.mark.parametrize(
+    "law", [{"normal": "bonded"}, {"normal": "bilateral", "friction_bound": 0.02}]
+)
 @pytest.mark.parametrize("dim", [2, 3])
 def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     """A block on a wider one, whose top is the secondary and is bare beside it, drawn along."""
-    shape, *keys = {2: ("rectangle", "lower_left", "upper_right"), 3: ("box", "lower", "upper")}[dim]
+    shape, *keys = {2: ("rectangle", "lower_left", "upper_right"), 3: ("box", "lower", "upper")}[
+        dim
+    ]
     flat, still = dim - 1, [0.0] * (dim - 1)
     lower, upper = (
-        body(name, None, **{part: held(along, *still)}) | {
-            "geometry": {"shape": shape, keys[0]: [-half] * flat + [low], keys[1]: [half] * flat + [high]},
+        body(name, None, **{part: held(along, *still)})
+        | {
+            "geometry": {
+                "shape": shape,
+                keys[0]: [-half] * flat + [low],
+                keys[1]: [half] * flat + [high],
+            },
             "mesh": {"element_size": 0.4, "order": 1},
         }
-        for name, half, low, high, part, along in [("lower", 1.0, -0.5, 0.0, "bottom", 0.0),
-                                                   ("upper", 0.5, 0.0, 0.5, "top", 1.0)]
-    )  # fmt: skip
+        for name, half, low, high, part, along in [
+            ("lower", 1.0, -0.5, 0.0, "bottom", 0.0),
+            ("upper", 0.5, 0.0, 0.5, "top", 1.0),
+        ]
+    )
     contact = {"name": "bond", "secondary": "lower.top", "primary": "upper.bottom", **law}
     solution = solved([lower, upper], contact)
     pair = solution.last.pairs["bond"]
@@ -123,11 +166,14 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
 
 @pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), ("outer.inner", 0.3)])
 def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, ripple):
-    """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side is the secondary."""
+    """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side
+    is the secondary."""
     found = {}
     for count in (16, 21):
         inner = facets.ring(tmp_path / f"i{count}.msh", (0.6, 1.0), 0.6, (16, 2, 1))
-        outer = facets.ring(tmp_path / f"o{count}.msh", (1.0, 1.6), 0.6, (count, 2, 1), turn=0.05 * (count > 16))
+        outer = facets.ring(
+            tmp_path / f"o{count}.msh", (1.0, 1.6), 0.6, (count, 2, 1), turn=0.05 * (count > 16)
+        )
         primary = "outer.inner" if secondary == "inner.outer" else "inner.outer"
         contact = {"name": "fit", "secondary": secondary, "primary": primary, "gap": "-0.02"}
         solution = solved([body("inner", inner), body("outer", outer)], contact)
@@ -139,47 +185,84 @@ def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, rippl
 
 
 def test_a_pin_in_a_lug(tmp_path):
-    """Radius .99 in 1, facets of .3: the same force on both, near that of the plane solver, on arcs."""
+    """Radius .99 in 1, facets of .3: the same force on both, near that of the plane solver, on
+    arcs."""
     file = facets.ring(tmp_path / "pin.msh", (0.4, 0.99), 0.6, (21, 2, 2), turn=0.1)
     other = facets.ring(tmp_path / "lug.msh", (1.0, 2.0), 0.6, (24, 1, 3))
     flat = held("free", "free", 0.0)
     contact = {"name": "fit", "secondary": "pin.outer", "primary": "lug.inner"}
-    solution = solved([body("pin", file, inner=held(0.05, 0.0, 0.0), bottom=flat, top=flat),
-                       body("lug", other, outer=held(0.0, 0.0, 0.0), bottom=flat, top=flat)], contact)  # fmt: skip
+    solution = solved(
+        [
+            body("pin", file, inner=held(0.05, 0.0, 0.0), bottom=flat, top=flat),
+            body("lug", other, outer=held(0.0, 0.0, 0.0), bottom=flat, top=flat),
+        ],
+        contact,
+    )
     force = balances(solution, contact)[0] / 0.6
 
     def ring(name, radii, part, value):
-        loops = [{"part": part, "center": [0, 0], "radius": r} for part, r in zip(("outer", "inner"), radii, strict=True)]
-        return {"name": name, "material": SOFT, "geometry": {"shape": "outline", "loops": loops},
-                "mesh": {"element_size": 0.2, "order": 2}, "boundary": [{"part": part, **held(*value)}]}  # fmt: skip
+        loops = [
+            {"part": part, "center": [0, 0], "radius": r}
+            for part, r in zip(("outer", "inner"), radii, strict=True)
+        ]
+        return {
+            "name": name,
+            "material": SOFT,
+            "geometry": {"shape": "outline", "loops": loops},
+            "mesh": {"element_size": 0.2, "order": 2},
+            "boundary": [{"part": part, **held(*value)}],
+        }
 
-    plane = solved([ring("pin", (0.99, 0.4), "inner", (0.05, 0.0)), ring("lug", (2.0, 1.0), "outer", (0.0, 0.0))], contact)
+    plane = solved(
+        [
+            ring("pin", (0.99, 0.4), "inner", (0.05, 0.0)),
+            ring("lug", (2.0, 1.0), "outer", (0.0, 0.0)),
+        ],
+        contact,
+    )
     assert force == pytest.approx(plane.last.pairs["fit"].force[0], rel=0.03)
     assert plane.last.pairs["fit"].force[0] == pytest.approx(-0.05280, rel=1e-3)
 
 
 def test_both_sides_are_in_the_result_and_the_file(tmp_path):
-    """A block slides on a plate .1 below it: forces are opposite, and what friction across the gap turns is reported."""
+    """A block slides on a plate .1 below it: forces are opposite, and what friction across the gap
+    turns is reported."""
     lower, upper = blocks(tmp_path, held(0.05, 0.0, -0.15), held(0.0, 0.0, 0.0))
-    upper["geometry"]["file"] = facets.box(tmp_path / "above.msh", (0, 0, 1.1), (2, 2, 2.1), (3, 3, 2))
-    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.3}
+    upper["geometry"]["file"] = facets.box(
+        tmp_path / "above.msh", (0, 0, 1.1), (2, 2, 2.1), (3, 3, 2)
+    )
+    contact = {
+        "name": "pair",
+        "secondary": "upper.bottom",
+        "primary": "lower.top",
+        "friction_coefficient": 0.3,
+    }
     solution = solved([lower, upper], contact)
     pair = solution.last.pairs["pair"]
     (_, mine), (x, theirs) = on(solution, contact["secondary"]), on(solution, contact["primary"])
-    assert np.allclose([pair.force, pair.force_primary], [mine.sum(axis=0), theirs.sum(axis=0)], atol=1e-15)
+    assert np.allclose(
+        [pair.force, pair.force_primary], [mine.sum(axis=0), theirs.sum(axis=0)], atol=1e-15
+    )
     assert np.allclose(pair.moment_primary, np.cross(x, theirs).sum(axis=0), atol=1e-15)
     # a couple of .1 Q over all that acts and the half diagonal of the nodes
     size = pair.weight @ np.hypot(pair.pressure, np.linalg.norm(pair.sigma_t, axis=1))
     reach = np.linalg.norm(pair.x[:, :2] - 1.0, axis=1).max()
     assert pair.imbalance > 1e-3
-    assert pair.imbalance == pytest.approx(0.1 * np.linalg.norm(pair.force[:2]) / size / reach, rel=1e-6)
+    assert pair.imbalance == pytest.approx(
+        0.1 * np.linalg.norm(pair.force[:2]) / size / reach, rel=1e-6
+    )
     assert any("friction across a gap" in warning for warning in solution.info["warnings"])
     assert f"imbalance {pair.imbalance:.1e}" in " ".join(solution.verdict().split())
     solution.save(tmp_path / "result.h5")
     with h5py.File(tmp_path / "result.h5") as file:
         stored = dict(file["steps/1/contact/pair"].attrs)
-    assert np.array_equal(stored["force_primary"], pair.force_primary) and stored["imbalance"] == pair.imbalance
-    assert np.array_equal(read_result(tmp_path / "result.h5").last.pairs["pair"].moment_primary, pair.moment_primary)
+    assert (
+        np.array_equal(stored["force_primary"], pair.force_primary)
+        and stored["imbalance"] == pair.imbalance
+    )
+    assert np.array_equal(
+        read_result(tmp_path / "result.h5").last.pairs["pair"].moment_primary, pair.moment_primary
+    )
 
 
 def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
@@ -192,37 +275,72 @@ def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
 
     monkeypatch.setattr(facing, "face", face)
     bodies = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
-    solution = solve(posed(bodies, {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"}))
-    assert solution.status == "not converged" and "differ by 3.0e-02 of all that acts there" in solution.reason
+    solution = solve(
+        posed(bodies, {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"})
+    )
+    assert (
+        solution.status == "not converged"
+        and "differ by 3.0e-02 of all that acts there" in solution.reason
+    )
 
 
-@pytest.mark.parametrize(("turn", "overlap", "named"), [(np.pi / 16, 0.0, True), (0.1, 0.02, True), (0.1, 0.4, False)])
+@pytest.mark.parametrize(
+    ("turn", "overlap", "named"), [(np.pi / 16, 0.0, True), (0.1, 0.02, True), (0.1, 0.4, False)]
+)
 def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overlap, named):
     """h²/8R = .019 of 16 facets on a circle of radius 1, against what contact closes."""
     inner = facets.ring(tmp_path / "i.msh", (0.5, 1.0 + overlap), 0.6, (16, 1, 1))
     outer = facets.ring(tmp_path / "o.msh", (1.0, 1.6), 0.6, (16, 1, 1), turn=turn)
-    solution = solve(posed([body("inner", inner), body("outer", outer)],
-                           {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"}))  # fmt: skip
+    solution = solve(
+        posed(
+            [body("inner", inner), body("outer", outer)],
+            {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"},
+        )
+    )
     told = [warning for warning in solution.info["warnings"] if "miss the curved faces" in warning]
-    assert len(told) == named and all(f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told)
+    assert len(told) == named and all(
+        f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told
+    )
 
 
 @pytest.mark.parametrize("small", ["secondary", "primary"])
 def test_results_with_nodes_that_face_nothing_are_read_by_every_command(tmp_path, small, capsys):
     large = "primary" if small == "secondary" else "secondary"
     space = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
-    space[1]["geometry"]["file"] = facets.box(tmp_path / "above.msh", (1.1, 0.2, 1), (2.4, 1.4, 2), (2, 2, 1))
-    plane = [{"name": name, "material": SOFT, "geometry": {"shape": "rectangle", "lower_left": low, "upper_right": high},
-              "mesh": {"element_size": 0.5}, "boundary": [{"part": part, **held(0.0, way)}]}
-             for name, low, high, part, way in (("lower", [0, 0], [2, 1], "bottom", 0.0),
-                                                ("upper", [1.1, 1], [2.4, 2], "top", -0.05))]  # fmt: skip
+    space[1]["geometry"]["file"] = facets.box(
+        tmp_path / "above.msh", (1.1, 0.2, 1), (2.4, 1.4, 2), (2, 2, 1)
+    )
+    plane = [
+        {
+            "name": name,
+            "material": SOFT,
+            "geometry": {"shape": "rectangle", "lower_left": low, "upper_right": high},
+            "mesh": {"element_size": 0.5},
+            "boundary": [{"part": part, **held(0.0, way)}],
+        }
+        for name, low, high, part, way in (
+            ("lower", [0, 0], [2, 1], "bottom", 0.0),
+            ("upper", [1.1, 1], [2.4, 2], "top", -0.05),
+        )
+    ]
     bodies, grid = (space, "3x3x3") if small == "secondary" else (plane, "8x8")
-    contact = {"name": "pair", small: "upper.bottom", large: "lower.top", "friction_coefficient": 0.2}
+    contact = {
+        "name": "pair",
+        small: "upper.bottom",
+        large: "lower.top",
+        "friction_coefficient": 0.2,
+    }
     solution, file = solved(bodies, contact), str(tmp_path / f"{grid}.h5")
     assert not np.all(np.isfinite(solution.last.pairs["pair"].gap))
     solution.save(file)
     assert main(["plot", file, "-o", str(tmp_path)]) == 0, capsys.readouterr().err
     words = ["--grid", grid, "--boundary", str(tmp_path / "b.vtu")]
-    assert main(["field", file, "-o", str(tmp_path / "f.vtu"), *words]) == 0, capsys.readouterr().err
-    again = solution.problem.model_copy(update={"method": solution.problem.method.model_copy(update={"start": file})})
-    assert solve(again).last.pairs["pair"].force == pytest.approx(solution.last.pairs["pair"].force, abs=1e-9)
+    assert main(["field", file, "-o", str(tmp_path / "f.vtu"), *words]) == 0, (
+        capsys.readouterr().err
+    )
+    again = solution.problem.model_copy(
+        update={"method": solution.problem.method.model_copy(update={"start": file})}
+    )
+    assert solve(again).last.pairs["pair"].force == pytest.approx(
+        solution.last.pairs["pair"].force, abs=1e-9
+    )

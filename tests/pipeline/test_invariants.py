@@ -1,8 +1,9 @@
 """Lemma 3.2 and condition (3.4) of the paper, checked in every iteration.
 
-(3.5) holds exactly in the discrete inner product, the sum over nodes with their weights: projection works node by node,
-and the Robin step keeps σ + ρu = f exactly. Only (3.6), which makes the last term of (3.5) a decrease, needs the
-symmetric part of the weighted S to be positive; that is checked by itself.
+(3.5) holds exactly in the discrete inner product, the sum over nodes with their weights: projection
+works node by node, and the Robin step keeps σ + ρu = f exactly. Only (3.6), which makes the last
+term of (3.5) a decrease, needs the symmetric part of the weighted S to be positive; that is checked
+by itself.
 """
 
 from __future__ import annotations
@@ -28,8 +29,12 @@ ROUND_OFF = 1e-11
 
 def iterate(prepared, method, rule=None, monitor=None):
     """The outcome of a method on the contact system of a prepared problem."""
-    iteration = Iteration(Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor)
-    return method_of(method, rule)(first_increment(prepared).system, prepared.discrete.law, iteration)
+    iteration = Iteration(
+        Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor
+    )
+    return method_of(method, rule)(
+        first_increment(prepared).system, prepared.discrete.law, iteration
+    )
 
 
 def iterates(prepared, rule, rho, omega=1.8):
@@ -61,14 +66,22 @@ def test_3_5_in_every_iteration(number, rule, rho, omega, order, comm):
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=2),
-                                  MeshOptions(order=3, levels=8)], ids=["constant", "order 2", "graded"])  # fmt: skip
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        MeshOptions(element_size=0.1),
+        MeshOptions(element_size=0.4, order=2),
+        MeshOptions(order=3, levels=8),
+    ],
+    ids=["constant", "order 2", "graded"],
+)
 def test_3_6_the_weighted_s_is_positive(number, mesh, comm):
     prepared = prepare(example(number, mesh=mesh), comm)
     weight = prepared.system.weight
     form = weight[:, None] * first_increment(prepared).system.compliance()
     prepared.close()
-    # scaled to a unit diagonal, so that the smallest elements of a graded mesh count as much as the largest
+    # scaled to a unit diagonal, so that the smallest elements of a graded mesh count as much as the
+    # largest
     scale = 1.0 / np.sqrt(np.diag(form))
     symmetric = 0.5 * (form + form.T) * scale[:, None] * scale
     skew = 0.5 * (form - form.T) * scale[:, None] * scale
@@ -79,13 +92,17 @@ def test_3_6_the_weighted_s_is_positive(number, mesh, comm):
 
 @pytest.mark.parametrize("rule", RULES)
 def test_3_4_holds_or_not(rule, comm):
-    """ρ_{k+1} within [ρ_k/(1+s_k), (1+s_k)ρ_k] with s_k as the rule defines it; the printed modified rule breaks it."""
+    """ρ_{k+1} within [ρ_k/(1+s_k), (1+s_k)ρ_k] with s_k as the rule defines it; the printed
+    modified rule breaks it."""
     prepared = prepare(example(1), comm)
     method = Method(rule=rule, rho=1.0, tolerance=1e-10, max_iterations=500)
     spy = Spy(make_rule(method))
     iterate(prepared, method, rule=spy)
     prepared.close()
-    broken = [max(new / rho, rho / new) > (1.0 + growth) * (1.0 + 1e-12) for rho, new, growth in spy.updates]
+    broken = [
+        max(new / rho, rho / new) > (1.0 + growth) * (1.0 + 1e-12)
+        for rho, new, growth in spy.updates
+    ]
     assert len(broken) > 20
     if rule == "modified":
         assert np.mean(broken) > 0.3

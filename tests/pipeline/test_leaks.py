@@ -27,7 +27,11 @@ def test_100_cases_in_flat_memory(comm):
         for k in range(count):
             formulation = ("condensed", "full")[k % 2]
             options = {"ksp_type": "gmres", "pc_type": "jacobi"} if k % 3 == 0 else {}
-            solve(example(1 + k % 2, mesh=MESH, formulation=formulation, max_iterations=6), comm=comm, petsc_options=options)
+            solve(
+                example(1 + k % 2, mesh=MESH, formulation=formulation, max_iterations=6),
+                comm=comm,
+                petsc_options=options,
+            )
         gc.collect()
         return resident()
 
@@ -52,8 +56,13 @@ for k in range(4):
 
 def test_petsc_counts_as_many_destructions_as_creations():
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300,
-                          env=os.environ | {"PYTHONPATH": path})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | {"PYTHONPATH": path},
+    )
     assert done.returncode == 0, done.stderr
     table = done.stdout.split("Object Type")[1]
     created: dict[str, int] = {}

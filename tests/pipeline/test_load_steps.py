@@ -1,4 +1,5 @@
-"""Bodies, obstacles and load steps against reference numbers: converged values of other programs and closed forms."""
+"""Bodies, obstacles and load steps against reference numbers: converged values of other programs
+and closed forms."""
 
 from __future__ import annotations
 
@@ -135,12 +136,20 @@ def test_a_parabola_pressed_and_pushed():
     press, push = (step.pairs["interface"] for step in solution.steps)
     assert press.force == pytest.approx([0.0, -0.095474262], rel=2e-4, abs=1e-12)
     assert push.force == pytest.approx([0.021672086, -0.094135542], rel=2e-4)
-    for pair, closed, stick in ((press, (-0.45920, 0.45920), (-0.162307, 0.162307)),
-                                (push, (-0.49663, 0.44419), (-0.37396, -0.01631))):  # fmt: skip
-        assert ends(pair, None) == pytest.approx(closed, abs=0.03) and ends(pair, 0) == pytest.approx(stick, abs=0.03)
-        assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.4 * pair.pressure + 1e-12) and np.all(pair.gap >= -1e-12)
+    for pair, closed, stick in (
+        (press, (-0.45920, 0.45920), (-0.162307, 0.162307)),
+        (push, (-0.49663, 0.44419), (-0.37396, -0.01631)),
+    ):
+        assert ends(pair, None) == pytest.approx(closed, abs=0.03) and ends(
+            pair, 0
+        ) == pytest.approx(stick, abs=0.03)
+        assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.4 * pair.pressure + 1e-12) and np.all(
+            pair.gap >= -1e-12
+        )
         slides = pair.state == 1
-        assert np.allclose(pair.sigma_t[slides, 0], -pair.bound[slides] * np.sign(pair.slip_increment[slides, 0]))
+        assert np.allclose(
+            pair.sigma_t[slides, 0], -pair.bound[slides] * np.sign(pair.slip_increment[slides, 0])
+        )
     assert solution.steps[1].obstacles["punch"].force == pytest.approx(push.force, rel=1e-12)
 
 
@@ -157,7 +166,8 @@ def test_edges_of_the_parabola_are_found_through_both_steps():
 
 
 def test_a_free_block_on_a_rough_floor():
-    """Prototype and scikit-fem P2 with 20 610 unknowns agree to 2e-6; the block is held by contact only."""
+    """Prototype and scikit-fem P2 with 20 610 unknowns agree to 2e-6; the block is held by contact
+    only."""
     solution = solve(assembly(BLOCK))
     assert solution.converged and max(step.residuals["balance"] for step in solution.steps) < 1e-12
     wanted = [(0.0, -0.008675694), (0.009916782, -0.008677332), (0.000023606, -0.008677357)]
@@ -178,10 +188,14 @@ def test_a_stack_of_three():
         assert pair.weight @ np.abs(pair.slip[:, 0]) == pytest.approx(slip, rel=3e-3)
 
 
-@pytest.mark.parametrize(("mu", "sunk", "half"), [(0.0, -0.134777303, 0.23646), (0.2, -0.134400039, 0.23266)])
+@pytest.mark.parametrize(
+    ("mu", "sunk", "half"), [(0.0, -0.134777303, 0.23646), (0.2, -0.134400039, 0.23266)]
+)
 def test_a_free_disc_between_rigid_plates(mu, sunk, half):
     """A disc held by two contacts only, the upper plate free under its load."""
-    solution = solve(assembly(DISC, contact__0__friction_coefficient=mu, contact__1__friction_coefficient=mu))
+    solution = solve(
+        assembly(DISC, contact__0__friction_coefficient=mu, contact__1__friction_coefficient=mu)
+    )
     assert solution.converged, solution.reason
     plate = solution.last.obstacles["plate"]
     assert plate.displacement == pytest.approx([0.0, sunk], abs=1e-5)
@@ -203,25 +217,68 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["format_version"] == 3 and list(file["steps"]) == ["1", "2"]
         pair, m = file["steps/2/contact/interface"], len(solution.nodes["interface"])
-        shapes = {"x": (m, 2), "weight": (m,), "pressure": (m,), "sigma_t": (m, 1), "tangent": (m, 1, 2), "gap": (m,),
-                  "slip": (m, 1), "slip_increment": (m, 1), "state": (m,)}  # fmt: skip
+        shapes = {
+            "x": (m, 2),
+            "weight": (m,),
+            "pressure": (m,),
+            "sigma_t": (m, 1),
+            "tangent": (m, 1, 2),
+            "gap": (m,),
+            "slip": (m, 1),
+            "slip_increment": (m, 1),
+            "state": (m,),
+        }
         assert {key: pair[key].shape for key in shapes} == shapes
-        assert set(pair.attrs) == {"force", "moment", "area", "dissipated", "dissipated_error", "imbalance"}
+        assert set(pair.attrs) == {
+            "force",
+            "moment",
+            "area",
+            "dissipated",
+            "dissipated_error",
+            "imbalance",
+        }
         assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
-        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction", "stress"}
-        assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}
+        assert set(file["steps/1/body/block"]) == {
+            "x",
+            "normal",
+            "weight",
+            "part",
+            "u",
+            "traction",
+            "stress",
+        }
+        assert set(file["steps/1/obstacle/punch"].attrs) == {
+            "displacement",
+            "rotation",
+            "force",
+            "moment",
+        }
         assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
-        assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(file["contact/state"]) <= {0, 1, 2}
+        assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(
+            file["contact/state"]
+        ) <= {0, 1, 2}
     again = read_result(tmp_path / "result.h5")
     assert again.verdict() == solution.verdict()
 
 
 def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
-    (tmp_path / "case.toml").write_text(PUNCH.replace("order = 2, element_sizes = { top = 0.05 }", "order = 0"))
+    (tmp_path / "case.toml").write_text(
+        PUNCH.replace("order = 2, element_sizes = { top = 0.05 }", "order = 0")
+    )
     assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
     text = capsys.readouterr().out
     assert "converged: residuals" in text and "interface: force (0, -0.09" in text
-    kinds = ("deformed", "displacement", "traction", "normal", "gap", "stress", "hoop", "history", "hysteresis")
+    kinds = (
+        "deformed",
+        "displacement",
+        "traction",
+        "normal",
+        "gap",
+        "stress",
+        "hoop",
+        "history",
+        "hysteresis",
+    )
     assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}
     assert main(["plot", str(tmp_path / "r.h5")]) == 0
     for key, value, wanted in (
@@ -230,7 +287,14 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
         ("contact.0.friction_coefficient", "-0.1", "contact[0].friction_coefficient: must be >= 0"),
         ("step.1.obstacle.0.name", '"panch"', "no obstacle 'panch', did you mean 'punch'?"),
     ):
-        arguments = ["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "x.h5"), "--set", f"{key}={value}"]
+        arguments = [
+            "solve",
+            str(tmp_path / "case.toml"),
+            "-o",
+            str(tmp_path / "x.h5"),
+            "--set",
+            f"{key}={value}",
+        ]
         assert main(arguments) == 2
         error = capsys.readouterr().err
         assert wanted in error and error.count("\n") == 1
@@ -253,13 +317,17 @@ def test_what_a_step_changes_twice_is_refused(kind):
     data = tomllib.loads(STACK if kind == "boundary" else PUNCH)
     changes = next(step[kind] for step in data["step"] if kind in step)
     changes.append(changes[0])
-    with pytest.raises(InputError, match=rf"step\[\d\].{kind}\[\d\]\.(part|name): .* is changed twice in this step"):
+    with pytest.raises(
+        InputError, match=rf"step\[\d\].{kind}\[\d\]\.(part|name): .* is changed twice in this step"
+    ):
         parse(Problem, data, "test")
 
 
 def test_tresca_friction_that_is_too_small_is_named():
     """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
-    text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace("levels = 9", "levels = 4")
+    text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace(
+        "levels = 9", "levels = 4"
+    )
     solution = solve(assembly(text))
     assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
 
@@ -271,16 +339,28 @@ def test_a_solve_goes_on_from_any_increment_of_a_file(tmp_path, after):
     mesh = {"element_size": 0.25}
     whole = solve(assembly(text, body__0__mesh=mesh))
     write_solution(tmp_path / "r.h5", whole)
-    again = solve(assembly(text, body__0__mesh=mesh, method={"start": f"{tmp_path / 'r.h5'}{after}"}))
-    assert again.converged and [s.load_factor for s in again.steps] == [s.load_factor for s in whole.steps]
+    again = solve(
+        assembly(text, body__0__mesh=mesh, method={"start": f"{tmp_path / 'r.h5'}{after}"})
+    )
+    assert again.converged and [s.load_factor for s in again.steps] == [
+        s.load_factor for s in whole.steps
+    ]
     one, other = (s.last.pairs["interface"] for s in (whole, again))
-    assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12) and np.allclose(one.slip, other.slip, atol=1e-12)
+    assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12) and np.allclose(
+        one.slip, other.slip, atol=1e-12
+    )
 
 
 def test_a_file_of_another_mesh_is_refused(tmp_path):
     write_solution(tmp_path / "r.h5", solve(assembly(PUNCH, body__0__mesh={"element_size": 0.5})))
     with pytest.raises(InputError, match="holds other bodies, pairs or meshes"):
-        solve(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
+        solve(
+            assembly(
+                PUNCH,
+                body__0__mesh={"element_size": 0.25},
+                method={"start": str(tmp_path / "r.h5")},
+            )
+        )
 
 
 @pytest.mark.parametrize(
@@ -289,16 +369,25 @@ def test_a_file_of_another_mesh_is_refused(tmp_path):
         ({"step__0__name": "pull"}, r"step\[0\].name = 'press', here it is 'pull'"),
         ({"step": [{"name": "press"}]}, r"step\[1\], which is missing here"),
         ({"step__1__obstacle": []}, r"step\[1\].obstacle\[0\], which is missing here"),
-        ({"body__0__material__young_modulus": 7.0}, r"body\[0\].material.young_modulus = 1.0, here it is 7.0"),
-        ({"contact__0__friction_coefficient": 0.1}, r"contact\[0\].friction_coefficient = 0.4, here it is 0.1"),
+        (
+            {"body__0__material__young_modulus": 7.0},
+            r"body\[0\].material.young_modulus = 1.0, here it is 7.0",
+        ),
+        (
+            {"contact__0__friction_coefficient": 0.1},
+            r"contact\[0\].friction_coefficient = 0.4, here it is 0.1",
+        ),
     ],
 )
 def test_what_is_done_is_not_posed_anew(tmp_path, changes, difference):
-    """The increments of a file are those of the problem's own first steps; only what follows may differ."""
+    """The increments of a file are those of the problem's own first steps; only what follows may
+    differ."""
     mesh = {"element_size": 0.25}
     write_solution(tmp_path / "r.h5", solve(assembly(PUNCH, body__0__mesh=mesh)))
     with pytest.raises(InputError, match=difference):
-        solve(assembly(PUNCH, body__0__mesh=mesh, method={"start": str(tmp_path / "r.h5")}, **changes))
+        solve(
+            assembly(PUNCH, body__0__mesh=mesh, method={"start": str(tmp_path / "r.h5")}, **changes)
+        )
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
@@ -306,30 +395,57 @@ def test_what_is_done_is_not_posed_anew(tmp_path, changes, difference):
 def test_a_body_that_only_contact_holds_is_unloaded_to_nothing(dimension, increments):
     """p = 0 and no word of overlaps; beyond, the body and the way it goes are named."""
     zero, corner = [0.0] * (dimension - 1), [1.0] * dimension
-    shape, lower, upper = (("rectangle", "lower_left", "upper_right"), ("box", "lower", "upper"))[dimension - 2]
-    body = {"name": "block", "material": {"young_modulus": 10.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5},
-            "geometry": {"shape": shape, lower: [0.0] * dimension, upper: corner},
-            "boundary": [{"part": "top", "condition": "traction", "value": [*zero, -0.01]}]}  # fmt: skip
-    pair = {"name": "pair", "secondary": "block.bottom", "primary": "floor", "friction_coefficient": 0.3}
+    shape, lower, upper = (("rectangle", "lower_left", "upper_right"), ("box", "lower", "upper"))[
+        dimension - 2
+    ]
+    body = {
+        "name": "block",
+        "material": {"young_modulus": 10.0, "poisson_ratio": 0.3},
+        "mesh": {"element_size": 0.5},
+        "geometry": {"shape": shape, lower: [0.0] * dimension, upper: corner},
+        "boundary": [{"part": "top", "condition": "traction", "value": [*zero, -0.01]}],
+    }
+    pair = {
+        "name": "pair",
+        "secondary": "block.bottom",
+        "primary": "floor",
+        "friction_coefficient": 0.3,
+    }
     steps = [{"name": "press"}] + [
-        {"name": name, "increments": increments, "boundary": [{"body": "block", "part": "top", "value": [*zero, load]}]}
+        {
+            "name": name,
+            "increments": increments,
+            "boundary": [{"body": "block", "part": "top", "value": [*zero, load]}],
+        }
         for name, load in (("let go", 0.0), ("press again", -0.02), ("pull", 0.02))
     ]
     data = {"body": [body], "obstacle": [{"name": "floor"}], "contact": [pair], "step": steps}
     solution = solve(parse(Problem, data, "test"))
     ends = {step.name: step for step in solution.steps if step.load_factor == 1.0}
-    assert not ends["let go"].pairs["pair"].pressure.any() and not ends["let go"].pairs["pair"].sigma_t.any()
+    assert (
+        not ends["let go"].pairs["pair"].pressure.any()
+        and not ends["let go"].pairs["pair"].sigma_t.any()
+    )
     assert max(ends["let go"].residuals[key] for key in ("normal", "tangential", "overlap")) < 1e-10
     again, first = (ends[name].pairs["pair"].pressure for name in ("press again", "press"))
     assert np.allclose(again, 2.0 * first, rtol=1e-6)
-    assert not solution.converged and "body 'block' cannot be held: the load pushes it along +" in solution.reason
+    assert (
+        not solution.converged
+        and "body 'block' cannot be held: the load pushes it along +" in solution.reason
+    )
 
 
 def test_a_wedge_that_jams_is_told():
     """Driven and let go: the warning names the pair; while a load is left there is none."""
-    text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")
+    text = (
+        (ROOT / "configs" / "wedge.toml")
+        .read_text()
+        .replace("levels = 6, order = 3", "levels = 4, order = 2")
+    )
     told = solve(posed(text)).info["warnings"]
-    assert len(told) == 2 and all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
+    assert len(told) == 2 and all(
+        "stays pressed after step 'let go'" in line and "jams" in line for line in told
+    )
     held = posed(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]"))
     assert solve(held).info["warnings"] == []
 
@@ -355,34 +471,68 @@ normal = "unilateral"
 """)
     assert main(["solve", str(tmp_path / "case.toml"), "--no-figures"]) == 2
     error = capsys.readouterr().err
-    assert error.count("\n") == 1 and "part 'right' has no condition; each of bottom, right, top, left needs one" in error
+    assert (
+        error.count("\n") == 1
+        and "part 'right' has no condition; each of bottom, right, top, left needs one" in error
+    )
 
 
 def held_and_freed(first, second, normal="bonded", **method):
     """A block on the ground whose top is held in one way, then in another."""
     change = {"part": "top", "value": second}
-    return parse(Problem, {
-        "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
-                  "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
-                  "mesh": {"element_size": 0.2, "order": 2},
-                  "boundary": [{"part": "top", "condition": "displacement", "value": first}]}],
-        "obstacle": [{"name": "ground"}],
-        "contact": [{"name": "sole", "secondary": "block.bottom", "primary": "ground", "normal": normal,
-                     **({} if normal == "bonded" else {"friction_coefficient": 0.3})}],
-        "step": [{"name": "one"}, {"name": "two", "increments": 2, "boundary": [change]}], "method": method,
-    }, "block")  # fmt: skip
+    return parse(
+        Problem,
+        {
+            "body": [
+                {
+                    "name": "block",
+                    "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+                    "geometry": {
+                        "shape": "rectangle",
+                        "lower_left": [0.0, 0.0],
+                        "upper_right": [2.0, 1.0],
+                    },
+                    "mesh": {"element_size": 0.2, "order": 2},
+                    "boundary": [{"part": "top", "condition": "displacement", "value": first}],
+                }
+            ],
+            "obstacle": [{"name": "ground"}],
+            "contact": [
+                {
+                    "name": "sole",
+                    "secondary": "block.bottom",
+                    "primary": "ground",
+                    "normal": normal,
+                    **({} if normal == "bonded" else {"friction_coefficient": 0.3}),
+                }
+            ],
+            "step": [{"name": "one"}, {"name": "two", "increments": 2, "boundary": [change]}],
+            "method": method,
+        },
+        "block",
+    )
 
 
-@pytest.mark.parametrize("values", [(["free", -0.02], [0.01, -0.02]), ([0.01, -0.02], ["free", -0.02]),
-                                    (["free", -0.02], [0.01, "free"])])  # fmt: skip
+@pytest.mark.parametrize(
+    "values",
+    [
+        (["free", -0.02], [0.01, -0.02]),
+        ([0.01, -0.02], ["free", -0.02]),
+        (["free", -0.02], [0.01, "free"]),
+    ],
+)
 def test_components_are_held_and_freed_by_steps(values):
-    """Bonded, so that the way does not matter: the end is that of its own condition alone, the start that of the step before
-    (to the discretisation error of equilibrium where only contact holds a component)."""
+    """Bonded, so that the way does not matter: the end is that of its own condition alone, the
+    start that of the step before (to the discretisation error of equilibrium where only contact
+    holds a component)."""
     solution = solve(held_and_freed(*values))
     alone = solve(held_and_freed(values[1], values[1])).last
     assert solution.converged, solution.reason
     for key in ("u", "traction"):
-        found, wanted = getattr(solution.last.bodies["block"], key), getattr(alone.bodies["block"], key)
+        found, wanted = (
+            getattr(solution.last.bodies["block"], key),
+            getattr(alone.bodies["block"], key),
+        )
         assert np.allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
     first, half, last = (step.bodies["block"].u for step in solution.steps)
     assert np.allclose(half, 0.5 * (first + last), atol=1e-12 if values[1][1] != "free" else 1e-5)

@@ -1,4 +1,5 @@
-"""What once said "converged" and was not: tiny ρ, tiny data, full stick, tractions beyond the friction bound."""
+"""What once said "converged" and was not: tiny ρ, tiny data, full stick, tractions beyond the
+friction bound."""
 
 from __future__ import annotations
 
@@ -16,7 +17,9 @@ COARSE = MeshOptions(element_size=0.4)
 
 
 def with_bound(case, bound):
-    return case.model_copy(update={"boundary": (Contact(part="bottom", friction_bound=bound), *case.boundary[1:])})
+    return case.model_copy(
+        update={"boundary": (Contact(part="bottom", friction_bound=bound), *case.boundary[1:])}
+    )
 
 
 @pytest.fixture(scope="module")
@@ -27,9 +30,12 @@ def exact(comm):
 @pytest.mark.parametrize("rho", [1e3, 1e-200, 1e-300])
 @pytest.mark.parametrize("rule", ["fixed", "self-adaptive", "modified", "modified-safeguarded"])
 def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
-    """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A ρ that is chosen well converges."""
+    """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A ρ that is
+    chosen well converges."""
     solution = solve(example(1, mesh=COARSE, rule=rule, rho=rho, max_iterations=100), comm=comm)
-    error = contact_norm(solution.contact.u_t - exact.u_t, exact.weight) / contact_norm(exact.u_t, exact.weight)
+    error = contact_norm(solution.contact.u_t - exact.u_t, exact.weight) / contact_norm(
+        exact.u_t, exact.weight
+    )
     assert solution.converged == (rho == 1e3 and rule != "fixed")
     assert error < 1e-4 if rho == 1e3 else error > 1.0
     assert solution.history.change[0] > 0.0
@@ -38,12 +44,22 @@ def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
 @pytest.mark.parametrize("unit", [1e-170, 1e140])
 @pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin"])
 def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
-    case, stiffness = example(1, mesh=COARSE), max(unit, 1.0)  # displacements of 1e138 are refused, see the next test
+    case, stiffness = (
+        example(1, mesh=COARSE),
+        max(unit, 1.0),
+    )  # displacements of 1e138 are refused, see the next test
     method = Method(name=name, rho=1e3 * stiffness, tolerance=1e-8)
     scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": method})
-    boundary = [c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c for c in scaled.boundary]
-    material = case.material.model_copy(update={"young_modulus": stiffness * case.material.young_modulus})
-    solution = solve(scaled.model_copy(update={"boundary": tuple(boundary), "material": material}), comm=comm)
+    boundary = [
+        c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c
+        for c in scaled.boundary
+    ]
+    material = case.material.model_copy(
+        update={"young_modulus": stiffness * case.material.young_modulus}
+    )
+    solution = solve(
+        scaled.model_copy(update={"boundary": tuple(boundary), "material": material}), comm=comm
+    )
     assert solution.converged, solution.reason
     u_t = solution.contact.u_t / unit * stiffness
     assert np.allclose(u_t, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
@@ -55,7 +71,11 @@ def test_displacements_beyond_all_sizes_are_not_accepted(modulus, recwarn, comm)
     case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
     material = case.material.model_copy(update={"young_modulus": modulus})
     solution = solve(case.model_copy(update={"material": material}), comm=comm)
-    assert not solution.converged and "times its size, at most 1e+09 is accepted" in solution.reason and not recwarn.list
+    assert (
+        not solution.converged
+        and "times its size, at most 1e+09 is accepted" in solution.reason
+        and not recwarn.list
+    )
 
 
 def test_norms_neither_underflow_nor_overflow():
@@ -63,10 +83,14 @@ def test_norms_neither_underflow_nor_overflow():
     for k in (1, 2):
         x = np.arange(1.0, 3 * k + 1).reshape(3, k)
         for size in (1e-300, 1e-170, 1e-80, 1e80, 1e170, 1e300):
-            assert contact_norm(size * x, weight) / size == pytest.approx(contact_norm(x, weight), rel=1e-12)
+            assert contact_norm(size * x, weight) / size == pytest.approx(
+                contact_norm(x, weight), rel=1e-12
+            )
 
 
-@pytest.mark.parametrize("mesh", [COARSE, MeshOptions(element_size=0.4, order=2), MeshOptions(order=3, levels=8)])
+@pytest.mark.parametrize(
+    "mesh", [COARSE, MeshOptions(element_size=0.4, order=2), MeshOptions(order=3, levels=8)]
+)
 @pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin", "tao"])
 def test_full_stick_is_a_solution(mesh, name, comm):
     """u_t is round-off there, and cannot be the measure of itself."""
@@ -85,23 +109,37 @@ def test_excess_is_what_no_displacement_allows():
     assert bound_excess(tresca, np.array([[1.0], [-2.0]])) == 0.0
     assert bound_excess(tresca, np.array([[1.5], [-2.0]])) == pytest.approx(0.5)
     coulomb = SignoriniCoulomb(np.full(2, 0.5), np.full(2, np.inf), np.array([True, True]), 3)
-    assert bound_excess(coulomb, np.array([[0.3, 0.4, -1.0], [0.0, 0.0, 0.0]])) == pytest.approx(0.0, abs=1e-15)
-    assert bound_excess(coulomb, np.array([[0.3, 0.4, -0.5], [0.0, 0.0, 0.0]])) == pytest.approx(1.0)
+    assert bound_excess(coulomb, np.array([[0.3, 0.4, -1.0], [0.0, 0.0, 0.0]])) == pytest.approx(
+        0.0, abs=1e-15
+    )
+    assert bound_excess(coulomb, np.array([[0.3, 0.4, -0.5], [0.0, 0.0, 0.0]])) == pytest.approx(
+        1.0
+    )
     assert bound_excess(coulomb, np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("shift", [1e4, 1e8, 1e12])
-@pytest.mark.parametrize("keys", [{"name": "operator-robin"}, {"name": "semismooth-newton"},
-                                  {"rule": "modified", "rho": 1e4},
-                                  {"name": "semismooth-newton", "formulation": "full"}])  # fmt: skip
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"name": "operator-robin"},
+        {"name": "semismooth-newton"},
+        {"rule": "modified", "rho": 1e4},
+        {"name": "semismooth-newton", "formulation": "full"},
+    ],
+)
 def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
-    """The clamped top is moved far along x, and all slides: what strains the body is the same, or it is refused."""
+    """The clamped top is moved far along x, and all slides: what strains the body is the same, or
+    it is refused."""
     case = example(1, mesh=COARSE)
     free = [Traction(part=part, value=(0.0, 0.0)) for part in ("left", "right")]
 
     def solved(way, **more):
         boundary = (case.boundary[0], Displacement(part="top", value=(way, 0.0)), *free)
-        return solve(case.model_copy(update={"boundary": boundary, "method": Method(**keys), **more}), comm=comm)
+        return solve(
+            case.model_copy(update={"boundary": boundary, "method": Method(**keys), **more}),
+            comm=comm,
+        )
 
     near, far = solved(5.0), solved(shift)
     exact = near.contact.sigma_n
@@ -113,24 +151,38 @@ def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
     for solution in found:
         if solution.converged:
             assert np.allclose(solution.contact.sigma_t, -150.0, rtol=1e-3)
-            assert np.allclose(solution.contact.sigma_n, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+            assert np.allclose(
+                solution.contact.sigma_n, exact, rtol=0, atol=1e-3 * np.abs(exact).max()
+            )
 
 
-@pytest.mark.parametrize("loads", [{"point_force": [{"at": [0.0, 0.0], "force": [0.0, -0.01]}]},
-                                   {"loads": {"temperature": 9.0}}])  # fmt: skip
+@pytest.mark.parametrize(
+    "loads",
+    [{"point_force": [{"at": [0.0, 0.0], "force": [0.0, -0.01]}]}, {"loads": {"temperature": 9.0}}],
+)
 def test_a_body_that_is_held_all_around_has_a_solution(loads):
     """Where all sticks u is round-off, and no measure of the residuals of a body."""
     rim = {"part": "rim", "center": [0.0, 0.0], "radius": 1.0}
-    problem = parse(Problem, {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5}, "mesh": {"element_size": 0.2},
-        "geometry": {"shape": "outline", "loops": [rim]}, **loads,
-        "boundary": [{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
-    }, "disc")  # fmt: skip
+    problem = parse(
+        Problem,
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
+            "mesh": {"element_size": 0.2},
+            "geometry": {"shape": "outline", "loops": [rim]},
+            **loads,
+            "boundary": [{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
+        },
+        "disc",
+    )
     solution = solve(problem)
     assert solution.converged, solution.reason
     pair, wanted = solution.last.pairs["rim"], [0.0, 0.01 * ("point_force" in loads)]
-    assert np.abs(solution.last.bodies["body"].u).max() < 1e-15 and pair.force == pytest.approx(wanted, abs=1e-14)
-    assert 0.003 < np.abs(pair.pressure).max() < 0.004 or pair.pressure == pytest.approx(1.3 * 9e-5 / 0.52, rel=0.02)
+    assert np.abs(solution.last.bodies["body"].u).max() < 1e-15 and pair.force == pytest.approx(
+        wanted, abs=1e-14
+    )
+    assert 0.003 < np.abs(pair.pressure).max() < 0.004 or pair.pressure == pytest.approx(
+        1.3 * 9e-5 / 0.52, rel=0.02
+    )
 
 
 @pytest.mark.parametrize("up", [1e-3, 0.5])
@@ -138,14 +190,26 @@ def test_a_block_that_is_raised_with_its_floor_is_pressed_alike(up):
     """Elements down to 1e-8 of the block: what it moves as a whole leaves no noise in p on them."""
 
     def pressure(height):
-        bottom = {"secondary": "block.bottom", "primary": "floor", "gap": f"y - {height!r}", "friction_coefficient": 0.3}
+        bottom = {
+            "secondary": "block.bottom",
+            "primary": "floor",
+            "gap": f"y - {height!r}",
+            "friction_coefficient": 0.3,
+        }
         block = {
-            "name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "name": "block",
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
             "mesh": {"order": 5, "element_size": 0.5, "levels": 8, "grading": 0.15},
             "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.1, 1.0]},
-            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, height - 1e-3]}],
-        }  # fmt: skip
-        data = {"body": [block], "obstacle": [{"name": "floor"}], "contact": [{"name": "pair", **bottom}]}
+            "boundary": [
+                {"part": "top", "condition": "displacement", "value": [0.0, height - 1e-3]}
+            ],
+        }
+        data = {
+            "body": [block],
+            "obstacle": [{"name": "floor"}],
+            "contact": [{"name": "pair", **bottom}],
+        }
         return solve(parse(Problem, data, "raised")).last.pairs["pair"].pressure
 
     assert np.abs(pressure(up) - pressure(0.0)).max() < 1e-7 * pressure(0.0).mean()

@@ -1,4 +1,5 @@
-"""Operators in public: they are those of the solve, of every kind of problem, and elastostatics follows from them."""
+"""Operators in public: they are those of the solve, of every kind of problem, and elastostatics
+follows from them."""
 
 from __future__ import annotations
 
@@ -32,7 +33,10 @@ PROBLEMS = {
     "plane, one body": ("example1", {"mesh.element_size": 0.5}),
     "plane, bodies": ("stack", {"body.0.mesh.element_size": 0.5, "body.1.mesh.element_size": 0.5}),
     "space, one body": ("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
-    "space, bodies": ("space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}),
+    "space, bodies": (
+        "space_stack",
+        {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0},
+    ),
 }
 
 
@@ -45,10 +49,15 @@ def test_a_solution_satisfies_the_operators(kind):
         problem = problem.model_copy(update={"step": problem.step[:1]})
     solution, found = solve(problem), operators(problem)
     assert solution.converged and list(found.pairs) == list(solution.pairs)
-    sigma, slip = (np.concatenate([getattr(pair, key) for pair in solution.pairs.values()]) for key in ("sigma_t", "slip"))
+    sigma, slip = (
+        np.concatenate([getattr(pair, key) for pair in solution.pairs.values()])
+        for key in ("sigma_t", "slip")
+    )
     k = found.frame.shape[1]
     if k > sigma.shape[1]:
-        sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in solution.pairs.values()])])
+        sigma = np.column_stack(
+            [sigma, -np.concatenate([pair.pressure for pair in solution.pairs.values()])]
+        )
     moved = found.u_0 + (found.S @ sigma.ravel()).reshape(sigma.shape)
     assert np.allclose(found.apply(sigma), moved - found.u_0, atol=1e-12 * np.abs(moved).max())
     if not found.modes.shape[1] and not problem.obstacle:
@@ -75,7 +84,9 @@ def test_rows_of_h_sum_to_minus_a_half_and_s_is_that_of_the_body():
     for c in range(2):
         motion = np.tile(np.eye(2)[c], n)
         assert np.allclose(body.H @ motion, -0.5 * motion, atol=1e-12)
-    assert np.allclose(np.sort(np.linalg.eigvals(found.S).real)[0], np.linalg.eigvals(found.S).real.min())
+    assert np.allclose(
+        np.sort(np.linalg.eigvals(found.S).real)[0], np.linalg.eigvals(found.S).real.min()
+    )
     assert body.petsc("G").getSize() == (2 * n, 2 * n)
     with pytest.raises(InputError, match="no operator 'K'; there are G, H, S"):
         body.petsc("K")
@@ -83,17 +94,27 @@ def test_rows_of_h_sum_to_minus_a_half_and_s_is_that_of_the_body():
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_elastostatics_without_contact(dim):
-    """A bar stretched by a traction at its end, and under its own weight: linear and quadratic fields, exact at order 2."""
+    """A bar stretched by a traction at its end, and under its own weight: linear and quadratic
+    fields, exact at order 2."""
     material = Material(100.0, 0.25, "stress", density=2.0)
     if dim == 2:
         shape, mesh = Rectangle((0, 0), (2, 1)), MeshOptions(0.5, order=2)
         sides = [Traction("top", (0, 0)), Symmetry("bottom")]
     else:
         shape, mesh = Box((0, 0, 0), (2, 1, 1)), MeshOptions(0.5, order=2)
-        sides = [Traction("top", (0, 0, 0)), Symmetry("bottom"), Traction("back", (0, 0, 0)), Symmetry("front")]
+        sides = [
+            Traction("top", (0, 0, 0)),
+            Symmetry("bottom"),
+            Traction("back", (0, 0, 0)),
+            Symmetry("front"),
+        ]
     pull = (3.0, *[0.0] * (dim - 1))
-    bar = Problem(material=material, geometry=shape, mesh=mesh,
-                  boundary=[Symmetry("left"), Traction("right", pull), *sides])  # fmt: skip
+    bar = Problem(
+        material=material,
+        geometry=shape,
+        mesh=mesh,
+        boundary=[Symmetry("left"), Traction("right", pull), *sides],
+    )
     body = operators(bar).body
     u, t = body.solve()
     inside = np.full((1, dim), 0.4)
@@ -104,16 +125,28 @@ def test_elastostatics_without_contact(dim):
     still, _ = body.solve(state=0)
     assert not still.any()
     if dim == 2:
-        hung = bar.model_copy(update={"loads": VolumeLoads(acceleration=(5.0, 0.0)), "boundary": (
-            Displacement("left", ("-0.0125*y**2", "free")), Traction("right", (0, 0)), *sides)})  # fmt: skip
+        hung = bar.model_copy(
+            update={
+                "loads": VolumeLoads(acceleration=(5.0, 0.0)),
+                "boundary": (
+                    Displacement("left", ("-0.0125*y**2", "free")),
+                    Traction("right", (0, 0)),
+                    *sides,
+                ),
+            }
+        )
         body = operators(hung).body
         stress = body.state_at(inside, *body.solve()).stress
         assert np.allclose(stress, [[2.0 * 5.0 * (2.0 - 0.4), 0.0, 0.0]], atol=1e-6)
 
 
 def test_what_cannot_be_is_refused():
-    free = Problem(material=Material(1.0, 0.3), geometry=Rectangle((0, 0), (1, 1)), mesh=MeshOptions(0.5),
-                   boundary=[Traction(part, (0, 0)) for part in ("left", "right", "top", "bottom")])  # fmt: skip
+    free = Problem(
+        material=Material(1.0, 0.3),
+        geometry=Rectangle((0, 0), (1, 1)),
+        mesh=MeshOptions(0.5),
+        boundary=[Traction(part, (0, 0)) for part in ("left", "right", "top", "bottom")],
+    )
     with pytest.raises(InputError, match="the body can translate along"):
         operators(free)
     held = free.model_copy(update={"boundary": (Displacement("left", (0, 0)), *free.boundary[1:])})
@@ -127,9 +160,16 @@ def test_what_cannot_be_is_refused():
 
 def test_curved_panels_are_integrated_to_the_tolerance_that_is_asked_for():
     """1e-8 of the largest entries by default, 2e-10 with 1e-11."""
-    held = [Displacement(part, (0.0, 0.0, 0.0)) for part in ("left", "right", "front", "back", "bottom", "top")]
-    ball = Problem(material=Material(1000.0, 0.3), geometry=Sphere((0.0, 0.0, 0.0), 1.0),
-                   mesh=MeshOptions(element_size=1.0, order=1), boundary=held)  # fmt: skip
+    held = [
+        Displacement(part, (0.0, 0.0, 0.0))
+        for part in ("left", "right", "front", "back", "bottom", "top")
+    ]
+    ball = Problem(
+        material=Material(1000.0, 0.3),
+        geometry=Sphere((0.0, 0.0, 0.0), 1.0),
+        mesh=MeshOptions(element_size=1.0, order=1),
+        boundary=held,
+    )
     exact, asked, usual = (
         operators(ball.model_copy(update={"bem": Bem(quadrature_tol=tolerance)})).bodies["body"]
         for tolerance in (1e-13, 1e-11, None)
@@ -137,7 +177,11 @@ def test_curved_panels_are_integrated_to_the_tolerance_that_is_asked_for():
     for name in ("G", "H"):
         entries = getattr(exact, name)
         for found, allowed in ((asked, 2e-10), (usual, 1e-8)):
-            assert 0.0 < np.abs(getattr(found, name) - entries).max() <= allowed * np.abs(entries).max()
+            assert (
+                0.0
+                < np.abs(getattr(found, name) - entries).max()
+                <= allowed * np.abs(entries).max()
+            )
 
 
 def test_its_example_runs():

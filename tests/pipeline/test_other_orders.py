@@ -16,16 +16,34 @@ from petcontact.pipeline.adaptive.slip import displacement_scale
 
 
 def block(order, size, bound=0.02, beside=2.0):
-    """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside the contact are larger."""
-    sides = [{"part": part, "condition": "traction", "value": [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3}
-             for part in ("left", "right", "front", "back")]  # fmt: skip
-    return parse(Problem, {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.6]},
-        "mesh": {"order": order, "element_size": beside * size, "element_sizes": {"bottom": size}},
-        "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": bound},
-                     {"part": "top", "condition": "displacement", "value": [0.0] * 3}, *sides],
-    }, "a block")  # fmt: skip
+    """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside
+    the contact are larger."""
+    sides = [
+        {
+            "part": part,
+            "condition": "traction",
+            "value": [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3,
+        }
+        for part in ("left", "right", "front", "back")
+    ]
+    return parse(
+        Problem,
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.6]},
+            "mesh": {
+                "order": order,
+                "element_size": beside * size,
+                "element_sizes": {"bottom": size},
+            },
+            "boundary": [
+                {"part": "bottom", "condition": "contact", "friction_bound": bound},
+                {"part": "top", "condition": "displacement", "value": [0.0] * 3},
+                *sides,
+            ],
+        },
+        "a block",
+    )
 
 
 def apart(solution, fine):
@@ -38,7 +56,8 @@ def apart(solution, fine):
 
 
 def test_the_error_of_coarse_sides_is_bounded():
-    """Of orders 1 to 3, against finer panels, and where linear panels as large as the sides see nothing of their bending."""
+    """Of orders 1 to 3, against finer panels, and where linear panels as large as the sides see
+    nothing of their bending."""
     fine = solve(block(2, 1.0 / 3.0, beside=1.0))
     for order, beside in ((1, 2.0), (1, 4.0), (2, 2.0), (3, 2.0)):
         solution = solve(block(order, 0.5, beside=beside))
@@ -49,25 +68,34 @@ def test_linear_panels_and_meshes_that_cannot_be_solved_on_have_none():
     def refused(make):
         raise AssertionError("nothing is to be solved")
 
-    assert math.isnan(beside_error(solve(block(1, 0.5)), refused)) and math.isnan(whole_error(solve(block(3, 0.5)), refused))
+    assert math.isnan(beside_error(solve(block(1, 0.5)), refused)) and math.isnan(
+        whole_error(solve(block(3, 0.5)), refused)
+    )
 
 
 def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
     sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
-    assert np.abs(sticks.contact.u_t).max() < 1e-12 and sticks.info["estimated_error"] == 0.0 < slips.info["estimated_error"]
+    assert (
+        np.abs(sticks.contact.u_t).max() < 1e-12
+        and sticks.info["estimated_error"] == 0.0 < slips.info["estimated_error"]
+    )
 
 
 @pytest.mark.parametrize("size", [1.0, 0.4])
 def test_curved_sides_lie_twice_as_far_off_an_arc(size):
-    """Of a cylinder of radius 1, by the mean distance from its axis, and on the arc on the other way; orders change where
-    they are marked only. Where half of the change is the error, they lie three times as far off."""
+    """Of a cylinder of radius 1, by the mean distance from its axis, and on the arc on the other
+    way; orders change where they are marked only. Where half of the change is the error, they lie
+    three times as far off."""
     for order, change, gained, share in ((3, -1, 1.0, 2.0), (3, -1, 0.5, 3.0), (2, 1, 1.0, 0.0)):
         mesh = round_mesh(CylinderSurface(np.zeros(3), np.array([0.0, 0.0, 2.0]), 1.0), size, order)
         marked = mesh.part == mesh.part_names.index("side")
         other = other_order(mesh, marked, change, gained)
         assert np.array_equal(other.order, order + change * marked)
-        off = [np.average(1.0 - np.hypot(*each.x[nodes, :2].T), weights=each.weight[nodes])
-               for each in (mesh, other) for nodes in (each.nodes_of("side"),)]  # fmt: skip
+        off = [
+            np.average(1.0 - np.hypot(*each.x[nodes, :2].T), weights=each.weight[nodes])
+            for each in (mesh, other)
+            for nodes in (each.nodes_of("side"),)
+        ]
         assert 0.0 < off[0] < 1e-3 and off[1] == pytest.approx(share * off[0], abs=0.3 * off[0])
 
 
@@ -82,19 +110,37 @@ def test_without_contact_the_error_of_u_is_bounded(order):
     """A block held at one face and pulled at another, against panels of half the size."""
 
     def pulled(order, size):
-        sides = [{"part": part, "condition": "traction", "value": [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3}
-                 for part in ("left", "right", "front", "back", "bottom")]  # fmt: skip
-        return solve(parse(Problem, {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"order": order, "element_size": size},
-            "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.5]},
-            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0] * 3}, *sides],
-        }, "pulled"))  # fmt: skip
+        sides = [
+            {
+                "part": part,
+                "condition": "traction",
+                "value": [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3,
+            }
+            for part in ("left", "right", "front", "back", "bottom")
+        ]
+        return solve(
+            parse(
+                Problem,
+                {
+                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "mesh": {"order": order, "element_size": size},
+                    "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.5]},
+                    "boundary": [
+                        {"part": "top", "condition": "displacement", "value": [0.0] * 3},
+                        *sides,
+                    ],
+                },
+                "pulled",
+            )
+        )
 
     solution, fine = pulled(order, 0.5), pulled(2, 0.25)
     wrong = []
     for part in fine.mesh.part_names:
         nodes, (numbers, faces) = fine.mesh.nodes_of(part), solution.mesh.faces(part)
-        hits = faces.cast(fine.mesh.x[nodes] + 0.1 * fine.mesh.normal[nodes], -fine.mesh.normal[nodes])
+        hits = faces.cast(
+            fine.mesh.x[nodes] + 0.1 * fine.mesh.normal[nodes], -fine.mesh.normal[nodes]
+        )
         assert np.all(hits.face >= 0)
         there = solution.mesh.basis_at(numbers[hits.face], hits.place) @ solution.u - fine.u[nodes]
         wrong.append(fine.mesh.weight[nodes] @ np.sum(there**2, axis=1))

@@ -13,19 +13,33 @@ SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
 
 def pressed(space, gap, increments, friction=0.3):
-    """A rigid roller, ball or plate on a block, in one step with the pair of the contact at its end."""
+    """A rigid roller, ball or plate on a block, in one step with the pair of the contact at its
+    end."""
     low, high = ([-2.0] * 2 + [-1.5], [2.0, 2.0, 0.0]) if space else ([-3.0, -3.0], [3.0, 0.0])
-    shape, sides = ("box", ("left", "right", "front", "back")) if space else ("rectangle", ("left", "right"))
+    shape, sides = (
+        ("box", ("left", "right", "front", "back")) if space else ("rectangle", ("left", "right"))
+    )
     names = ("lower", "upper") if space else ("lower_left", "upper_right")
     still = [0.0] * len(low)
     data = {
-        "material": SOFT, "geometry": {"shape": shape, **dict(zip(names, (low, high), strict=True))},
+        "material": SOFT,
+        "geometry": {"shape": shape, **dict(zip(names, (low, high), strict=True))},
         "mesh": {"element_size": 1.0, "element_sizes": {"top": 0.5 if space else 0.06}, "order": 1},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": still},
-                     *({"part": part, "condition": "traction", "value": still} for part in sides)],
+        "boundary": [
+            {"part": "bottom", "condition": "displacement", "value": still},
+            *({"part": part, "condition": "traction", "value": still} for part in sides),
+        ],
         "obstacle": [{"name": "tool", "displacement": [*still[1:], -0.2 if space else -0.06]}],
-        "contact": [{"name": "pair", "secondary": "top", "primary": "tool", "gap": gap, "friction_coefficient": friction}],
-    }  # fmt: skip
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "top",
+                "primary": "tool",
+                "gap": gap,
+                "friction_coefficient": friction,
+            }
+        ],
+    }
     if increments:
         data["step"] = [{"name": "press", "increments": increments}]
     return solve(parse(Problem, data, "pressed"))
@@ -56,14 +70,20 @@ def test_few_increments_are_compared_with_others(increments):
     assert warned(pressed(False, "x**2/8", 12)) == []
 
 
-@pytest.mark.parametrize(("space", "begins"), [(False, 0.05 / 0.06), (True, 0.4)], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    ("space", "begins"), [(False, 0.05 / 0.06), (True, 0.4)], ids=["plane", "space"]
+)
 def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
-    """Two increments, of which the first closes no gap, agree with one: only what follows after the first touch tells."""
+    """Two increments, of which the first closes no gap, agree with one: only what follows after the
+    first touch tells."""
     gap = "(x**2 + y**2)/4 + 0.08" if space else "x**2/8 + 0.05"
     once, many, auto = (pressed(space, gap, count) for count in (1, 256, "auto"))
     shear = [found.pairs["pair"].sigma_t for found in (once, auto, many)]
     size = np.linalg.norm(shear[2])
-    assert np.linalg.norm(shear[0] - shear[2]) > 0.15 * size and np.linalg.norm(shear[1] - shear[2]) < 0.05 * size
+    assert (
+        np.linalg.norm(shear[0] - shear[2]) > 0.15 * size
+        and np.linalg.norm(shear[1] - shear[2]) < 0.05 * size
+    )
     work = [sum(step.pairs["pair"].dissipated for step in found.steps) for found in (once, many)]
     assert auto.converged and len(auto.steps) > 5 and work[0] > 1.5 * work[1]
     before = auto.steps[0]  # the nodes nearest to the middle are a little off it
@@ -76,24 +96,44 @@ def test_few_increments_after_bodies_touch_are_compared_with_others():
     assert warned(pressed(False, "x**2/8 + 0.05", 64)) == []
 
 
-@pytest.mark.parametrize(("space", "gap", "friction"), [
-    (False, 0.0, 0.3), (True, 0.0, 0.3), (False, "x**2/8", None), (False, "x**2/8", 1e-3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("space", "gap", "friction"),
+    [
+        (False, 0.0, 0.3),
+        (True, 0.0, 0.3),
+        (False, "x**2/8", None),
+        (False, "x**2/8", 1e-3),
+    ],
+)
 def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
 
 
 def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
-    monkeypatch.setattr(run, "path_warnings", lambda problem, solution: looked.append(problem) or ["looked at"])
+    monkeypatch.setattr(
+        run, "path_warnings", lambda problem, solution: looked.append(problem) or ["looked at"]
+    )
     data = {
-        "material": SOFT, "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
-        "mesh": {"accuracy": 0.2}, "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "material": SOFT,
+        "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
+        "mesh": {"accuracy": 0.2},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
         "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
-        "contact": [{"name": "pair", "secondary": "top", "primary": "tool",
-                     "gap": "x**2 + y**2", "friction_coefficient": 0.3}],
-    }  # fmt: skip
-    free = [{"part": part, "condition": "traction", "value": [0.0] * 3} for part in ("left", "right", "front", "back")]
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "top",
+                "primary": "tool",
+                "gap": "x**2 + y**2",
+                "friction_coefficient": 0.3,
+            }
+        ],
+    }
+    free = [
+        {"part": part, "condition": "traction", "value": [0.0] * 3}
+        for part in ("left", "right", "front", "back")
+    ]
     solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
     assert len(solution.info["levels"]) > 1 and solution.info["warnings"] == ["looked at"]
     ((mesh,), (last,)) = solution.meshes.values(), looked

@@ -1,4 +1,5 @@
-"""Periodic pairs of sides: Westergaard's waves wherever they begin, homogeneous strains, several bodies, what is refused."""
+"""Periodic pairs of sides: Westergaard's waves wherever they begin, homogeneous strains, several
+bodies, what is refused."""
 
 from __future__ import annotations
 
@@ -17,15 +18,45 @@ SIDES = {"part": "left", "condition": "periodic", "partner": "right"}
 
 
 def waves(crest, **changes):
-    """One period of a half plane under a rigid wave whose crest is at x = crest; half of it touches."""
-    return parse_problem({
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "rectangle", "lower_left": [0.0, -2.0], "upper_right": [1.0, 0.0]},
-        "mesh": {"element_size": 0.125, "element_sizes": {"top": 0.0125, "left": 0.0625}, "order": 3},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}, dict(SIDES)],
-        "obstacle": [{"name": "wave", "displacement": [0.0, "free"], "force": [0.0, -0.5 * np.pi * E_STAR * HEIGHT]}],
-        "contact": [{"name": "c", "secondary": "top", "primary": "wave", "gap": f"{HEIGHT}*(1-cos(2*pi*(x-{crest})))"}],
-    }, "test.toml", {key.replace("__", "."): value for key, value in changes.items()}, Path())  # fmt: skip
+    """One period of a half plane under a rigid wave whose crest is at x = crest; half of it
+    touches."""
+    return parse_problem(
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "geometry": {
+                "shape": "rectangle",
+                "lower_left": [0.0, -2.0],
+                "upper_right": [1.0, 0.0],
+            },
+            "mesh": {
+                "element_size": 0.125,
+                "element_sizes": {"top": 0.0125, "left": 0.0625},
+                "order": 3,
+            },
+            "boundary": [
+                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+                dict(SIDES),
+            ],
+            "obstacle": [
+                {
+                    "name": "wave",
+                    "displacement": [0.0, "free"],
+                    "force": [0.0, -0.5 * np.pi * E_STAR * HEIGHT],
+                }
+            ],
+            "contact": [
+                {
+                    "name": "c",
+                    "secondary": "top",
+                    "primary": "wave",
+                    "gap": f"{HEIGHT}*(1-cos(2*pi*(x-{crest})))",
+                }
+            ],
+        },
+        "test.toml",
+        {key.replace("__", "."): value for key, value in changes.items()},
+        Path(),
+    )
 
 
 @pytest.mark.parametrize("crest", [0.5, 0.0])
@@ -36,7 +67,9 @@ def test_westergaards_waves_wherever_the_period_begins(crest):
     wave = WavyContact(0.5 * np.pi * E_STAR * HEIGHT, HEIGHT, 1.0, E_STAR)
     exact = wave.pressure((pair.x[:, 0] - crest + 0.5) % 1.0 - 0.5)
     assert solution.converged and not solution.info["warnings"]
-    assert np.sqrt(pair.weight @ (pair.pressure - exact) ** 2) < 5e-4 * np.sqrt(pair.weight @ exact**2)
+    assert np.sqrt(pair.weight @ (pair.pressure - exact) ** 2) < 5e-4 * np.sqrt(
+        pair.weight @ exact**2
+    )
     left, right = (solution.mesh.nodes_of(part) for part in ("left", "right"))
     assert solution.u[left] == pytest.approx(solution.u[right][::-1], abs=1e-13)
     assert solution.traction[left] == pytest.approx(-solution.traction[right][::-1], abs=1e-15)
@@ -45,7 +78,9 @@ def test_westergaards_waves_wherever_the_period_begins(crest):
 def test_compressed_operators_and_friction():
     """What the wave drags along arrives at the bottom, and nowhere else."""
     dragged = {"contact.0.friction_coefficient": 0.3, "obstacle.0.displacement": [0.02, "free"]}
-    dense, compressed = (solve(waves(0.1, **dragged, **{"bem.mat_type": kind})) for kind in ("dense", "hodlr"))
+    dense, compressed = (
+        solve(waves(0.1, **dragged, **{"bem.mat_type": kind})) for kind in ("dense", "hodlr")
+    )
     assert dense.converged and compressed.converged
     size = dense.pairs["c"].pressure.max()
     assert np.abs(dense.pairs["c"].sigma_t - compressed.pairs["c"].sigma_t).max() < 1e-4 * size
@@ -57,18 +92,35 @@ def test_compressed_operators_and_friction():
 def test_a_jump_strains_evenly_and_follows_the_steps(tmp_path):
     """σ_xx = E ε in plane stress; sides that are not straight do as well."""
     vertices = [[0.0, 0.0], [2.0, 0.0], [2.3, 0.5], [2.0, 1.0], [0.0, 1.0], [0.3, 0.5]]
-    problem = parse_problem({
-        "material": {"young_modulus": 3.0, "poisson_ratio": 0.3, "plane": "stress"},
-        "geometry": {"shape": "polygon", "vertices": vertices, "parts": ["bottom", "right", "right", "top", "left", "left"]},
-        "mesh": {"element_size": 0.25, "element_sizes": {"right": 0.1}, "order": 2},
-        "boundary": [{"part": "bottom", "condition": "symmetry"}, {**SIDES, "jump": [0.02, 0.0]},
-                     {"part": "top", "condition": "traction", "value": [0.0, 0.0]}],
-        "step": [{"name": "pull", "increments": 2}, {"name": "back", "boundary": [{"part": "left", "value": [-0.04, 0.0]}]}],
-    }, "test.toml", {}, Path())  # fmt: skip
+    problem = parse_problem(
+        {
+            "material": {"young_modulus": 3.0, "poisson_ratio": 0.3, "plane": "stress"},
+            "geometry": {
+                "shape": "polygon",
+                "vertices": vertices,
+                "parts": ["bottom", "right", "right", "top", "left", "left"],
+            },
+            "mesh": {"element_size": 0.25, "element_sizes": {"right": 0.1}, "order": 2},
+            "boundary": [
+                {"part": "bottom", "condition": "symmetry"},
+                {**SIDES, "jump": [0.02, 0.0]},
+                {"part": "top", "condition": "traction", "value": [0.0, 0.0]},
+            ],
+            "step": [
+                {"name": "pull", "increments": 2},
+                {"name": "back", "boundary": [{"part": "left", "value": [-0.04, 0.0]}]},
+            ],
+        },
+        "test.toml",
+        {},
+        Path(),
+    )
     solution = solve(problem)
     assert solution.converged
     for step, strain in zip(solution.steps, (0.005, 0.01, -0.02), strict=True):
-        assert solution.stress_at([[1.0, 0.5]], step=step)[0] == pytest.approx([3.0 * strain, 0.0, 0.0], abs=1e-10)
+        assert solution.stress_at([[1.0, 0.5]], step=step)[0] == pytest.approx(
+            [3.0 * strain, 0.0, 0.0], abs=1e-10
+        )
     solution.save(tmp_path / "r.h5")
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and again.problem == problem
@@ -78,18 +130,48 @@ def test_two_layers():
     """Of different materials, bent by nothing: p is what is pressed on, everywhere."""
 
     def layer(name, low, modulus, *more):
-        return {"name": name, "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
-                "geometry": {"shape": "rectangle", "lower_left": [0.0, low], "upper_right": [2.0, low + 1.0]},
-                "mesh": {"element_size": 0.5, "order": 2}, "boundary": [dict(SIDES), *more]}  # fmt: skip
+        return {
+            "name": name,
+            "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
+            "geometry": {
+                "shape": "rectangle",
+                "lower_left": [0.0, low],
+                "upper_right": [2.0, low + 1.0],
+            },
+            "mesh": {"element_size": 0.5, "order": 2},
+            "boundary": [dict(SIDES), *more],
+        }
 
-    solution = solve(parse_problem({
-        "body": [layer("lower", -1.0, 1.0, {"part": "bottom", "condition": "symmetry"}),
-                 layer("upper", 0.0, 5.0, {"part": "top", "condition": "traction", "pressure": "0.02"})],
-        "contact": [{"name": "c", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.2}],
-    }, "test.toml", {}, Path()))  # fmt: skip
+    solution = solve(
+        parse_problem(
+            {
+                "body": [
+                    layer("lower", -1.0, 1.0, {"part": "bottom", "condition": "symmetry"}),
+                    layer(
+                        "upper",
+                        0.0,
+                        5.0,
+                        {"part": "top", "condition": "traction", "pressure": "0.02"},
+                    ),
+                ],
+                "contact": [
+                    {
+                        "name": "c",
+                        "secondary": "upper.bottom",
+                        "primary": "lower.top",
+                        "friction_coefficient": 0.2,
+                    }
+                ],
+            },
+            "test.toml",
+            {},
+            Path(),
+        )
+    )
     assert solution.converged and set(solution.pairs) == {"lower.left", "upper.left", "c"}
     assert solution.pairs["c"].pressure == pytest.approx(0.02, abs=1e-12)
-    # the lower pair moves by nothing but round-off, beside which its own tractions are no measure of it
+    # the lower pair moves by nothing but round-off, beside which its own tractions are no measure
+    # of it
     assert solution.last.residuals["normal"] < 1e-6
 
 
@@ -97,13 +179,25 @@ def test_two_layers():
     ("changes", "said"),
     [
         ({"boundary__1__partner": "rigth"}, "no part 'rigth', did you mean 'right'?"),
-        ({"boundary__1__partner": "left"}, "'left' of body 'body' has a boundary condition already"),
-        ({"boundary__1__partner": "bottom"}, "'bottom' of body 'body' has a boundary condition already"),
-        ({"boundary__1__partner": "bottom", "boundary__0__part": "right"}, "part 'bottom' is not part 'left' moved along"),
+        (
+            {"boundary__1__partner": "left"},
+            "'left' of body 'body' has a boundary condition already",
+        ),
+        (
+            {"boundary__1__partner": "bottom"},
+            "'bottom' of body 'body' has a boundary condition already",
+        ),
+        (
+            {"boundary__1__partner": "bottom", "boundary__0__part": "right"},
+            "part 'bottom' is not part 'left' moved along",
+        ),
         ({"boundary__1__jump": [1.0, 2.0, 3.0]}, "boundary[1].jump"),
-        ({"step": [{"boundary": [{"part": "left", "value": ["x", 0.0]}]}]}, "is periodic, give its jump, two numbers"),
+        (
+            {"step": [{"boundary": [{"part": "left", "value": ["x", 0.0]}]}]},
+            "is periodic, give its jump, two numbers",
+        ),
     ],
-)  # fmt: skip
+)
 def test_refused(changes, said):
     with pytest.raises(InputError) as caught:
         solve(waves(0.5, **changes))
@@ -114,5 +208,14 @@ def test_boxes_are_refused():
     box = {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]}
     rest = [{"part": part, "condition": "symmetry"} for part in ("bottom", "front", "back")]
     with pytest.raises(InputError, match="periodic sides are those of plane bodies"):
-        solve(waves(0.5, geometry=box, boundary=[*rest, SIDES], contact__0__gap="x", mesh={"element_size": 1.0},
-                    obstacle__0__displacement=[0.0, 0.0, "free"], obstacle__0__force=[0.0, 0.0, -1.0]))  # fmt: skip
+        solve(
+            waves(
+                0.5,
+                geometry=box,
+                boundary=[*rest, SIDES],
+                contact__0__gap="x",
+                mesh={"element_size": 1.0},
+                obstacle__0__displacement=[0.0, 0.0, "free"],
+                obstacle__0__force=[0.0, 0.0, -1.0],
+            )
+        )

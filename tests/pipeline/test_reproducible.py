@@ -29,10 +29,16 @@ def test_the_same_bits_in_two_processes():
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-c", PROGRAM.format(number=1, formulation="condensed")]
     seen = {
-        subprocess.run(command, capture_output=True, text=True, timeout=300, check=True,
-                       env=os.environ | {"PYTHONPATH": path, "PYTHONHASHSEED": str(seed)}).stdout
+        subprocess.run(
+            command,
+            capture_output=True,
+            text=True,
+            timeout=300,
+            check=True,
+            env=os.environ | {"PYTHONPATH": path, "PYTHONHASHSEED": str(seed)},
+        ).stdout
         for seed in (1, 2)
-    }  # fmt: skip
+    }
     assert len(seen) == 1 and len(seen.pop().strip()) == 64
 
 

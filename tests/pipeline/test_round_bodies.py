@@ -1,4 +1,5 @@
-"""Round bodies: what faces what, loads in the volume that balance, motions that contact hardly resists."""
+"""Round bodies: what faces what, loads in the volume that balance, motions that contact hardly
+resists."""
 
 from __future__ import annotations
 
@@ -26,36 +27,65 @@ def held(part, *value):
 
 
 def crossed(push):
-    """Cylinders of radius 10, one above the other, that touch in a point, the upper one moved by `push`."""
+    """Cylinders of radius 10, one above the other, that touch in a point, the upper one moved by
+    `push`."""
     lower = {"shape": "cylinder", "from": [-10, 0, -10], "to": [10, 0, -10], "radius": 10}
     upper = {"shape": "cylinder", "from": [0, -10, 10], "to": [0, 10, 10], "radius": 10}
-    bodies = [{"name": "lower", "material": STEEL, "geometry": lower, "mesh": COARSE, "boundary": [held("bottom", 0, 0, 0)]},
-              {"name": "upper", "material": STEEL, "geometry": upper, "mesh": COARSE,
-               "boundary": [held("bottom", 0, 0, push), held("top", 0, 0, push)]}]  # fmt: skip
-    return {"body": bodies, "contact": [{"name": "cross", "secondary": "upper.side", "primary": "lower.side"}]}
+    bodies = [
+        {
+            "name": "lower",
+            "material": STEEL,
+            "geometry": lower,
+            "mesh": COARSE,
+            "boundary": [held("bottom", 0, 0, 0)],
+        },
+        {
+            "name": "upper",
+            "material": STEEL,
+            "geometry": upper,
+            "mesh": COARSE,
+            "boundary": [held("bottom", 0, 0, push), held("top", 0, 0, push)],
+        },
+    ]
+    return {
+        "body": bodies,
+        "contact": [{"name": "cross", "secondary": "upper.side", "primary": "lower.side"}],
+    }
 
 
 def test_sides_that_go_round_do_not_meet_through_the_bodies():
-    """A line along a generator touches the other cylinder where one of its panels turns away: that was an overlap of 30."""
+    """A line along a generator touches the other cylinder where one of its panels turns away: that
+    was an overlap of 30."""
     solution = solve(parse(Problem, crossed(0.5), "crossed"))
     assert solution.converged and not solution.last.pairs["cross"].pressure.any()
 
 
 def ring(name, inner, outer, **more):
     """A ring of height 20, turned by 360 degrees."""
-    sides = [{"part": "low", "to": [outer, 0]}, {"part": "out", "to": [outer, 20]}, {"part": "high", "to": [inner, 20]},
-             {"part": "in", "to": [inner, 0]}]  # fmt: skip
+    sides = [
+        {"part": "low", "to": [outer, 0]},
+        {"part": "out", "to": [outer, 20]},
+        {"part": "high", "to": [inner, 20]},
+        {"part": "in", "to": [inner, 0]},
+    ]
     flat = [{"part": part, "condition": "symmetry"} for part in ("low", "high")]
-    return {"name": name, "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.85e-9},
-            "geometry": {"shape": "revolved", "loops": [sides]}, "mesh": {"element_size": 20.0, "order": 1},
-            "boundary": flat, **more}  # fmt: skip
+    return {
+        "name": name,
+        "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3, "density": 7.85e-9},
+        "geometry": {"shape": "revolved", "loops": [sides]},
+        "mesh": {"element_size": 20.0, "order": 1},
+        "boundary": flat,
+        **more,
+    }
 
 
 def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
     """What the fit of its centrifugal load leaves over moved it sideways: "cannot be held"."""
     loads = {"angular_velocity": 1000.0}
-    data = {"body": [ring("shaft", 20, 40, loads=loads), ring("disc", 40, 80, loads=loads)],
-            "contact": [{"name": "fit", "secondary": "disc.in", "primary": "shaft.out", "gap": -0.04}]}  # fmt: skip
+    data = {
+        "body": [ring("shaft", 20, 40, loads=loads), ring("disc", 40, 80, loads=loads)],
+        "contact": [{"name": "fit", "secondary": "disc.in", "primary": "shaft.out", "gap": -0.04}],
+    }
     solution = solve(parse(Problem, data, "spin"))
     assert solution.converged and np.all(solution.last.pairs["fit"].pressure > 0.0)
     assert np.abs(solution.last.pairs["fit"].force).max() < 1e-6
@@ -63,14 +93,36 @@ def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
 
 def cup(friction):
     """A ball pressed into a cup by its weight."""
-    ball = [{"part": "skin", "to": [1, 0], "through": [0.5**0.5, -(0.5**0.5)]}, {"part": "top", "to": [0, 0]},
-            {"part": "axis", "to": [0, -1]}]  # fmt: skip
-    data = {"body": [{"name": "ball", "material": {**STEEL, "density": 1.0}, "loads": {"acceleration": [0, 0, -1e-3]},
-                      "geometry": {"shape": "revolved", "loops": [ball]}, "mesh": {"element_size": 0.4, "order": 2}}],
-            "obstacle": [{"name": "cup"}],
-            "contact": [{"name": "joint", "secondary": "ball.skin", "primary": "cup",
-                         "gap": "1.002 - sqrt(x**2 + y**2 + (z - .002)**2)"}]}  # fmt: skip
-    return data if friction is None else data | {"contact": [data["contact"][0] | {"friction_coefficient": friction}]}
+    ball = [
+        {"part": "skin", "to": [1, 0], "through": [0.5**0.5, -(0.5**0.5)]},
+        {"part": "top", "to": [0, 0]},
+        {"part": "axis", "to": [0, -1]},
+    ]
+    data = {
+        "body": [
+            {
+                "name": "ball",
+                "material": {**STEEL, "density": 1.0},
+                "loads": {"acceleration": [0, 0, -1e-3]},
+                "geometry": {"shape": "revolved", "loops": [ball]},
+                "mesh": {"element_size": 0.4, "order": 2},
+            }
+        ],
+        "obstacle": [{"name": "cup"}],
+        "contact": [
+            {
+                "name": "joint",
+                "secondary": "ball.skin",
+                "primary": "cup",
+                "gap": "1.002 - sqrt(x**2 + y**2 + (z - .002)**2)",
+            }
+        ],
+    }
+    return (
+        data
+        if friction is None
+        else data | {"contact": [data["contact"][0] | {"friction_coefficient": friction}]}
+    )
 
 
 @pytest.mark.parametrize("friction", [None, 0.3])
@@ -78,7 +130,11 @@ def test_what_a_ball_in_a_smooth_cup_turns_by_is_said_to_be_that_of_its_mesh(fri
     """On this regular mesh it is little."""
     monkeypatch.setattr(diagnosis, "FOLLOWS", 0.0)
     solution = solve(parse(Problem, cup(friction), "cup"))
-    told = [text for text in solution.info["warnings"] if "roughness of the mesh" in text or "nothing holds" in text]
+    told = [
+        text
+        for text in solution.info["warnings"]
+        if "roughness of the mesh" in text or "nothing holds" in text
+    ]
     assert solution.converged and bool(told) == (friction is None)
 
 
@@ -86,36 +142,78 @@ def test_blocks_that_just_touch_carry_nothing():
     """A gap of .01, closed by .01: what round-off leaves is neither contact nor overlap."""
     box = {"shape": "box", "lower": [-1, -1, -1], "upper": [1, 1, 0]}
     other = {"shape": "box", "lower": [-0.7, -0.7, 0.01], "upper": [0.7, 0.7, 1]}
-    data = {"body": [{"name": "a", "material": STEEL, "geometry": box, "mesh": {"element_size": 0.7, "order": 1},
-                      "boundary": [held("bottom", 0, 0, 0)]},
-                     {"name": "b", "material": STEEL, "geometry": other, "mesh": {"element_size": 0.5, "order": 1},
-                      "boundary": [held("top", 0, 0, -0.01)]}],
-            "contact": [{"name": "c", "secondary": "b.bottom", "primary": "a.top",
-                         "friction_coefficient": 0.2}]}  # fmt: skip
+    data = {
+        "body": [
+            {
+                "name": "a",
+                "material": STEEL,
+                "geometry": box,
+                "mesh": {"element_size": 0.7, "order": 1},
+                "boundary": [held("bottom", 0, 0, 0)],
+            },
+            {
+                "name": "b",
+                "material": STEEL,
+                "geometry": other,
+                "mesh": {"element_size": 0.5, "order": 1},
+                "boundary": [held("top", 0, 0, -0.01)],
+            },
+        ],
+        "contact": [
+            {"name": "c", "secondary": "b.bottom", "primary": "a.top", "friction_coefficient": 0.2}
+        ],
+    }
     solution = solve(parse(Problem, data, "touch"))
-    assert solution.converged and not carries_something(solution) and "touches without pressure" in solution.reason
+    assert (
+        solution.converged
+        and not carries_something(solution)
+        and "touches without pressure" in solution.reason
+    )
 
 
 def test_a_bonded_ball_is_not_cut_without_end():
-    """Panels of faces that stay together need not follow these more closely than their errors ask."""
+    """Panels of faces that stay together need not follow these more closely than their errors
+    ask."""
     half = 0.5**1.5
-    skin = [{"part": "skin", "to": [0.5, 0], "through": [half, -half]},
-            {"part": "skin", "to": [0, 0.5], "through": [half, half]}, {"part": "axis", "to": [0, -0.5]}]  # fmt: skip
-    hole = [{"part": "bottom", "to": [1, -1]}, {"part": "side", "to": [1, 1]}, {"part": "top", "to": [0, 1]},
-            {"part": "axis", "to": [0, 0.5]}, {"part": "hole", "to": [0.5, 0], "through": [half, half]},
-            {"part": "hole", "to": [0, -0.5], "through": [half, -half]}, {"part": "axis", "to": [0, -1]}]  # fmt: skip
-    bodies = [{"name": "ball", "material": {**STEEL, "young_modulus": 5.0},
-                     "geometry": {"shape": "revolved", "loops": [skin]}},
-                    {"name": "matrix", "material": STEEL, "geometry": {"shape": "revolved", "loops": [hole]},
-                     "boundary": [held("bottom", 0, 0, 0), held("top", 0, 0, 0.01)]}]  # fmt: skip
+    skin = [
+        {"part": "skin", "to": [0.5, 0], "through": [half, -half]},
+        {"part": "skin", "to": [0, 0.5], "through": [half, half]},
+        {"part": "axis", "to": [0, -0.5]},
+    ]
+    hole = [
+        {"part": "bottom", "to": [1, -1]},
+        {"part": "side", "to": [1, 1]},
+        {"part": "top", "to": [0, 1]},
+        {"part": "axis", "to": [0, 0.5]},
+        {"part": "hole", "to": [0.5, 0], "through": [half, half]},
+        {"part": "hole", "to": [0, -0.5], "through": [half, -half]},
+        {"part": "axis", "to": [0, -1]},
+    ]
+    bodies = [
+        {
+            "name": "ball",
+            "material": {**STEEL, "young_modulus": 5.0},
+            "geometry": {"shape": "revolved", "loops": [skin]},
+        },
+        {
+            "name": "matrix",
+            "material": STEEL,
+            "geometry": {"shape": "revolved", "loops": [hole]},
+            "boundary": [held("bottom", 0, 0, 0), held("top", 0, 0, 0.01)],
+        },
+    ]
     pair = {"name": "c", "secondary": "ball.skin", "primary": "matrix.hole", "normal": "bonded"}
     assert adapt(parse(Problem, {"body": bodies, "contact": [pair]}, "bonded"), 0.5).converged
 
 
 def test_what_thin_bodies_bend_too_little_is_in_the_estimate():
-    """A ring of thickness 2 and panels of 20: an error of forces by the square of size over thickness."""
-    data = {"body": [ring("thin", 38, 40)], "obstacle": [{"name": "pin"}],
-            "contact": [{"name": "fit", "secondary": "thin.in", "primary": "pin", "gap": -0.01}]}  # fmt: skip
+    """A ring of thickness 2 and panels of 20: an error of forces by the square of size over
+    thickness."""
+    data = {
+        "body": [ring("thin", 38, 40)],
+        "obstacle": [{"name": "pin"}],
+        "contact": [{"name": "fit", "secondary": "thin.in", "primary": "pin", "gap": -0.01}],
+    }
     data["body"][0]["mesh"] = {"element_size": 6.0, "order": 1}
     solution = solve(parse(Problem, data, "thin"))
     ratio = slenderness(solution.mesh)
@@ -135,14 +233,29 @@ def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on
     """A steel punch on rubber: with larger ones sets of contact cycled, with tractions of 1e5."""
     pad = {"shape": "cylinder", "from": [0, 0, -15], "to": [0, 0, 0], "radius": 20}
     punch = {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 8], "radius": 8}
-    data = {"body": [{"name": "punch", "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3}, "geometry": punch,
-                      "boundary": [held("top", 0, 0, -0.2)]},
-                     {"name": "pad", "material": {"young_modulus": 8.0, "poisson_ratio": 0.45}, "geometry": pad,
-                      "boundary": [held("bottom", 0, 0, 0)]}],
-            "contact": [{"name": "c", "secondary": "punch.bottom", "primary": "pad.top"}]}  # fmt: skip
+    data = {
+        "body": [
+            {
+                "name": "punch",
+                "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3},
+                "geometry": punch,
+                "boundary": [held("top", 0, 0, -0.2)],
+            },
+            {
+                "name": "pad",
+                "material": {"young_modulus": 8.0, "poisson_ratio": 0.45},
+                "geometry": pad,
+                "boundary": [held("bottom", 0, 0, 0)],
+            },
+        ],
+        "contact": [{"name": "c", "secondary": "punch.bottom", "primary": "pad.top"}],
+    }
     solution = adapt(parse(Problem, data, "punch"), 0.9)
     punch, pad = solution.meshes["punch"], solution.meshes["pad"]
     lengths = [np.linalg.norm(sides(mesh), axis=2).max(axis=1) for mesh in (punch, pad)]
     own, other = facing((punch, "bottom"), (pad, "top"), None)
     assert solution.converged and solution.last.iterations < 20
-    assert np.all(lengths[1][other] <= LONGER * lengths[0][own]) and lengths[1].max() > 2.0 * lengths[0][own].max()
+    assert (
+        np.all(lengths[1][other] <= LONGER * lengths[0][own])
+        and lengths[1].max() > 2.0 * lengths[0][own].max()
+    )

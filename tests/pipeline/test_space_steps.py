@@ -1,4 +1,5 @@
-"""Bodies, obstacles, laws and load steps in space: what must not change an answer, what cannot be held, what is refused."""
+"""Bodies, obstacles, laws and load steps in space: what must not change an answer, what cannot be
+held, what is refused."""
 
 from __future__ import annotations
 
@@ -27,8 +28,10 @@ from petcontact.results.solution import read_result
 from petcontact.results.vtu.collection import write_collection
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
-               for part in ("left", "right", "front", "back"))  # fmt: skip
+FREE = "".join(
+    f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
+    for part in ("left", "right", "front", "back")
+)
 BLOCK = (
     """
 [material]
@@ -63,7 +66,13 @@ value = [0.15, 0.1, -1.0]
 """
 )
 PUNCHED = (
-    block("block", [-1.0, -1.0, -1.0], [1.0, 1.0, 0.0], mesh="element_size = 0.5, order = 1", bottom=[0.0, 0.0, 0.0])
+    block(
+        "block",
+        [-1.0, -1.0, -1.0],
+        [1.0, 1.0, 0.0],
+        mesh="element_size = 0.5, order = 1",
+        bottom=[0.0, 0.0, 0.0],
+    )
     + obstacle("ball", [0.0, 0.0, -0.1], "centre = [0.0, 0.0, 0.5]")
     + contact_pair("top", "block.top", "ball", 0.3, "(x**2 + y**2)/4")
     + load_step()
@@ -109,7 +118,8 @@ def vectors(pair, components):
 
 
 def assert_law(pair, mu, tolerance=2e-5, reach=1e-6):
-    """Unilateral contact with Coulomb's law at every node, whoever found it; what displacements reach scales overlaps."""
+    """Unilateral contact with Coulomb's law at every node, whoever found it; what displacements
+    reach scales overlaps."""
     size = np.abs(pair.pressure).max(initial=1e-300)
     assert pair.pressure.min() >= -tolerance * size and pair.gap.min() >= -1e-6 * reach
     assert not pair.pressure[pair.state == 2].any() and not pair.sigma_t[pair.state == 2].any()
@@ -117,12 +127,17 @@ def assert_law(pair, mu, tolerance=2e-5, reach=1e-6):
     assert np.all(shear <= mu * pair.pressure + tolerance * size)
     slides = (pair.state == 1) & (moved > 1e-6 * moved.max(initial=1e-300))
     against = pair.slip_increment[slides] / moved[slides, None]
-    assert np.allclose(pair.sigma_t[slides], -mu * pair.pressure[slides, None] * against, atol=10 * tolerance * size)
+    assert np.allclose(
+        pair.sigma_t[slides],
+        -mu * pair.pressure[slides, None] * against,
+        atol=10 * tolerance * size,
+    )
     assert np.all(moved[pair.state == 0] <= 1e-10 + tolerance * moved.max(initial=0.0))
 
 
 def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
-    """Tresca's law as a case of the law in all directions, against the tangents alone with known normals."""
+    """Tresca's law as a case of the law in all directions, against the tangents alone with known
+    normals."""
     problem = load(CONFIGS / "space_b.toml", {"mesh.element_size": 2.0, "method.tolerance": 1e-11})
     paper = solve(problem).contact
 
@@ -138,7 +153,8 @@ def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
 
 
 def test_a_block_on_the_floor_held_by_friction():
-    """Six motions, no known displacement: equilibrium to round-off; mirrored loads mirror the answer."""
+    """Six motions, no known displacement: equilibrium to round-off; mirrored loads mirror the
+    answer."""
     one, other = solved(BLOCK), solved(BLOCK, step__1__boundary__0__value=[-0.15, 0.1, -1.0])
     assert one.converged and one.info["motions"] == {"body": 6}
     pair, mirrored = one.last.pairs["bottom"], other.last.pairs["bottom"]
@@ -154,7 +170,10 @@ def test_a_block_on_the_floor_held_by_friction():
     ("value", "why"),
     [
         ([0.4, 0.0, -1.0], "pushes it along +x"),
-        ([0.288, 0.119, -1.0], "cannot be held"),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
+        (
+            [0.288, 0.119, -1.0],
+            "cannot be held",
+        ),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
         ([0.0, 0.0, 0.5], "pushes it along +z"),
         (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
     ],
@@ -171,73 +190,122 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
     motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
-    law = SignoriniCoulomb(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
+    law = SignoriniCoulomb(
+        np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3
+    )
     for share, slides in ((0.999, False), (1.001, True)):
         push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
-        modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))
+        modes = Modes(
+            motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0])
+        )
         assert (unbalanced_load(modes, law) is not None) == slides
 
 
 def written_as_facets(path, turn):
     """The block of PUNCHED as quadrilaterals of a Gmsh file, turned in space."""
-    mesh = box_mesh(BoxSurface(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.0])), lambda part: 0.5, 1, 1.4)
+    mesh = box_mesh(
+        BoxSurface(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.0])),
+        lambda part: 0.5,
+        1,
+        1.4,
+    )
     points, numbers = np.unique(mesh.corners.reshape(-1, 3).round(12), axis=0, return_inverse=True)
     tags = mesh.part + 1
-    meshio.write(path, meshio.Mesh(
-        points @ turn.T, [("quad", numbers.reshape(-1, 4))], cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
-        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(BOX_PARTS)},
-    ), file_format="gmsh22", binary=False)  # fmt: skip
+    meshio.write(
+        path,
+        meshio.Mesh(
+            points @ turn.T,
+            [("quad", numbers.reshape(-1, 4))],
+            cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
+            field_data={name: np.array([k + 1, 2]) for k, name in enumerate(BOX_PARTS)},
+        ),
+        file_format="gmsh22",
+        binary=False,
+    )
 
 
 def test_a_turned_body_has_a_turned_answer(tmp_path):
     """A Gmsh surface turned in space, with its loads, gap and obstacle, against the box."""
     turn = scipy.spatial.transform.Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix()
     written_as_facets(tmp_path / "turned.msh", turn)
-    x, y = (" + ".join(f"({factor:.16g})*{name}" for factor, name in zip(turn[:, k], "xyz", strict=True)) for k in (0, 1))
+    x, y = (
+        " + ".join(
+            f"({factor:.16g})*{name}" for factor, name in zip(turn[:, k], "xyz", strict=True)
+        )
+        for k in (0, 1)
+    )
     straight = solved(PUNCHED, method__tolerance=1e-10)
-    turned = solved(PUNCHED, method__tolerance=1e-10, **{
-        "body__0__geometry": {"shape": "gmsh", "file": str(tmp_path / "turned.msh")}, "body__0__mesh": {"order": 1},
-        "obstacle__0__displacement": (turn @ [0.0, 0.0, -0.1]).tolist(),
-        "obstacle__0__centre": (turn @ [0.0, 0.0, 0.5]).tolist(),
-        "step__1__obstacle__0__displacement": (turn @ [0.03, 0.01, -0.1]).tolist(),
-        "contact__0__gap": f"(({x})**2 + ({y})**2)/4",
-    })  # fmt: skip
+    turned = solved(
+        PUNCHED,
+        method__tolerance=1e-10,
+        **{
+            "body__0__geometry": {"shape": "gmsh", "file": str(tmp_path / "turned.msh")},
+            "body__0__mesh": {"order": 1},
+            "obstacle__0__displacement": (turn @ [0.0, 0.0, -0.1]).tolist(),
+            "obstacle__0__centre": (turn @ [0.0, 0.0, 0.5]).tolist(),
+            "step__1__obstacle__0__displacement": (turn @ [0.03, 0.01, -0.1]).tolist(),
+            "contact__0__gap": f"(({x})**2 + ({y})**2)/4",
+        },
+    )
     assert straight.converged and turned.converged
     for one, other in zip(straight.steps, turned.steps, strict=True):
         a, b = one.pairs["top"], other.pairs["top"]
         place = scipy.spatial.cKDTree(b.x).query(a.x @ turn.T)[1]
         size = a.pressure.max()
         assert np.allclose(a.pressure, b.pressure[place], atol=1e-7 * size)
-        assert np.allclose(vectors(a, a.sigma_t) @ turn.T, vectors(b, b.sigma_t)[place], atol=1e-7 * size)
+        assert np.allclose(
+            vectors(a, a.sigma_t) @ turn.T, vectors(b, b.sigma_t)[place], atol=1e-7 * size
+        )
         assert np.allclose(vectors(a, a.slip) @ turn.T, vectors(b, b.slip)[place], atol=1e-8)
         for key in ("force", "moment"):
             assert np.allclose(turn @ getattr(a, key), getattr(b, key), atol=1e-7 * size)
-            assert np.allclose(turn @ getattr(one.obstacles["ball"], key), getattr(other.obstacles["ball"], key), atol=1e-7)
+            assert np.allclose(
+                turn @ getattr(one.obstacles["ball"], key),
+                getattr(other.obstacles["ball"], key),
+                atol=1e-7,
+            )
 
 
 def test_an_obstacle_under_its_reactions_stays_where_it_was():
-    """All six motions given, then free under the forces and moments that held them: the same tractions."""
+    """All six motions given, then free under the forces and moments that held them: the same
+    tractions."""
     given = solved(PUNCHED, obstacle__0__rotation=[0.0, 0.05, 0.02], method__tolerance=1e-10)
     held = given.steps[0].obstacles["ball"]
-    freed = solved(PUNCHED, method__tolerance=1e-10, step=[], **{
-        "obstacle__0__displacement": "free", "obstacle__0__rotation": "free",
-        "obstacle__0__force": held.force.tolist(), "obstacle__0__moment": held.moment.tolist(),
-    })  # fmt: skip
+    freed = solved(
+        PUNCHED,
+        method__tolerance=1e-10,
+        step=[],
+        **{
+            "obstacle__0__displacement": "free",
+            "obstacle__0__rotation": "free",
+            "obstacle__0__force": held.force.tolist(),
+            "obstacle__0__moment": held.moment.tolist(),
+        },
+    )
     assert freed.converged, freed.reason
     moved = freed.last.obstacles["ball"]
     assert moved.displacement == pytest.approx([0.0, 0.0, -0.1], abs=1e-8)
     assert moved.rotation == pytest.approx([0.0, 0.05, 0.02], abs=1e-8)
     a, b = given.steps[0].pairs["top"], freed.last.pairs["top"]
-    assert np.allclose(a.pressure, b.pressure, atol=1e-7) and np.allclose(a.sigma_t, b.sigma_t, atol=1e-7)
+    assert np.allclose(a.pressure, b.pressure, atol=1e-7) and np.allclose(
+        a.sigma_t, b.sigma_t, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("normal", ["bonded", "unilateral"])
 def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
-    """The load comes through the obstacle alone: nothing but a rigid motion to measure the displacement by."""
+    """The load comes through the obstacle alone: nothing but a rigid motion to measure the
+    displacement by."""
     friction = {"contact__0__friction_coefficient": 0.9} if normal == "unilateral" else {}
     text = PUNCHED.replace("friction_coefficient = 0.3", "").replace('gap = "(x**2 + y**2)/4"', "")
-    solution = solved(text, step=[], obstacle__0__displacement="free", obstacle__0__force=[0.001, 0.002, -0.02],
-                      contact__0__normal=normal, **friction)  # fmt: skip
+    solution = solved(
+        text,
+        step=[],
+        obstacle__0__displacement="free",
+        obstacle__0__force=[0.001, 0.002, -0.02],
+        contact__0__normal=normal,
+        **friction,
+    )
     assert solution.converged and solution.iterations <= 3
     pair, ball = solution.last.pairs["top"], solution.last.obstacles["ball"]
     assert set(pair.state) == {0} and pair.force == pytest.approx([0.001, 0.002, -0.02], abs=1e-14)
@@ -246,13 +314,25 @@ def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
 
 
 def test_what_to_look_at_is_told():
-    """Motions that nothing holds, parts that do not face each other, overlaps, contact of a few nodes."""
-    smooth = solved(STACK, contact__0__friction_coefficient=0.0, body__1__boundary__0__value=[0.0, 0.0, -1.0])
-    assert smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.info["warnings"][0]
+    """Motions that nothing holds, parts that do not face each other, overlaps, contact of a few
+    nodes."""
+    smooth = solved(
+        STACK, contact__0__friction_coefficient=0.0, body__1__boundary__0__value=[0.0, 0.0, -1.0]
+    )
+    assert (
+        smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.info["warnings"][0]
+    )
     apart = solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top")
     assert not apart.converged and "never touch" in apart.info["warnings"][0]
-    with pytest.raises(InputError, match=r"contact\[0\]: no node .* faces of a bilateral contact must meet"):
-        solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top", contact__0__normal="bilateral")
+    with pytest.raises(
+        InputError, match=r"contact\[0\]: no node .* faces of a bilateral contact must meet"
+    ):
+        solved(
+            STACK,
+            contact__0__secondary="block.left",
+            contact__0__primary="base.top",
+            contact__0__normal="bilateral",
+        )
     inside = solved(STACK, body__1__geometry__lower=[0.0, 0.0, -0.5])
     assert "overlaps by 0.5, far for the theory of small displacements" in inside.reason
     few = solved(PUNCHED, obstacle__0__displacement=[0.0, 0.0, -0.012], step=[])
@@ -260,7 +340,8 @@ def test_what_to_look_at_is_told():
 
 
 def test_a_stack_files_figures_and_fields(tmp_path):
-    """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was solved."""
+    """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was
+    solved."""
     solution = solved(STACK)
     assert solution.converged and solution.info["motions"] == {"base": 0, "block": 6}
     (warning,) = solution.info["warnings"]
@@ -279,14 +360,26 @@ def test_a_stack_files_figures_and_fields(tmp_path):
         assert all(place[key].shape == shape for key, shape in shapes.items())
         assert place.attrs["force"].shape == place.attrs["moment"].shape == (3,)
     again = read_result(tmp_path / "stack.h5")
-    assert again.verdict() == solution.verdict() and "body block: 40 elements of order 1, 480 unknowns" in again.verdict()
+    assert (
+        again.verdict() == solution.verdict()
+        and "body block: 40 elements of order 1, 480 unknowns" in again.verdict()
+    )
     inside = np.array([[1.0, 0.5, 0.5], [0.4, 0.3, 0.7]])
     assert np.array_equal(again.at(inside, "block"), solution.at(inside, "block"))
     assert again.stress_at(inside, "block")[:, 2] == pytest.approx([-1.0, -1.0], abs=0.3)
     with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
         again.at(inside, "blok")
     figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
-    kinds = ("surface", "displacement", "traction", "normal", "states", "error", "stress", "history")
+    kinds = (
+        "surface",
+        "displacement",
+        "traction",
+        "normal",
+        "states",
+        "error",
+        "stress",
+        "history",
+    )
     assert figures == {f"stack-{kind}" for kind in kinds}
     files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
     assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]
@@ -299,18 +392,28 @@ def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
     write_solution(tmp_path / "block.h5", solution)
     with h5py.File(tmp_path / "block.h5") as file:
         contact, m = file["contact"], len(solution.last.pairs["bottom"].x)
-        assert contact["u_t"].shape == contact["sigma_t"].shape == (m, 2) and contact["tangent"].shape == (m, 2, 3)
+        assert contact["u_t"].shape == contact["sigma_t"].shape == (m, 2) and contact[
+            "tangent"
+        ].shape == (m, 2, 3)
         u = file["boundary/u"][()][contact["nodes"][()]]
         assert np.allclose(contact["u_t"], np.einsum("md,mtd->mt", u, contact["tangent"]))
     later = solved(BLOCK, method__start=f"{tmp_path / 'block.h5'}:1")
     assert later.converged and len(later.steps) == 2
-    assert np.allclose(later.last.pairs["bottom"].sigma_t, solution.last.pairs["bottom"].sigma_t, atol=1e-5)
+    assert np.allclose(
+        later.last.pairs["bottom"].sigma_t, solution.last.pairs["bottom"].sigma_t, atol=1e-5
+    )
 
 
 def test_gaps_are_distances_along_the_direction():
-    """A block above the base, pushed down by more than the distance, along its normal or an oblique direction."""
-    lifted = {"body__1__geometry__lower": [0.0, 0.0, 0.1], "body__1__geometry__upper": [2.0, 1.0, 1.1],
-              "body__1__boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.11]}]}  # fmt: skip
+    """A block above the base, pushed down by more than the distance, along its normal or an oblique
+    direction."""
+    lifted = {
+        "body__1__geometry__lower": [0.0, 0.0, 0.1],
+        "body__1__geometry__upper": [2.0, 1.0, 1.1],
+        "body__1__boundary": [
+            {"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.11]}
+        ],
+    }
     straight = solved(STACK, **lifted)
     assert straight.converged and straight.info["distance"]["pair"] == pytest.approx(0.1)
     assert straight.last.pairs["pair"].force[2] > 0.5
@@ -324,47 +427,96 @@ SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12)]
 
 @pytest.mark.parametrize("seed", [0, 1, *SLOW])
 def test_random_problems_obey_the_law(seed):
-    """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every node, step by step."""
+    """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every
+    node, step by step."""
     rng = np.random.default_rng(seed)
     lower = rng.uniform(-1.0, 0.0, 3)
     upper = lower + rng.uniform(0.7, 1.5, 3)
     mu, tilt = float(rng.uniform(0.1, 1.0)), rng.uniform(-0.02, 0.02, 2)
     solution = solved(
-        BLOCK, geometry__lower=lower.tolist(), geometry__upper=upper.tolist(),
+        BLOCK,
+        geometry__lower=lower.tolist(),
+        geometry__upper=upper.tolist(),
         mesh__order=int(rng.integers(1, 3)),  # one row of constant panels tips
-        material__poisson_ratio=float(rng.uniform(-0.2, 0.45)), boundary__0__friction_coefficient=mu,
+        material__poisson_ratio=float(rng.uniform(-0.2, 0.45)),
+        boundary__0__friction_coefficient=mu,
         boundary__0__gap=f"{tilt[0]}*x + {tilt[1]}*y + 0.01*(x - {upper[0]})**2",
         step__1__boundary__0__value=[*(0.3 * mu * rng.uniform(-0.5, 0.5, 2)).tolist(), -1.0],
         step__1__increments=int(rng.integers(1, 3)),
-    )  # fmt: skip
+    )
     assert solution.converged, solution.reason
     for step in solution.steps:
         assert step.residuals["balance"] < 1e-12 and not step.residuals["elastic"] > 1e-10
-        # methods stop at 1e-6 of what moves, as Newton in all directions does before it is at round-off
+        # methods stop at 1e-6 of what moves, as Newton in all directions does before it is at
+        # round-off
         assert_law(step.pairs["bottom"], mu, reach=np.abs(step.bodies["body"].u).max())
 
 
 @pytest.mark.parametrize(
     ("text", "changes", "message"),
     [
-        (PUNCHED, {"obstacle__0__displacement": [0.0, -0.1]}, "obstacle 'ball': displacement: needs 3 components"),
-        (PUNCHED, {"obstacle__0__rotation": 0.1}, "obstacle 'ball': rotation: needs 3 components here, got 0.1"),
+        (
+            PUNCHED,
+            {"obstacle__0__displacement": [0.0, -0.1]},
+            "obstacle 'ball': displacement: needs 3 components",
+        ),
+        (
+            PUNCHED,
+            {"obstacle__0__rotation": 0.1},
+            "obstacle 'ball': rotation: needs 3 components here, got 0.1",
+        ),
         (PUNCHED, {"obstacle__0__centre": [0.0, 0.0]}, "centre: needs 3 components"),
-        (PUNCHED, {"obstacle__0__force": "strong"}, r"obstacle\[0\].force: must be a finite number or an array"),
-        (PUNCHED, {"contact__0__direction": [0.0, 1.0]}, r"contact\[0\].direction: the body has 3 dimensions"),
-        (PUNCHED, {"contact__0__direction": [1.0, 0.0, 0.0]}, r"contact\[0\].direction: must point out of part 'top'"),
-        (PUNCHED, {"contact__0__direction": [0.0, 0.6, -0.8]}, r"contact\[0\].direction: must point out of part 'top'"),
+        (
+            PUNCHED,
+            {"obstacle__0__force": "strong"},
+            r"obstacle\[0\].force: must be a finite number or an array",
+        ),
+        (
+            PUNCHED,
+            {"contact__0__direction": [0.0, 1.0]},
+            r"contact\[0\].direction: the body has 3 dimensions",
+        ),
+        (
+            PUNCHED,
+            {"contact__0__direction": [1.0, 0.0, 0.0]},
+            r"contact\[0\].direction: must point out of part 'top'",
+        ),
+        (
+            PUNCHED,
+            {"contact__0__direction": [0.0, 0.6, -0.8]},
+            r"contact\[0\].direction: must point out of part 'top'",
+        ),
         (PUNCHED, {"contact__0__gap": "s"}, "unknown name 's'"),
-        (PUNCHED, {"contact__0__friction_coefficient": "z - 1"}, "must be >= 0, is -1 at x = .*, y = .*, z = 0"),
-        (PUNCHED, {"contact__0__normal": "bonded"}, "friction_coefficient: bonded parts do not slip"),
-        (STACK, {"body__0__boundary__0__value": [0.0, 0.0]}, "body 'base': bottom.*: the body has 3 dimensions, got 2"),
+        (
+            PUNCHED,
+            {"contact__0__friction_coefficient": "z - 1"},
+            "must be >= 0, is -1 at x = .*, y = .*, z = 0",
+        ),
+        (
+            PUNCHED,
+            {"contact__0__normal": "bonded"},
+            "friction_coefficient: bonded parts do not slip",
+        ),
+        (
+            STACK,
+            {"body__0__boundary__0__value": [0.0, 0.0]},
+            "body 'base': bottom.*: the body has 3 dimensions, got 2",
+        ),
         (STACK, {"body__1__geometry": SQUARE}, "has 2 dimensions"),
-        (STACK, {"body__1__point_force": [{"at": [1.0, 1.0], "force": [0.0, 0.0, 1.0]}]}, "at: the body has 3 dimensions"),
+        (
+            STACK,
+            {"body__1__point_force": [{"at": [1.0, 1.0], "force": [0.0, 0.0, 1.0]}]},
+            "at: the body has 3 dimensions",
+        ),
         (STACK, {"contact__0__primary": "base.tip"}, "no part 'tip', did you mean 'top'"),
-        (BLOCK, {"step__1__boundary__0__value": [0.1, 0.2]}, "the body has 3 dimensions, got 2 components|has 3 components"),
+        (
+            BLOCK,
+            {"step__1__boundary__0__value": [0.1, 0.2]},
+            "the body has 3 dimensions, got 2 components|has 3 components",
+        ),
         (BLOCK, {"mesh__levels": 3}, "mesh.levels: is for plane bodies"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_one_line(text, changes, message):
     with pytest.raises(InputError, match=message) as caught:
         solved(text, **changes)
@@ -374,10 +526,20 @@ def test_bad_input_is_one_line(text, changes, message):
 def test_meshes_that_do_not_match_are_told(tmp_path):
     """A Gmsh surface on a box: the verdict says so, and forces balance to round-off."""
     written_as_facets(tmp_path / "cube.msh", np.eye(3))
-    solution = solved(STACK, body__0__geometry={"shape": "gmsh", "file": str(tmp_path / "cube.msh")},
-                      body__0__mesh={"order": 1}, body__1__geometry__lower=[-0.7, -0.4, 0.0],
-                      body__1__geometry__upper=[0.7, 0.6, 1.0])  # fmt: skip
-    assert solution.converged and "do not match" in solution.info["warnings"][0] and "warning: " in solution.verdict()
+    solution = solved(
+        STACK,
+        body__0__geometry={"shape": "gmsh", "file": str(tmp_path / "cube.msh")},
+        body__0__mesh={"order": 1},
+        body__1__geometry__lower=[-0.7, -0.4, 0.0],
+        body__1__geometry__upper=[0.7, 0.6, 1.0],
+    )
+    assert (
+        solution.converged
+        and "do not match" in solution.info["warnings"][0]
+        and "warning: " in solution.verdict()
+    )
     base, traction = solution.meshes["base"], solution.last.bodies["base"].traction
     nodes = base.nodes_of("top")
-    assert base.weight[nodes] @ traction[nodes] == pytest.approx(-solution.last.pairs["pair"].force, abs=1e-12)
+    assert base.weight[nodes] @ traction[nodes] == pytest.approx(
+        -solution.last.pairs["pair"].force, abs=1e-12
+    )

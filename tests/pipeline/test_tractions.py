@@ -1,4 +1,5 @@
-"""Adaptive meshes for pressure and shear: where corners press, where increments leave kinks, what the estimate says."""
+"""Adaptive meshes for pressure and shear: where corners press, where increments leave kinks, what
+the estimate says."""
 
 from __future__ import annotations
 
@@ -26,17 +27,33 @@ def blocks(low: float, high: float, **changes) -> Problem:
         "upper": (10.0, [low, 0.0], [high, 1.0], {"part": "top", "value": [0.01, -0.02]}),
         "lower": (1.0, [-1.0, -1.0], [1.0, 0.0], {"part": "bottom", "value": [0.0, 0.0]}),
     }
-    bodies = [{"name": name, "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
-               "geometry": {"shape": "rectangle", "lower_left": start, "upper_right": end},
-               "boundary": [{"condition": "displacement", **held}]}
-              for name, (modulus, start, end, held) in made.items()]  # fmt: skip
-    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.3}
+    bodies = [
+        {
+            "name": name,
+            "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
+            "geometry": {"shape": "rectangle", "lower_left": start, "upper_right": end},
+            "boundary": [{"condition": "displacement", **held}],
+        }
+        for name, (modulus, start, end, held) in made.items()
+    ]
+    contact = {
+        "name": "pair",
+        "secondary": "upper.bottom",
+        "primary": "lower.top",
+        "friction_coefficient": 0.3,
+    }
     return parse(Problem, {"body": bodies, "contact": [contact], **changes}, "blocks")
 
 
-@pytest.mark.parametrize(("low", "high", "on_upper", "on_lower"), [
-    (-2.0, 2.0, [1.0, 3.0], []), (-0.5, 0.5, [], [0.5, 1.5]), (-2.0, 0.5, [1.0], [0.5]), (-1.0, 1.0, [], []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("low", "high", "on_upper", "on_lower"),
+    [
+        (-2.0, 2.0, [1.0, 3.0], []),
+        (-0.5, 0.5, [], [0.5, 1.5]),
+        (-2.0, 0.5, [1.0], [0.5]),
+        (-1.0, 1.0, [], []),
+    ],
+)
 def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     problem = blocks(low, high)
     outlines = [body.geometry.outline() for body in problem.body]
@@ -49,15 +66,20 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
 
 
 def test_a_corner_that_presses_inside_of_the_secondary_is_no_error_that_stays(comm):
-    # body 63 of seed 1 stagnated at 1e-1: p is infinite where the ends of the lower body press on the upper one
-    solution, best = (adapt(random_contact(1, 63), accuracy, comm=comm) for accuracy in (1e-2, 1e-3))
+    # body 63 of seed 1 stagnated at 1e-1: p is infinite where the ends of the lower body press on
+    # the upper one
+    solution, best = (
+        adapt(random_contact(1, 63), accuracy, comm=comm) for accuracy in (1e-2, 1e-3)
+    )
     assert solution.converged and best.converged, best.reason
     assert difference(solution, best).inside <= 1e-2
     # with the ends the error is much larger, and the verdict says where
     assert solution.info["error_with_ends"] > 0.05
     assert solution.info["singular"]["pair"] == pytest.approx([0.28995, 2.33204], abs=1e-5)
     assert "with the ends of parts" in verdict(solution)
-    assert "tractions are singular: pair at s = 0.28995, 2.332" in " ".join(verdict(solution).split())
+    assert "tractions are singular: pair at s = 0.28995, 2.332" in " ".join(
+        verdict(solution).split()
+    )
 
 
 def test_a_short_stick_zone_between_opposite_slips_is_followed(comm):
@@ -72,7 +94,10 @@ def test_where_slip_turns_there_is_an_edge():
     moved, ones = s - 0.3004, np.ones(1001)
 
     def places(state, smallest=1.0):
-        return [edge.s for edge in edges(s, ones, -np.sign(moved), ones, 0.0 * s, moved, state, smallest)]
+        return [
+            edge.s
+            for edge in edges(s, ones, -np.sign(moved), ones, 0.0 * s, moved, state, smallest)
+        ]
 
     none = np.zeros(0)
     assert edges(none, none, none, none, none, none, none.astype(np.int64)) == []
@@ -87,13 +112,21 @@ def test_where_slip_turns_there_is_an_edge():
 
 def test_edges_of_earlier_increments_count(comm):
     loads = {"boundary": [{"body": "upper", "part": "top", "value": [0.02, -0.02]}]}
-    problem = blocks(-0.5, 0.5, step=[{"boundary": [{"body": "upper", "part": "top", "value": [0.0, -0.02]}]},
-                                      {"increments": 4, **loads}])  # fmt: skip
+    problem = blocks(
+        -0.5,
+        0.5,
+        step=[
+            {"boundary": [{"body": "upper", "part": "top", "value": [0.0, -0.02]}]},
+            {"increments": 4, **loads},
+        ],
+    )
     solution = solve(problem, comm=comm)
     every = found_edges(solution, 1e-3, {"pair": 0.0})["pair"]
-    alone = found_edges(dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]), 1e-3, {"pair": 0.0})[
-        "pair"
-    ]
+    alone = found_edges(
+        dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]),
+        1e-3,
+        {"pair": 0.0},
+    )["pair"]
     assert len(every) > len(alone)
     assert {edge.s for edge in alone} <= {edge.s for edge in every}
 

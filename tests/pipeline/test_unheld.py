@@ -18,10 +18,20 @@ from petcontact.pipeline.steps.load_steps import first_increment
 
 def block(gap="y", **changes):
     """A block on a floor, held by contact only."""
-    body = {"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
-            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
-            "mesh": {"element_size": 0.25}, **changes}  # fmt: skip
-    contact = {"name": "pair", "secondary": "block.bottom", "primary": "floor", "gap": gap, "friction_coefficient": 0.3}
+    body = {
+        "name": "block",
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
+        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+        "mesh": {"element_size": 0.25},
+        **changes,
+    }
+    contact = {
+        "name": "pair",
+        "secondary": "block.bottom",
+        "primary": "floor",
+        "gap": gap,
+        "friction_coefficient": 0.3,
+    }
     return {"body": [body], "obstacle": [{"name": "floor"}], "contact": [contact]}
 
 
@@ -34,20 +44,41 @@ def solved(data, **more):
 def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, increments, monkeypatch):
     """One solve in all, at the least load that is tried, where Coulomb's cone holds none of it."""
     calls, solver = [], Increment.solved
-    monkeypatch.setattr(Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor))
+    monkeypatch.setattr(
+        Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor)
+    )
     top = {"part": "top", "condition": "traction", "value": load}
     solution = solved(block(boundary=[top]), step=[{"increments": increments}])
-    assert not solution.converged and f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
+    assert (
+        not solution.converged
+        and f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
+    )
     assert len(calls) == 1
 
 
 def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
-    """A plate pressed by a given displacement, so that no linear program sees a limit of the torque."""
-    body = {"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5},
-            "geometry": {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]},
-            "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}]}  # fmt: skip
-    punch = {"name": "punch", "displacement": [0.0, 0.0, -0.01], "rotation": [0.0, 0.0, "free"], "moment": [0.0, 0.0, 1.0]}
-    contact = {"name": "pair", "secondary": "block.top", "primary": "punch", "gap": 0.0, "friction_coefficient": 0.3}
+    """A plate pressed by a given displacement, so that no linear program sees a limit of the
+    torque."""
+    body = {
+        "name": "block",
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "mesh": {"element_size": 0.5},
+        "geometry": {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+    }
+    punch = {
+        "name": "punch",
+        "displacement": [0.0, 0.0, -0.01],
+        "rotation": [0.0, 0.0, "free"],
+        "moment": [0.0, 0.0, 1.0],
+    }
+    contact = {
+        "name": "pair",
+        "secondary": "block.top",
+        "primary": "punch",
+        "gap": 0.0,
+        "friction_coefficient": 0.3,
+    }
     solution = solved({"body": [body], "obstacle": [punch], "contact": [contact]})
     assert not solution.converged
     assert "obstacle 'punch' cannot be held: the load pushes it to turn about z" in solution.reason
@@ -55,37 +86,64 @@ def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
 
 @pytest.mark.parametrize("gap", ["y", "y + 5"])
 def test_a_body_that_only_expands(gap):
-    """Nothing is carried, the residuals are those of nothing, and what touches nothing stays where it is."""
+    """Nothing is carried, the residuals are those of nothing, and what touches nothing stays where
+    it is."""
     solution = solved(block(gap, loads={"temperature": 100.0}, boundary=[]))
     pair, u = solution.last.pairs["pair"], solution.last.bodies["block"].u
-    assert solution.converged and not pair.pressure.any() and solution.last.residuals["normal"] == 0.0
-    assert np.abs(u).max() < 2.0 * 1.3e-3 and np.ptp(u, axis=0) == pytest.approx([2.6e-3, 1.3e-3], rel=0.1)
-    assert solution.info["warnings"][0].startswith("step 'load': nothing holds 3 motions of body 'block'")
+    assert (
+        solution.converged and not pair.pressure.any() and solution.last.residuals["normal"] == 0.0
+    )
+    assert np.abs(u).max() < 2.0 * 1.3e-3 and np.ptp(u, axis=0) == pytest.approx(
+        [2.6e-3, 1.3e-3], rel=0.1
+    )
+    assert solution.info["warnings"][0].startswith(
+        "step 'load': nothing holds 3 motions of body 'block'"
+    )
 
 
 def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
-    """Near the limit of a block of four constant elements none of the 4^4 sets of stick, slip either way and open is one."""
+    """Near the limit of a block of four constant elements none of the 4^4 sets of stick, slip
+    either way and open is one."""
     top = {"part": "top", "condition": "traction", "value": [0.45, -1.0]}
     data = block(boundary=[top], mesh={"element_size": 0.5})
     data["contact"][0] = {**data["contact"][0], "gap": 0.0, "friction_bound": 0.05}
     del data["contact"][0]["friction_coefficient"]
     increment = first_increment(prepare(parse(Problem, data, "test"))).to(0.1)
     outcome = increment.solved()
-    assert not outcome.converged and failure(increment, outcome).endswith("may be no solution, give a friction_coefficient")
+    assert not outcome.converged and failure(increment, outcome).endswith(
+        "may be no solution, give a friction_coefficient"
+    )
     assert unbalanced_load(increment.system.modes, increment.problem.discrete.law) is None
-    compliance = np.array([increment.system.apply(one.reshape(4, 2)).ravel() for one in np.eye(8)]).T
+    compliance = np.array(
+        [increment.system.apply(one.reshape(4, 2)).ravel() for one in np.eye(8)]
+    ).T
     for factor, count in ((0.05, 1), (0.1, 0)):
         system = increment.to(factor).system
-        assert sum(solves(system, compliance, 0.05, sets) for sets in itertools.product(range(4), repeat=4)) == count
+        assert (
+            sum(
+                solves(system, compliance, 0.05, sets)
+                for sets in itertools.product(range(4), repeat=4)
+            )
+            == count
+        )
 
 
 def solves(system, compliance, bound, sets):
-    """Whether the equations of sets (0 stick, 1 and 2 slip, 3 open at each node) have a solution within their limits."""
+    """Whether the equations of sets (0 stick, 1 and 2 slip, 3 open at each node) have a solution
+    within their limits."""
     m, sets = len(sets), np.array(sets)
-    motion, resultant = (a.reshape(2 * m, -1) for a in (system.modes.motion, np.moveaxis(system.modes.resultant, 0, -1)))
+    motion, resultant = (
+        a.reshape(2 * m, -1)
+        for a in (system.modes.motion, np.moveaxis(system.modes.resultant, 0, -1))
+    )
     held = np.column_stack([sets == 0, sets != 3]).ravel()
     given = np.column_stack([bound * ((sets == 1) * 1.0 - (sets == 2)), np.zeros(m)]).ravel()
-    rows = np.block([[compliance[np.ix_(held, held)], motion[held]], [resultant[held].T, np.zeros((motion.shape[1],) * 2)]])
+    rows = np.block(
+        [
+            [compliance[np.ix_(held, held)], motion[held]],
+            [resultant[held].T, np.zeros((motion.shape[1],) * 2)],
+        ]
+    )
     at_rest = system.u_0.ravel() + compliance @ given
     right = -np.concatenate([at_rest[held], system.modes.load + resultant.T @ given])
     found = np.linalg.lstsq(rows, right, rcond=None)[0]
@@ -96,4 +154,6 @@ def solves(system, compliance, bound, sets):
     v = (system.u_0.ravel() + compliance @ sigma + motion @ found[n:]).reshape(m, 2)
     sigma, (tiny_v, tiny) = sigma.reshape(m, 2), (1e-9 * np.abs(part).max() for part in (v, sigma))
     slips = ((sets == 1) & (v[:, 0] > tiny_v)) | ((sets == 2) & (v[:, 0] < -tiny_v))
-    return not np.any(slips | (v[:, 1] > tiny_v) | (sigma[:, 1] > tiny) | (np.abs(sigma[:, 0]) > bound + tiny))
+    return not np.any(
+        slips | (v[:, 1] > tiny_v) | (sigma[:, 1] > tiny) | (np.abs(sigma[:, 0]) > bound + tiny)
+    )

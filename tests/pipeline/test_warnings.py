@@ -5,35 +5,76 @@ from __future__ import annotations
 import pytest
 from curved_bodies import icosphere, written
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, adapt, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Traction,
+    adapt,
+    solve,
+)
 from petcontact.model.base import parse
 
 
 def test_a_body_that_turns_is_warned_of(comm):
     """A block whose top is turned by 3 rad, above a floor that it does not reach."""
     block = Problem(
-        material=Material(young_modulus=1.0, poisson_ratio=0.3), geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
+        material=Material(young_modulus=1.0, poisson_ratio=0.3),
+        geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
         mesh=MeshOptions(element_size=0.25),
-        boundary=[Contact("bottom", normal="unilateral", gap=10.0), Displacement("top", ("-3*y", "3*x")),
-                  *(Traction(part, (0.0, 0.0)) for part in ("left", "right"))],
-    )  # fmt: skip
+        boundary=[
+            Contact("bottom", normal="unilateral", gap=10.0),
+            Displacement("top", ("-3*y", "3*x")),
+            *(Traction(part, (0.0, 0.0)) for part in ("left", "right")),
+        ],
+    )
     assert "turns by 3 rad" in solve(block, comm=comm).verdict()
 
 
 @pytest.mark.parametrize("known", [False, True])
 def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm, tmp_path, known):
-    """A ball pressed on a floor, its panels those of a file, which stay where they are, and of a sphere, which follow it."""
+    """A ball pressed on a floor, its panels those of a file, which stay where they are, and of a
+    sphere, which follow it."""
     cells = icosphere(1)
     below = cells[:, :3, 2].mean(axis=1) < 0.0
     file = written(tmp_path / "ball.msh", {"top": cells[~below], "bottom": cells[below]})
-    geometry = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0} if known else {"shape": "gmsh", "file": file}
+    geometry = (
+        {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0}
+        if known
+        else {"shape": "gmsh", "file": file}
+    )
     pressed = {"part": "top", "condition": "displacement", "value": [0, 0, -0.02]}
-    problem = parse(Problem, {
-        "body": [{"name": "ball", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": geometry,
-                  "mesh": {"element_size": 0.5, "order": 1} if known else {"order": 1}, "boundary": [pressed]}],
-        "obstacle": [{"name": "floor"}],
-        "contact": [{"name": "spot", "secondary": "ball.bottom", "primary": "floor", "gap": "z + 1",
-                     "direction": [0, 0, -1]}]}, "balls")  # fmt: skip
+    problem = parse(
+        Problem,
+        {
+            "body": [
+                {
+                    "name": "ball",
+                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "geometry": geometry,
+                    "mesh": {"element_size": 0.5, "order": 1} if known else {"order": 1},
+                    "boundary": [pressed],
+                }
+            ],
+            "obstacle": [{"name": "floor"}],
+            "contact": [
+                {
+                    "name": "spot",
+                    "secondary": "ball.bottom",
+                    "primary": "floor",
+                    "gap": "z + 1",
+                    "direction": [0, 0, -1],
+                }
+            ],
+        },
+        "balls",
+    )
     solution = adapt(problem, 0.7, comm=comm)
     assert len(solution.info["levels"]) > 1
-    assert any("miss its curved faces by about" in warning for warning in solution.info["warnings"]) != known
+    assert (
+        any("miss its curved faces by about" in warning for warning in solution.info["warnings"])
+        != known
+    )

@@ -21,25 +21,56 @@ FRICTION, STROKE = 0.4, 100.0
 
 
 def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
-    """A rigid parabola on a block of 40 x 20 that hardly couples; it is moved to and fro by STROKE, or drawn by ± shear."""
-    vertices = [[-20, -20], [20, -20], [20, 0], [width, 0], [0.6, 0], [-0.6, 0], [-width, 0], [-20, 0]]
+    """A rigid parabola on a block of 40 x 20 that hardly couples; it is moved to and fro by STROKE,
+    or drawn by ± shear."""
+    vertices = [
+        [-20, -20],
+        [20, -20],
+        [20, 0],
+        [width, 0],
+        [0.6, 0],
+        [-0.6, 0],
+        [-width, 0],
+        [-20, 0],
+    ]
     parts = ["bottom", "right", "land", "contact", "contact", "contact", "land", "left"]
     forth = {"displacement": [STROKE, "free"]} if shear is None else {"force": [shear, -LOAD]}
     back = {"displacement": [0.0, "free"]} if shear is None else {"force": [-shear, -LOAD]}
     pad = {"displacement": [0.0 if shear is None else "free", "free"], "force": [0.0, -LOAD]}
-    return parse_problem({
-        "material": {"young_modulus": 1.0, "poisson_ratio": NU},
-        "geometry": {"shape": "polygon", "vertices": vertices, "parts": parts},
-        "mesh": {"element_size": 2.5, "element_sizes": {"contact": size}, "order": order},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
-                     *({"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("right", "land", "left"))],
-        "obstacle": [{"name": "pad", **pad}],
-        "contact": [{"name": "c", "secondary": "contact", "primary": "pad", "gap": "x**2/2", "wear_coefficient": wear,
-                     **({} if shear is None else {"friction_coefficient": FRICTION})}],
-        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", **forth}]},
-                 {"name": "pull", "obstacle": [{"name": "pad", **back}]}],
-        "cycle": {"first": "push", "last": "pull", **cycle},
-    }, "test", changes, Path())  # fmt: skip
+    return parse_problem(
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": NU},
+            "geometry": {"shape": "polygon", "vertices": vertices, "parts": parts},
+            "mesh": {"element_size": 2.5, "element_sizes": {"contact": size}, "order": order},
+            "boundary": [
+                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+                *(
+                    {"part": part, "condition": "traction", "value": [0.0, 0.0]}
+                    for part in ("right", "land", "left")
+                ),
+            ],
+            "obstacle": [{"name": "pad", **pad}],
+            "contact": [
+                {
+                    "name": "c",
+                    "secondary": "contact",
+                    "primary": "pad",
+                    "gap": "x**2/2",
+                    "wear_coefficient": wear,
+                    **({} if shear is None else {"friction_coefficient": FRICTION}),
+                }
+            ],
+            "step": [
+                {"name": "press"},
+                {"name": "push", "obstacle": [{"name": "pad", **forth}]},
+                {"name": "pull", "obstacle": [{"name": "pad", **back}]},
+            ],
+            "cycle": {"first": "push", "last": "pull", **cycle},
+        },
+        "test",
+        changes,
+        Path(),
+    )
 
 
 def gross_slip(jumps, size=0.06, order=0):
@@ -60,7 +91,9 @@ def volume(solution, name="c"):
 
 def middle(solution):
     """Pressure in the middle after each jump."""
-    return solution.wear.pressure["c"][:, np.argsort(np.abs(solution.pairs["c"].x[:, 0]))[:2]].mean(axis=1)
+    return solution.wear.pressure["c"][:, np.argsort(np.abs(solution.pairs["c"].x[:, 0]))[:2]].mean(
+        axis=1
+    )
 
 
 def confined(wear, cycles=20, dim=2, **changes):
@@ -69,17 +102,41 @@ def confined(wear, cycles=20, dim=2, **changes):
     geometry = dict(zip(corners, ([0.0] * dim, [2.0, *[1.0] * (dim - 1)]), strict=True))
     sides = ("left", "right") if dim == 2 else ("left", "right", "front", "back")
     rest = [0.0] * (dim - 2)
-    return parse_problem({
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "rectangle" if dim == 2 else "box", **geometry},
-        "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
-        "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
-        "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"], "force": [0.0, *rest, -0.5]}],
-        "contact": [{"name": "c", "secondary": "top", "primary": "pad", "wear_coefficient": wear, "wear_share": 0.25}],
-        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", "displacement": [0.3, *rest, "free"]}]},
-                 {"name": "pull", "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"]}]}],
-        "cycle": {"first": "push", "last": "pull", "count": cycles},
-    }, "test", changes, Path())  # fmt: skip
+    return parse_problem(
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "geometry": {"shape": "rectangle" if dim == 2 else "box", **geometry},
+            "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
+            "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
+            "obstacle": [
+                {"name": "pad", "displacement": [0.0, *rest, "free"], "force": [0.0, *rest, -0.5]}
+            ],
+            "contact": [
+                {
+                    "name": "c",
+                    "secondary": "top",
+                    "primary": "pad",
+                    "wear_coefficient": wear,
+                    "wear_share": 0.25,
+                }
+            ],
+            "step": [
+                {"name": "press"},
+                {
+                    "name": "push",
+                    "obstacle": [{"name": "pad", "displacement": [0.3, *rest, "free"]}],
+                },
+                {
+                    "name": "pull",
+                    "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"]}],
+                },
+            ],
+            "cycle": {"first": "push", "last": "pull", "count": cycles},
+        },
+        "test",
+        changes,
+        Path(),
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -88,12 +145,17 @@ def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     assert solution.converged and solution.wear.cycle[-1] == 20
     assert volume(solution) == pytest.approx(1e-2 * 0.5 * 0.6 * solution.wear.cycle, rel=1e-12)
     pair = solution.pairs["c"]
-    assert pair.worn_volume == pytest.approx(1e-2 * 0.5 * 0.6 * 20 * np.array([0.25, 0.75]), rel=1e-12)
+    assert pair.worn_volume == pytest.approx(
+        1e-2 * 0.5 * 0.6 * 20 * np.array([0.25, 0.75]), rel=1e-12
+    )
     first = [step.pairs["c"].worn_volume.sum() for step in solution.steps[:4]]
     assert first == pytest.approx(1e-2 * 0.5 * np.array([0.0, 0.1, 0.2, 0.3]), rel=1e-12, abs=1e-16)
     # an even depth lets the pad down and changes nothing else
-    assert np.ptp(pair.pressure) < 1e-12 and solution.last.obstacles["pad"].displacement[-1] == pytest.approx(
-        solution.steps[0].obstacles["pad"].displacement[-1] - pair.worn_depth, rel=1e-12)  # fmt: skip
+    assert np.ptp(pair.pressure) < 1e-12 and solution.last.obstacles["pad"].displacement[
+        -1
+    ] == pytest.approx(
+        solution.steps[0].obstacles["pad"].displacement[-1] - pair.worn_depth, rel=1e-12
+    )
 
 
 def test_gross_slip_in_few_jumps():
@@ -106,8 +168,14 @@ def test_gross_slip_in_few_jumps():
     assert volume(few) == pytest.approx(0.1 * LOAD * few.wear.cycle, rel=1e-4)
 
 
-TABLE = {1: (0.68336, 0.02965), 2: (0.70164, 0.06291), 4: (0.73382, 0.12409), 6: (0.74999, 0.15652), 10: (0.75740, 0.17170),
-         20: (0.75817, 0.17380)}  # fmt: skip
+TABLE = {
+    1: (0.68336, 0.02965),
+    2: (0.70164, 0.06291),
+    4: (0.73382, 0.12409),
+    6: (0.74999, 0.15652),
+    10: (0.75740, 0.17170),
+    20: (0.75817, 0.17380),
+}
 """p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
 
 
@@ -144,7 +212,11 @@ def test_jumps_that_explicit_schemes_do_not_survive():
     order = np.argsort(far.pairs["c"].x[:, 0])
     for pressure in far.wear.pressure["c"][1:, order]:
         bends = np.diff(pressure, 2)
-        alternating = (bends[1:] * bends[:-1] < 0.0) & (np.abs(bends[1:]) > 0.05) & (np.abs(bends[:-1]) > 0.05)
+        alternating = (
+            (bends[1:] * bends[:-1] < 0.0)
+            & (np.abs(bends[1:]) > 0.05)
+            & (np.abs(bends[:-1]) > 0.05)
+        )
         # the two edges of the stick zone only
         assert np.count_nonzero(alternating[1:] & alternating[:-1]) <= 4
 
@@ -177,12 +249,17 @@ def test_files_and_restart(tmp_path):
     assert volume(on)[-1] == pytest.approx(volume(whole)[-1], rel=5e-3)
     assert np.all(np.diff(on.wear.cycle) > 0) and 70 in on.wear.cycle
     other = problem.contact[0].model_copy(update={"wear_coefficient": 1e-2})
-    with pytest.raises(InputError, match=r"half.h5 has c worn with wear_coefficient = .*, here it is 0.01"):
+    with pytest.raises(
+        InputError, match=r"half.h5 has c worn with wear_coefficient = .*, here it is 0.01"
+    ):
         solve(problem.model_copy(update={"method": method, "contact": (other,)}))
     # the same file once more is nothing to do
     on.save(tmp_path / "on.h5")
     method = problem.method.model_copy(update={"start": str(tmp_path / "on.h5")})
-    assert solve(problem.model_copy(update={"method": method})).wear.cycle.tolist() == on.wear.cycle.tolist()
+    assert (
+        solve(problem.model_copy(update={"method": method})).wear.cycle.tolist()
+        == on.wear.cycle.tolist()
+    )
 
 
 def test_a_jump_that_fails_keeps_what_was_before():
@@ -190,11 +267,17 @@ def test_a_jump_that_fails_keeps_what_was_before():
 
     def monitor(state):
         calls.append(state.where)
-        return "enough" if len(calls) > 60 and "step 2 (push), load factor 0." in state.where else None
+        return (
+            "enough" if len(calls) > 60 and "step 2 (push), load factor 0." in state.where else None
+        )
 
     problem = parabola(0.2, 0, 2.0 / 300, {"count": 300}, shear=0.64 * FRICTION * LOAD)
     solution = solve(problem, monitor=monitor)
-    assert solution.status == "failed" and solution.reason.startswith("enough") and "cycle" in calls[-1]
+    assert (
+        solution.status == "failed"
+        and solution.reason.startswith("enough")
+        and "cycle" in calls[-1]
+    )
     assert solution.last.cycle == solution.wear.cycle[-1] > 1
 
 
@@ -207,5 +290,7 @@ def test_a_sweep_over_wear_shares_the_elimination():
     finally:
         prepared.close()
     row = row_of("a", {}, found)
-    assert row["worn_volume"] == pytest.approx(3e-2 * 0.3 * 40, rel=1e-12) and row["max_pressure"] == pytest.approx(0.25)
+    assert row["worn_volume"] == pytest.approx(3e-2 * 0.3 * 40, rel=1e-12) and row[
+        "max_pressure"
+    ] == pytest.approx(0.25)
     assert row["worn_depth"] == pytest.approx(0.5 * row["worn_volume"], rel=1e-12)

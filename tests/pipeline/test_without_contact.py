@@ -1,4 +1,5 @@
-"""Elastostatics without contact goes the same way as everything else: bars whose fields are known, on every storage."""
+"""Elastostatics without contact goes the same way as everything else: bars whose fields are known,
+on every storage."""
 
 from __future__ import annotations
 
@@ -9,7 +10,19 @@ import pytest
 from mpi.launch import run
 
 import petcontact
-from petcontact import Body, Box, Displacement, Material, MeshOptions, Obstacle, Problem, Rectangle, Step, Traction, solve
+from petcontact import (
+    Body,
+    Box,
+    Displacement,
+    Material,
+    MeshOptions,
+    Obstacle,
+    Problem,
+    Rectangle,
+    Step,
+    Traction,
+    solve,
+)
 from petcontact.commands.main import main
 from petcontact.errors import InputError
 from petcontact.model.load_steps import BoundaryChange
@@ -18,14 +31,23 @@ YOUNG, POISSON, PULL = 1000.0, 0.3, 2.0
 
 
 def bar(d, name="bar", pull=PULL, **mesh):
-    """A bar from the origin to (4, 1) or (4, 1, 1), on rollers at the planes of the axes, pulled along x."""
+    """A bar from the origin to (4, 1) or (4, 1, 1), on rollers at the planes of the axes, pulled
+    along x."""
     material = Material(YOUNG, POISSON, **({"plane": "stress"} if d == 2 else {}))
     shape = Rectangle((0.0, 0.0), (4.0, 1.0)) if d == 2 else Box((0.0, 0.0, 0.0), (4.0, 1.0, 1.0))
     walls = ["left", "bottom"] if d == 2 else ["left", "front", "bottom"]
-    held = [Displacement(part, tuple(0.0 if k == c else "free" for k in range(d))) for c, part in enumerate(walls)]
+    held = [
+        Displacement(part, tuple(0.0 if k == c else "free" for k in range(d)))
+        for c, part in enumerate(walls)
+    ]
     pulled = Traction("right", (pull, *[0.0] * (d - 1)))
-    return Body(name=name, material=material, geometry=shape, mesh=MeshOptions(**{"element_size": 0.5, "order": 1, **mesh}),
-                boundary=[*held, pulled])  # fmt: skip
+    return Body(
+        name=name,
+        material=material,
+        geometry=shape,
+        mesh=MeshOptions(**{"element_size": 0.5, "order": 1, **mesh}),
+        boundary=[*held, pulled],
+    )
 
 
 def stretched(x, pull=PULL):
@@ -33,11 +55,17 @@ def stretched(x, pull=PULL):
 
 
 @pytest.mark.parametrize(
-    ("d", "petsc"), [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), (3, {"bem_mat_type": "hmatrix"})]
+    ("d", "petsc"),
+    [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), (3, {"bem_mat_type": "hmatrix"})],
 )
 def test_a_bar_is_stretched_as_it_should(d, petsc):
     solution = solve(Problem(body=[bar(d)]), petsc_options=petsc)
-    assert solution.converged and "nothing is in contact" in solution.reason and not solution.pairs and not solution.zones
+    assert (
+        solution.converged
+        and "nothing is in contact" in solution.reason
+        and not solution.pairs
+        and not solution.zones
+    )
     exact = stretched(solution.mesh.x)
     assert np.abs(solution.u - exact).max() < 1e-4 * np.abs(exact).max()
     inside = solution.stress_at([[2.0, 0.4, 0.6][:d]])
@@ -48,7 +76,8 @@ def test_a_bar_is_stretched_as_it_should(d, petsc):
 
 
 def test_bodies_steps_and_the_error_of_u():
-    """Two bodies, one pulled more in a second step; what coarse elements of order 0 miss is estimated."""
+    """Two bodies, one pulled more in a second step; what coarse elements of order 0 miss is
+    estimated."""
     more = BoundaryChange(body="other", part="right", value=(3.0 * PULL, 0.0))
     steps = [Step(name="both"), Step(name="more", increments=2, boundary=[more])]
     solution = solve(Problem(body=[bar(2), bar(2, "other", 2.0 * PULL)], step=steps))
@@ -88,7 +117,9 @@ def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, caps
     assert all(abs(float(row["sigma_xx"]) - PULL) < 1e-6 for row in rows)
     assert main(["export", "bar.h5", "--csv", "pairs.csv", "--table", "pairs"]) == 2
     assert "which has no pairs" in capsys.readouterr().err
-    (tmp_path / "sweep.toml").write_text('problems = ["bar.toml"]\n[cross]\n"body.0.mesh.element_size" = [0.5, 1.0]\n')
+    (tmp_path / "sweep.toml").write_text(
+        'problems = ["bar.toml"]\n[cross]\n"body.0.mesh.element_size" = [0.5, 1.0]\n'
+    )
     assert main(["sweep", "sweep.toml", "-o", "out"]) == 0
 
 
@@ -98,7 +129,16 @@ def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, caps
 def test_two_ranks_stretch_it_alike(d, storage, tmp_path):
     (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())
     done = run(
-        2, "-m", "petcontact", "solve", "bar.toml", "--no-figures", "-bem_mat_type", storage, cwd=tmp_path, timeout=300.0
+        2,
+        "-m",
+        "petcontact",
+        "solve",
+        "bar.toml",
+        "--no-figures",
+        "-bem_mat_type",
+        storage,
+        cwd=tmp_path,
+        timeout=300.0,
     )
     assert done.returncode == 0, done.stderr
     kept = petcontact.read_solution(tmp_path / "bar.h5")

@@ -1,4 +1,5 @@
-"""scripts/attack: a sample of its attacks; all that a seed draws is judged alike, however fast the machine is."""
+"""scripts/attack: a sample of its attacks; all that a seed draws is judged alike, however fast the
+machine is."""
 
 from __future__ import annotations
 
@@ -22,7 +23,9 @@ def test_two_hundred_attacks_end_in_a_line_or_a_right_result():
     done = subprocess.run(words, capture_output=True, text=True, timeout=1800)
     assert done.returncode == 0 and "Traceback" not in done.stderr, done.stdout + done.stderr
     rows = [line.strip("| ").split(" | ") for line in done.stdout.splitlines()[2:]]
-    assert sum(int(tried) for _, tried, _ in rows) == 200 and {failed for *_, failed in rows} == {"0"}
+    assert sum(int(tried) for _, tried, _ in rows) == 200 and {failed for *_, failed in rows} == {
+        "0"
+    }
 
 
 @pytest.fixture

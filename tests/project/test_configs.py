@@ -16,21 +16,36 @@ SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_
 
 SLOW = ("space_bearing",)
 DRAWN = ("example1", "pin", "heated_disc", "fretting_specimen", "gallery_toe", "space_a")
-"""Figures take longer than most solves; those of stacks are drawn by test_every_kind and test_space_steps."""
+"""Figures take longer than most solves; those of stacks are drawn by test_every_kind and
+test_space_steps."""
 
 
 @pytest.mark.parametrize(
-    "path", [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW), id=path.stem) for path in SINGLE]
+    "path",
+    [
+        pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW), id=path.stem)
+        for path in SINGLE
+    ],
 )
 def test_config_runs(path, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
     figures = path.stem in DRAWN
-    words = ["solve", str(path), "-o", str(tmp_path / "result.h5"), *(["--no-figures"] if not figures else [])]
+    words = [
+        "solve",
+        str(path),
+        "-o",
+        str(tmp_path / "result.h5"),
+        *(["--no-figures"] if not figures else []),
+    ]
     status, printed = main(words), capfd.readouterr()
     assert status == 0, printed.err + printed.out
     # meshes of a solve that takes seconds, as on a loaded machine, are announced
-    assert "converged:" in printed.out and "depends on the path: q" not in " ".join(printed.out.split())
-    assert [line for line in printed.err.splitlines() if not line.startswith("petcontact: mesh ")] == []
+    assert "converged:" in printed.out and "depends on the path: q" not in " ".join(
+        printed.out.split()
+    )
+    assert [
+        line for line in printed.err.splitlines() if not line.startswith("petcontact: mesh ")
+    ] == []
     assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
     assert (len(list(tmp_path.glob("result-*.png"))) >= 4) == figures
     with h5py.File(tmp_path / "result.h5") as file:

@@ -1,4 +1,5 @@
-"""The examples run, and each gives the number that it is about; notebooks run cell by cell, without Jupyter."""
+"""The examples run, and each gives the number that it is about; notebooks run cell by cell, without
+Jupyter."""
 
 from __future__ import annotations
 
@@ -25,7 +26,9 @@ NUMBERS = {
     "spring_bed": pytest.approx(1.0, abs=0.01),  # force over that of springs
 }
 NOTEBOOKS = {
-    "first_contact": lambda names: names["solution"].converged and names["shares"][0.2] > names["shares"][0.4] + 0.1,
+    "first_contact": lambda names: (
+        names["solution"].converged and names["shares"][0.2] > names["shares"][0.4] + 0.1
+    ),
     "operators": lambda names: names["difference"] < 1e-6 and names["asymmetry"] < 0.05,
 }
 

@@ -38,7 +38,10 @@ def test_values_compare_hash_and_print_as_those_of_dataclasses():
     assert one == other and hash(one) == hash(other) and one != Load("left") and one != child
     assert repr(one) == repr(LIKE("top", [1.0])) and repr(child) == "<TOP>"
     assert pickle.loads(pickle.dumps(child)) == copy.deepcopy(child) == child
-    assert dataclasses.replace(child, factor=3.0) == Named("top", [1.0], 3.0) and dataclasses.asdict(child)["factor"] == 2.0
+    assert (
+        dataclasses.replace(child, factor=3.0) == Named("top", [1.0], 3.0)
+        and dataclasses.asdict(child)["factor"] == 2.0
+    )
 
 
 @pytest.mark.parametrize("name", ["part", "name", "missing"])
@@ -64,7 +67,9 @@ def test_a_plain_subclass_has_attributes_of_its_own():
 
 
 def test_a_dataclass_of_a_users_own_may_inherit():
-    Own = dataclasses.dataclass(frozen=True)(type("Own", (Load,), {"__annotations__": {"factor": float}, "factor": 2.0}))
+    Own = dataclasses.dataclass(frozen=True)(
+        type("Own", (Load,), {"__annotations__": {"factor": float}, "factor": 2.0})
+    )
     assert Own("top") == Own("top", factor=2.0) != Own("top", factor=3.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         Own("top").part = "left"
@@ -81,7 +86,9 @@ def test_records_are_made_with_the_parameters_of_dataclasses():
     made = Step(1, name="unload", cycles=[3])
     assert (made.record, made.self_, made.cycles, made.name) == (1, 2.0, [3], "unload")
     assert Step(1).cycles == [] and Step(1).cycles is not Step(1).cycles
-    like = dataclasses.make_dataclass("Like", [(item.name, item.type, item) for item in dataclasses.fields(Step)])
+    like = dataclasses.make_dataclass(
+        "Like", [(item.name, item.type, item) for item in dataclasses.fields(Step)]
+    )
     assert list(inspect.signature(Step).parameters) == list(inspect.signature(like).parameters)
     for wrong in ({}, {"record": 1, "other": 2}):
         with pytest.raises(TypeError, match=r"Step\.__init__"):

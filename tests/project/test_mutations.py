@@ -1,4 +1,5 @@
-"""scripts/mutate: its mutations are still in the source, and tests do catch them (all of them when the script is run)."""
+"""scripts/mutate: its mutations are still in the source, and tests do catch them (all of them when
+the script is run)."""
 
 from __future__ import annotations
 
@@ -30,13 +31,17 @@ def test_every_mutation_is_one_place_in_the_source():
 
 
 def test_bad_names_are_refused():
-    done = subprocess.run([sys.executable, str(SCRIPT), "no-such"], capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT), "no-such"], capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 2 and "no mutation 'no-such'" in done.stderr
 
 
 @pytest.mark.slow
 def test_mutations_are_caught():
     names = ["projection-sign", "rule-shrink", "robin-shift", "free-term"]
-    done = subprocess.run([sys.executable, str(SCRIPT), *names], capture_output=True, text=True, timeout=600, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, str(SCRIPT), *names], capture_output=True, text=True, timeout=600, cwd=ROOT
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "4 of 4 caught" in done.stdout

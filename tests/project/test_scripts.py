@@ -1,7 +1,7 @@
 """The shell scripts: what they do with their arguments, and how they fail where they cannot work.
 
-They run in a copy of the project whose environment, package manager and launchers are small recorders, so nothing is
-installed; only the tests marked slow set up a real environment.
+They run in a copy of the project whose environment, package manager and launchers are small
+recorders, so nothing is installed; only the tests marked slow set up a real environment.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ TOOLS = (
     *("rm", "sed", "sha256sum", "sleep", "sort", "tac", "tail", "tr", "tput"),
 )
 DEBIAN_PETSC = Path("/usr/lib/petscdir").is_dir() and shutil.which("dpkg-query") is not None
-needs_debian_petsc = pytest.mark.skipif(not DEBIAN_PETSC, reason="Debian's PETSc is not installed here")
+needs_debian_petsc = pytest.mark.skipif(
+    not DEBIAN_PETSC, reason="Debian's PETSc is not installed here"
+)
 
 
 def program(path: Path, body: str) -> Path:
@@ -41,7 +43,12 @@ def program(path: Path, body: str) -> Path:
 
 
 def call(*words: object, **keywords) -> subprocess.CompletedProcess:
-    arguments = {"capture_output": True, "text": True, "timeout": 60, "stdin": subprocess.DEVNULL} | keywords
+    arguments = {
+        "capture_output": True,
+        "text": True,
+        "timeout": 60,
+        "stdin": subprocess.DEVNULL,
+    } | keywords
     return subprocess.run([str(word) for word in words], **arguments)
 
 
@@ -58,7 +65,8 @@ def project(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def ready(project: Path) -> Path:
-    """A project whose set-up is done, with recorders for petcontact and mpiexec in both environments."""
+    """A project whose set-up is done, with recorders for petcontact and mpiexec in both
+    environments."""
     program(project / "scripts/setup", 'echo "setup $*" >>"$(dirname "$0")/../calls"')
     for name in (".venv", ".venv-pypi"):
         program(project / name / "bin/petcontact", f'printf "%s\\n" {name} "$PWD" "$@"; exit 3')
@@ -97,23 +105,38 @@ def test_help_is_usage_on_stdout(script, tmp_path):
 def test_petsc4py_is_no_hard_dependency():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert not [word for word in project["dependencies"] if word.startswith("petsc")]
-    assert [word for word in project["optional-dependencies"]["petsc"] if word.startswith("petsc4py")]
+    assert [
+        word for word in project["optional-dependencies"]["petsc"] if word.startswith("petsc4py")
+    ]
 
 
 SMALLEST = {
-    "benchmark": "--quick refactoring assembly compression growth steps contact sweeps startup fields",
-    "benchmark_methods.py": "--quick", "benchmark_space": "--quick", "benchmark_hertz": "--quick",
+    "benchmark": "--quick refactoring assembly compression growth steps contact sweeps startup "
+    "fields",
+    "benchmark_methods.py": "--quick",
+    "benchmark_space": "--quick",
+    "benchmark_hertz": "--quick",
     "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
-    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10",
-    "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",
-}  # fmt: skip
+    "verify_contact": "--pairs 1 --floors 0",
+    "mutate": "--list",
+    "verification": "B10",
+    "drawings": "-o {folder}",
+    "benchmark_contact": "--quick --here",
+    "benchmark_accuracy": "--quick --example 1",
+}
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "verify_meshes": "--quick",
-        "assemblies": "solve hip"}  # fmt: skip
+LONG = {
+    "package": "--build-only",
+    "verify": "--h 1.6",
+    "verify_space": "--quick",
+    "verify_meshes": "--quick",
+    "assemblies": "solve hip",
+}
 APART = {"attack"}
 """Has a test of its own: test_attack.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
-"""What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
+"""What needs other packages, solvers or checkouts, or takes long at any size: their modules and
+words are looked at."""
 
 
 RUN = "import runpy, sys; del sys.argv[0]; runpy.run_path(sys.argv[0], run_name='__main__')"
@@ -121,7 +144,9 @@ RUN = "import runpy, sys; del sys.argv[0]; runpy.run_path(sys.argv[0], run_name=
 
 def measured(script: str, words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = call(forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=300, env=environment)
+    done = call(
+        forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=300, env=environment
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stdout
@@ -180,11 +205,14 @@ def test_setup_without_rights_names_what_is_missing(machine):
     nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
     done = call(root / "scripts/setup", env={"PATH": str(machine)}, **nobody)
     assert done.returncode == 1
-    assert one_line(done.stderr) == "setup: cannot install without root rights or sudo: python3-h5py\n"
+    assert (
+        one_line(done.stderr) == "setup: cannot install without root rights or sudo: python3-h5py\n"
+    )
 
 
 def test_setup_fetches_package_lists_only_when_needed(project, machine):
-    """The first install fails as on a fresh image; only then the lists are fetched, and what is there is not asked for."""
+    """The first install fails as on a fresh image; only then the lists are fetched, and what is
+    there is not asked for."""
     calls = project / "apt-calls"
     (machine / "installed").write_text("python3-venv\nopenmpi-bin\n")
     program(machine / "sudo", '[[ $1 == -n ]] && shift; exec "$@"')
@@ -194,11 +222,17 @@ def test_setup_fetches_package_lists_only_when_needed(project, machine):
         f'echo "$*" >>"{calls}"; [[ $* == *" update"* ]] && : >"{machine}/lists"\n'
         f'[[ -e "{machine}/lists" ]] || {{ echo "E: Unable to locate package" >&2; exit 100; }}',
     )
-    program(machine / "dpkg-query", f'grep -qxF -- "${{*: -1}}" "{machine}/installed" && echo installed || exit 1')
+    program(
+        machine / "dpkg-query",
+        f'grep -qxF -- "${{*: -1}}" "{machine}/installed" && echo installed || exit 1',
+    )
     program(machine / "dpkg", "exit 1")
     done = call(project / "scripts/setup", env={"PATH": str(machine)})
     assert done.returncode == 1  # the packages are not really there
-    assert done.stderr.splitlines()[-1] == "setup: python3-petsc4py is installed but its folder was not found"
+    assert (
+        done.stderr.splitlines()[-1]
+        == "setup: python3-petsc4py is installed but its folder was not found"
+    )
     first, second, third = calls.read_text().splitlines()
     assert second.endswith(" update")
     assert first == third
@@ -210,7 +244,11 @@ def test_setup_fetches_package_lists_only_when_needed(project, machine):
 @pytest.mark.slow
 @needs_debian_petsc
 def test_setup_without_network_says_so(project):
-    refused = {"PIP_INDEX_URL": "http://127.0.0.1:9/simple", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
+    refused = {
+        "PIP_INDEX_URL": "http://127.0.0.1:9/simple",
+        "PIP_RETRIES": "1",
+        "PIP_CONFIG_FILE": os.devnull,
+    }
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PIP_")}
     done = call(project / "scripts/setup", env=environment | refused)
     assert done.returncode == 1
@@ -220,17 +258,27 @@ def test_setup_without_network_says_so(project):
 @pytest.mark.slow
 @needs_debian_petsc
 def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
-    """Half a venv, two set-ups at once, a second call, another numpy in ~/.local, and a project that was moved."""
+    """Half a venv, two set-ups at once, a second call, another numpy in ~/.local, and a project
+    that was moved."""
     root, home = tmp_path / "pc", tmp_path / "home"
-    shutil.copytree(ROOT, root, ignore=shutil.ignore_patterns(".git", ".venv*", "*.h5", "__pycache__"))
+    shutil.copytree(
+        ROOT, root, ignore=shutil.ignore_patterns(".git", ".venv*", "*.h5", "__pycache__")
+    )
     (root / ".venv/bin").mkdir(parents=True)
     (root / ".venv/bin/python").symlink_to("/nowhere")
     decoy = home / ".local/lib/python3.11/site-packages/numpy"
     decoy.mkdir(parents=True)
-    (decoy / "__init__.py").write_text("raise ImportError('not the numpy that PETSc was built with')\n")
+    (decoy / "__init__.py").write_text(
+        "raise ImportError('not the numpy that PETSc was built with')\n"
+    )
     environment = {**os.environ, "HOME": str(home)}
 
-    both = [subprocess.Popen([root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True) for _ in range(2)]
+    both = [
+        subprocess.Popen(
+            [root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True
+        )
+        for _ in range(2)
+    ]
     messages = [job.communicate(timeout=600)[1] for job in both]
     assert [job.returncode for job in both] == [0, 0], messages
     assert sum("ready" in message for message in messages) == 1, messages
@@ -238,7 +286,9 @@ def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
 
     again = call(root / "scripts/setup", env=environment)
     assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
-    numpy = call(root / ".venv/bin/python", "-c", "import numpy; print(numpy.__file__)", env=environment)
+    numpy = call(
+        root / ".venv/bin/python", "-c", "import numpy; print(numpy.__file__)", env=environment
+    )
     assert numpy.stdout.startswith("/usr/lib/python3/dist-packages/")
     version = call(root / "scripts/run", "-n", "3", "--version", env=environment)
     assert version.returncode == 0
@@ -257,7 +307,15 @@ def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
 def test_run_passes_words_folder_and_status(ready, tmp_path):
     done = call(ready / "scripts/run", "solve", "a b.toml", "-ksp_type", "gmres", "", cwd=tmp_path)
     assert done.returncode == 3
-    assert done.stdout.split("\n")[:-1] == [".venv", str(tmp_path), "solve", "a b.toml", "-ksp_type", "gmres", ""]
+    assert done.stdout.split("\n")[:-1] == [
+        ".venv",
+        str(tmp_path),
+        "solve",
+        "a b.toml",
+        "-ksp_type",
+        "gmres",
+        "",
+    ]
     assert (ready / "calls").read_text() == "setup \n"
 
 
@@ -299,7 +357,10 @@ def test_run_works_through_a_symlink(ready, tmp_path):
 
 
 def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
-    program(ready / ".venv/bin/petcontact", 'trap "exit 143" TERM; echo $$; while :; do sleep 0.05; done')
+    program(
+        ready / ".venv/bin/petcontact",
+        'trap "exit 143" TERM; echo $$; while :; do sleep 0.05; done',
+    )
     job = subprocess.Popen([ready / "scripts/run", "solve"], stdout=subprocess.PIPE, text=True)
     try:
         assert job.stdout is not None
@@ -317,7 +378,12 @@ def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
 @pytest.fixture
 def checks(ready: Path) -> Path:
     """A project whose ruff fails and whose other checks pass; every tool records its words."""
-    for name, body in {"ruff": "exit 1", "mypy": "exit 0", "coverage": "exit 0", "python": "echo == 4 passed =="}.items():
+    for name, body in {
+        "ruff": "exit 1",
+        "mypy": "exit 0",
+        "coverage": "exit 0",
+        "python": "echo == 4 passed ==",
+    }.items():
         program(ready / ".venv/bin" / name, f'echo "{name} $*" >>calls; {body}')
     return ready
 
@@ -328,11 +394,17 @@ def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
     (checks / "tests/test_y.py").write_text("\n")
     done = call(checks / "scripts/test", cwd=tmp_path)
     assert done.returncode == 1
-    assert done.stdout.splitlines()[-3:] == ["== 4 passed ==", "== 4 passed ==", "FAILED: ruff, ruff format"]
+    assert done.stdout.splitlines()[-3:] == [
+        "== 4 passed ==",
+        "== 4 passed ==",
+        "FAILED: ruff, ruff format",
+    ]
     setup, ruff, style, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
     assert (setup, ruff, style, mypy) == ("setup ", "ruff check", "ruff format --check", "mypy ")
     assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
-    assert re.fullmatch(r"python -m pytest -n \d+ --dist worksteal -m mpi and not slow tests/test_x\.py", parallel)
+    assert re.fullmatch(
+        r"python -m pytest -n \d+ --dist worksteal -m mpi and not slow tests/test_x\.py", parallel
+    )
 
 
 def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(checks):
@@ -347,19 +419,27 @@ def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(
 def test_test_with_arguments_runs_pytest_alone(checks):
     done = call(checks / "scripts/test", "tests/test_mesh.py", "-k", "a or b")
     assert done.returncode == 0
-    assert (checks / "calls").read_text().splitlines()[1:] == ["python -m pytest tests/test_mesh.py -k a or b"]
+    assert (checks / "calls").read_text().splitlines()[1:] == [
+        "python -m pytest tests/test_mesh.py -k a or b"
+    ]
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
 @pytest.mark.parametrize(("numbers", "status"), [(4, 0), (5, 1)])
 def test_test_sanitize_stops_at_an_access_out_of_bounds(checks, numbers, status):
-    """Kernels of a few lines, and instead of pytest a program that hands them room for four numbers."""
+    """Kernels of a few lines, and instead of pytest a program that hands them room for four
+    numbers."""
     native = checks / "petcontact/native"
     native.mkdir(parents=True)
-    (native / "fill.c").write_text("void fill(long n, double *x) { for (long i = 0; i < n; i++) x[i] = 1.0; }\n")
+    (native / "fill.c").write_text(
+        "void fill(long n, double *x) { for (long i = 0; i < n; i++) x[i] = 1.0; }\n"
+    )
     (native / "part").mkdir()
     (native / "part/other.c").write_text("void other(void) {}\n")
-    word = f"import ctypes, os; ctypes.CDLL(os.environ['PETCONTACT_NATIVE']).fill({numbers}, (ctypes.c_double * 4)())"
+    word = (
+        f"import ctypes, os; ctypes.CDLL(os.environ['PETCONTACT_NATIVE']).fill({numbers}, "
+        f"(ctypes.c_double * 4)())"
+    )
     words = '[[ "$*" == "-m pytest -m not mpi and not slow tests/native"* ]]'
     program(checks / ".venv/bin/python", f'{words} && {sys.executable} -c "{word}"')
     done = call(checks / "scripts/test", "--sanitize")
@@ -386,7 +466,9 @@ def test_ci_calls_the_tests_and_nothing_else(ready, tmp_path):
 
 
 def test_slurm_script_outside_a_job():
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("SLURM_")}
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith("SLURM_")
+    }
     done = call(SCRIPTS / "slurm.sh", "configs/tables.toml", env=environment)
     assert done.returncode == 2
     assert "sbatch" in one_line(done.stderr)
@@ -395,17 +477,48 @@ def test_slurm_script_outside_a_job():
 def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
     spooled = shutil.copy(ready / "scripts/slurm.sh", tmp_path / "slurm_script")
     job = {"SLURM_JOB_ID": "1", "SLURM_SUBMIT_DIR": str(ready), "SLURM_NTASKS": "12"}
-    done = call(spooled, "--pypi", "tables.toml", "-o", "out", env={**os.environ, **job}, cwd=tmp_path)
+    done = call(
+        spooled, "--pypi", "tables.toml", "-o", "out", env={**os.environ, **job}, cwd=tmp_path
+    )
     assert done.returncode == 0, done.stderr
     petcontact = str(ready / ".venv-pypi/bin/petcontact")
-    assert done.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "sweep", "tables.toml", "-o", "out"]
-    task = {f"SLURM_ARRAY_TASK_{key}": value for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()}
-    single = call(spooled, "--pypi", "solve", "a.toml", "-o", "a.h5", env={**os.environ, **job}, cwd=tmp_path)
-    assert single.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "solve", "a.toml", "-o", "a.h5"]
-    refused = call(spooled, "--pypi", "solve", "a.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    assert done.stdout.splitlines() == [
+        "mpiexec",
+        "-n",
+        "12",
+        petcontact,
+        "sweep",
+        "tables.toml",
+        "-o",
+        "out",
+    ]
+    task = {
+        f"SLURM_ARRAY_TASK_{key}": value
+        for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()
+    }
+    single = call(
+        spooled, "--pypi", "solve", "a.toml", "-o", "a.h5", env={**os.environ, **job}, cwd=tmp_path
+    )
+    assert single.stdout.splitlines() == [
+        "mpiexec",
+        "-n",
+        "12",
+        petcontact,
+        "solve",
+        "a.toml",
+        "-o",
+        "a.h5",
+    ]
+    refused = call(
+        spooled, "--pypi", "solve", "a.toml", env={**os.environ, **job, **task}, cwd=tmp_path
+    )
     assert refused.returncode == 2 and "a solve is one job" in one_line(refused.stderr)
-    array = call(spooled, "--pypi", "sweep", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    array = call(
+        spooled, "--pypi", "sweep", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path
+    )
     assert array.stdout.splitlines()[-3:] == ["tables.toml", "--part", "2/3"]
-    refused = call(spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)})
+    refused = call(
+        spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)}
+    )
     assert refused.returncode == 2
     assert str(tmp_path) in one_line(refused.stderr)

@@ -1,4 +1,5 @@
-"""What a type checker and an editor know of `from petcontact import ...`, and that importing it stays cheap."""
+"""What a type checker and an editor know of `from petcontact import ...`, and that importing it
+stays cheap."""
 
 from __future__ import annotations
 
@@ -40,10 +41,26 @@ Problem(materal=Material(1e4, 0.3))
 def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "user"), "script.py"],
-        cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)}, capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    by_line = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if line.startswith("script.py")}
+        [
+            sys.executable,
+            "-m",
+            "mypy",
+            "--strict",
+            "--cache-dir",
+            str(ROOT / ".mypy_cache" / "user"),
+            "script.py",
+        ],
+        cwd=tmp_path,
+        env=os.environ | {"MYPYPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    by_line = {
+        int(line.split(":")[1]): line
+        for line in done.stdout.splitlines()
+        if line.startswith("script.py")
+    }
     assert set(by_line) == {4, 7, 8, 9, 10, 15, 17, 18}, done.stdout + done.stderr
     problem, solution = ("petcontact.model.problem.Problem", "petcontact.results.solution.Solution")
     assert f"problem: {problem} | " in by_line[4] and f"-> {solution}" in by_line[4]
@@ -66,15 +83,20 @@ def test_every_typed_name_is_there_and_none_else():
     named = re.findall(r"^from \.\S+ import (\w+) as \1$", stub, re.MULTILINE)
     assert len(named) > 30 and sorted(named) == sorted(petcontact.__all__)
     for name in named:
-        assert getattr(petcontact, name).__name__ == {"read_result": "read_solution"}.get(name, name)
+        assert getattr(petcontact, name).__name__ == {"read_result": "read_solution"}.get(
+            name, name
+        )
 
 
 def test_nothing_heavy_is_imported_before_it_is_used():
     program = (
         "import sys, petcontact; dir(petcontact)\n"
-        "print(sorted({'numpy', 'scipy', 'pydantic', 'h5py', 'petsc4py', 'mpi4py', 'shapely'} & set(sys.modules)))"
+        "print(sorted({'numpy', 'scipy', 'pydantic', 'h5py', 'petsc4py', 'mpi4py', 'shapely'} & "
+        "set(sys.modules)))"
     )
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=300
+    )
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
 
@@ -82,21 +104,59 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
     program = (
         "import sys\n"
         "from petcontact.commands.main import main\n"
-        f"main(['solve', {str(ROOT / 'configs/example1.toml')!r}, '--no-figures', '-o', {str(tmp_path / 'result.h5')!r}])\n"
+        f"main(['solve', {str(ROOT / 'configs/example1.toml')!r}, '--no-figures', '-o', "
+        f"{str(tmp_path / 'result.h5')!r}])\n"
         "print(*sorted(sys.modules))"
     )
-    # PETSc, once started in this process, has put variables of a launcher into its environment that Python does not know of
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=300,
-                          env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})  # fmt: skip
+    # PETSc, once started in this process, has put variables of a launcher into its environment that
+    # Python does not know of
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+    )
     loaded = set(done.stdout.splitlines()[-1].split())
-    assert {"numpy", "petcontact.pipeline.solve", "petcontact.results.hdf5"} <= loaded, done.stdout + done.stderr
-    others = {"matplotlib", "meshio", "pandas", "polars", "rich", "xml", "html", "multiprocessing", "concurrent.futures",
-              "gmsh", "petsc4py", "mpi4py", "shapely", "scipy.spatial", "scipy.special",
-              "scipy.optimize", "scipy.stats", "scipy.fft", "scipy.interpolate", "scipy.integrate", "numpy.typing",
-              "threadpoolctl", "petcontact.pipeline.adaptive.climb",
-              "petcontact.sweep", "petcontact.fatigue", "petcontact.convert", "petcontact.compare", "petcontact.doctor",
-              "petcontact.compression.hodlr", "petcontact.compression.hmatrix", "petcontact.results.vtu",
-              "petcontact.results.figures", "petcontact.contact.methods.tao"}  # fmt: skip
+    assert {"numpy", "petcontact.pipeline.solve", "petcontact.results.hdf5"} <= loaded, (
+        done.stdout + done.stderr
+    )
+    others = {
+        "matplotlib",
+        "meshio",
+        "pandas",
+        "polars",
+        "rich",
+        "xml",
+        "html",
+        "multiprocessing",
+        "concurrent.futures",
+        "gmsh",
+        "petsc4py",
+        "mpi4py",
+        "shapely",
+        "scipy.spatial",
+        "scipy.special",
+        "scipy.optimize",
+        "scipy.stats",
+        "scipy.fft",
+        "scipy.interpolate",
+        "scipy.integrate",
+        "numpy.typing",
+        "threadpoolctl",
+        "petcontact.pipeline.adaptive.climb",
+        "petcontact.sweep",
+        "petcontact.fatigue",
+        "petcontact.convert",
+        "petcontact.compare",
+        "petcontact.doctor",
+        "petcontact.compression.hodlr",
+        "petcontact.compression.hmatrix",
+        "petcontact.results.vtu",
+        "petcontact.results.figures",
+        "petcontact.contact.methods.tao",
+    }
     assert not others & loaded
 
 
@@ -108,4 +168,6 @@ def test_help_shows_how_a_shape_is_written():
         kind = getattr(petcontact, name)
         if inspect.isclass(kind) and issubclass(kind, pydantic.BaseModel):
             given = inspect.signature(kind).parameters
-            assert {key.rstrip("_") for key in given} == set(kind.model_fields) and kind.__doc__, name
+            assert {key.rstrip("_") for key in given} == set(kind.model_fields) and kind.__doc__, (
+                name
+            )

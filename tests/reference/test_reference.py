@@ -1,4 +1,5 @@
-"""The closed forms against what they must satisfy: equilibrium, resultants, Hooke's law, limits; and their own examples."""
+"""The closed forms against what they must satisfy: equilibrium, resultants, Hooke's law, limits;
+and their own examples."""
 
 from __future__ import annotations
 
@@ -37,12 +38,15 @@ def test_examples(name):
 def test_pressures_carry_the_load():
     a, r = LINE.half_width, POINT.contact_radius
     assert quad(lambda x: at(LINE.pressure, x), -a, a)[0] == pytest.approx(LINE.load, rel=1e-7)
-    assert quad(lambda s: 2.0 * np.pi * s * at(POINT.pressure, s), 0.0, r)[0] == pytest.approx(POINT.load, rel=1e-7)
+    assert quad(lambda s: 2.0 * np.pi * s * at(POINT.pressure, s), 0.0, r)[0] == pytest.approx(
+        POINT.load, rel=1e-7
+    )
     assert at(LINE.pressure, 1.01 * a) == at(POINT.pressure, 1.01 * r) == 0.0
 
 
 def test_line_contact_keeps_the_gap_closed():
-    """The surface's slope under p is that of the cylinder: du_z/dx = 1/(πE*) ∫ p(s)/(x-s) ds·2 = x/R."""
+    """The surface's slope under p is that of the cylinder: du_z/dx = 1/(πE*) ∫ p(s)/(x-s) ds·2 =
+    x/R."""
     a = LINE.half_width
     for x in (0.1 * a, 0.7 * a):
         pull = quad(lambda s: at(LINE.pressure, s), -a, a, weight="cauchy", wvar=x)[0]
@@ -59,11 +63,16 @@ def test_point_contact_keeps_the_gap_closed():
 @pytest.mark.parametrize("share", [0.1, 0.64, 0.99])
 def test_partial_slip_carries_the_force(share):
     mu = 0.4
-    line, point = LinePartialSlip(LINE, mu, share * mu * LINE.load), PointPartialSlip(POINT, mu, share * mu * POINT.load)
+    line, point = (
+        LinePartialSlip(LINE, mu, share * mu * LINE.load),
+        PointPartialSlip(POINT, mu, share * mu * POINT.load),
+    )
     a, c, r = LINE.half_width, line.stick_half_width, POINT.contact_radius
     found = 2.0 * quad(lambda x: at(line.traction, x), 0.0, a, points=[c])[0]
     assert found == pytest.approx(line.force, rel=1e-7)
-    found = quad(lambda s: 2.0 * np.pi * s * at(point.traction, s), 0.0, r, points=[point.stick_radius])[0]
+    found = quad(
+        lambda s: 2.0 * np.pi * s * at(point.traction, s), 0.0, r, points=[point.stick_radius]
+    )[0]
     assert found == pytest.approx(point.force, rel=1e-7)
     x = np.linspace(0.0, a, 101)
     q, limit = line.traction(x), mu * LINE.pressure(x)
@@ -84,16 +93,25 @@ def test_slip_follows_from_the_traction():
 
 
 def test_dissipation_of_small_cycles_grows_with_the_cube():
-    """As of Mindlin and Deresiewicz: for small Q the energy of doubled forces is eight times as large."""
+    """As of Mindlin and Deresiewicz: for small Q the energy of doubled forces is eight times as
+    large."""
     most = 0.4 * POINT.load
-    small, double = (PointPartialSlip(POINT, 0.4, share * most).dissipated_in_a_cycle(1.0) for share in (1e-3, 2e-3))
+    small, double = (
+        PointPartialSlip(POINT, 0.4, share * most).dissipated_in_a_cycle(1.0)
+        for share in (1e-3, 2e-3)
+    )
     assert double / small == pytest.approx(8.0, rel=2e-3) and small > 0.0
 
 
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.99, 1.0, 2.0])
 def test_waves(share):
     wave = WavyContact(share * np.pi * 1.3 * 0.01 / 2.0, 0.01, 2.0, 1.3)
-    mean = quad(lambda x: at(wave.pressure, x), -1.0, 1.0, points=[-wave.half_width, wave.half_width])[0] / 2.0
+    mean = (
+        quad(lambda x: at(wave.pressure, x), -1.0, 1.0, points=[-wave.half_width, wave.half_width])[
+            0
+        ]
+        / 2.0
+    )
     assert mean == pytest.approx(wave.pressure_far, rel=1e-6)
     if share < 0.1:  # as a cylinder of the crest's radius
         crest = LineContact(wave.pressure_far * 2.0, 1.0 / (0.01 * np.pi**2), 1.3)
@@ -108,11 +126,16 @@ def test_stick_ratios_have_the_right_limits():
         assert (ratio(0.0, 0.2), ratio(1e3, 0.2)) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize("body", [
-    Cylinder(1.0, 2.5, 3.0, 0.3, 1.0, 0.4), Cylinder(1.0, 2.5, 3.0, 0.3, 1.0, 0.4, plane="stress"),
-    Sphere(1.0, 2.5, 3.0, 0.3, 1.0, 0.4),
-    RotatingDisc(0.5, 2.0, 3.0, 0.3, 1.7, 2.0), RotatingDisc(0.5, 2.0, 3.0, 0.3, 1.7, 2.0, plane="strain"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "body",
+    [
+        Cylinder(1.0, 2.5, 3.0, 0.3, 1.0, 0.4),
+        Cylinder(1.0, 2.5, 3.0, 0.3, 1.0, 0.4, plane="stress"),
+        Sphere(1.0, 2.5, 3.0, 0.3, 1.0, 0.4),
+        RotatingDisc(0.5, 2.0, 3.0, 0.3, 1.7, 2.0),
+        RotatingDisc(0.5, 2.0, 3.0, 0.3, 1.7, 2.0, plane="strain"),
+    ],
+)
 def test_equilibrium_and_hookes_law(body):
     """dσ_r/dr + k(σ_r - σ_θ)/r + ρω²r = 0, and the strains du/dr, u/r are those of the stress."""
     r, h = np.linspace(1.1, 1.9, 9), 1e-5
@@ -120,7 +143,10 @@ def test_equilibrium_and_hookes_law(body):
     force = getattr(body, "density", 0.0) * getattr(body, "speed", 0.0) ** 2 * r
     (sr, st), slope = body.stress(r), (body.stress(r + h)[0] - body.stress(r - h)[0]) / (2.0 * h)
     assert np.allclose(slope + k * (sr - st) / r + force, 0.0, atol=1e-7)
-    strain_r, strain_t = (body.displacement(r + h) - body.displacement(r - h)) / (2.0 * h), body.displacement(r) / r
+    strain_r, strain_t = (
+        (body.displacement(r + h) - body.displacement(r - h)) / (2.0 * h),
+        body.displacement(r) / r,
+    )
     nu, young = body.poisson, body.young
     third = st if isinstance(body, Sphere) else nu * (sr + st) if body.plane == "strain" else 0.0
     assert np.allclose(strain_t, (st - nu * (sr + third)) / young, atol=1e-9)
@@ -137,9 +163,14 @@ def test_persson_carries_the_force(degrees):
 def test_half_plane_is_in_equilibrium():
     """div σ = 0 and Hooke's law inside, by differences."""
     x, h, nu, load = np.array([[0.3, -0.4], [-1.2, -0.7]]), 1e-4, 0.3, 1.0 + 0.4j
-    ahead = [(elliptic_load(x + h * e, load, 1.0, nu), elliptic_load(x - h * e, load, 1.0, nu)) for e in np.eye(2)]
+    ahead = [
+        (elliptic_load(x + h * e, load, 1.0, nu), elliptic_load(x - h * e, load, 1.0, nu))
+        for e in np.eye(2)
+    ]
     d = [[(p - m) / (2.0 * h) for p, m in zip(*pair, strict=True)] for pair in ahead]
-    assert np.allclose(d[0][1] + d[1][3], 0.0, atol=1e-6) and np.allclose(d[0][3] + d[1][2], 0.0, atol=1e-6)
+    assert np.allclose(d[0][1] + d[1][3], 0.0, atol=1e-6) and np.allclose(
+        d[0][3] + d[1][2], 0.0, atol=1e-6
+    )
     _, xx, yy, xy = elliptic_load(x, load, 1.0, nu)
     assert np.allclose(d[0][0].real, xx - nu * (xx + yy), atol=1e-6)
     assert np.allclose(d[1][0].imag, yy - nu * (xx + yy), atol=1e-6)

@@ -1,4 +1,5 @@
-"""Exponents of corners against the closed forms of the characteristic equations, and against published figures."""
+"""Exponents of corners against the closed forms of the characteristic equations, and against
+published figures."""
 
 from __future__ import annotations
 
@@ -9,7 +10,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent, pair_exponent
+from petcontact.refinement.corner_exponents import (
+    CLAMPED,
+    FREE,
+    SLIDING,
+    corner_exponent,
+    pair_exponent,
+)
 
 KAPPA = 3.0 - 4.0 * 0.3
 
@@ -17,21 +24,31 @@ KAPPA = 3.0 - 4.0 * 0.3
 @pytest.mark.parametrize(
     ("degrees", "first", "second", "expected"),
     [
-        (270, FREE, FREE, 0.5445), (360, FREE, FREE, 0.5),         # Williams (1952): notch, crack
-        (90, CLAMPED, FREE, 0.7112), (180, CLAMPED, FREE, 0.5),    # a punch that sticks (the real part, 1/2)
+        (270, FREE, FREE, 0.5445),
+        (360, FREE, FREE, 0.5),  # Williams (1952): notch, crack
+        (90, CLAMPED, FREE, 0.7112),
+        (180, CLAMPED, FREE, 0.5),  # a punch that sticks (the real part, 1/2)
         (270, CLAMPED, CLAMPED, 0.5951),
-        (141, SLIDING, FREE, 0.53), (180, SLIDING, FREE, 0.5), (180, CLAMPED, SLIDING, 0.5),
-        (135, SLIDING, SLIDING, 1.0 / 3.0), (90, SLIDING, SLIDING, 1.0), (90, FREE, FREE, 1.0), (180, SLIDING, SLIDING, 1.0),
+        (141, SLIDING, FREE, 0.53),
+        (180, SLIDING, FREE, 0.5),
+        (180, CLAMPED, SLIDING, 0.5),
+        (135, SLIDING, SLIDING, 1.0 / 3.0),
+        (90, SLIDING, SLIDING, 1.0),
+        (90, FREE, FREE, 1.0),
+        (180, SLIDING, SLIDING, 1.0),
     ],
-)  # fmt: skip
+)
 def test_known_exponents(degrees, first, second, expected):
     for pair in ((first, second), (second, first)):
-        assert corner_exponent(math.radians(degrees), KAPPA, *pair) == pytest.approx(expected, abs=3e-3)
+        assert corner_exponent(math.radians(degrees), KAPPA, *pair) == pytest.approx(
+            expected, abs=3e-3
+        )
 
 
 @pytest.mark.parametrize("degrees", [200, 240, 300, 340])
 def test_roots_of_the_characteristic_equations(degrees):
-    """sin λω = ±λ sin ω (free), κ sin λω = ±λ sin ω (clamped); halves of wedges twice as wide where one side slides."""
+    """sin λω = ±λ sin ω (free), κ sin λω = ±λ sin ω (clamped); halves of wedges twice as wide where
+    one side slides."""
     angle = math.radians(degrees)
 
     def least(equation, turn):
@@ -47,11 +64,17 @@ def test_roots_of_the_characteristic_equations(degrees):
     def clamped(sign):
         return lambda power, turn: KAPPA * math.sin(power * turn) - sign * power * math.sin(turn)
 
-    assert corner_exponent(angle, KAPPA, FREE, FREE) == pytest.approx(min(least(free(s), angle) for s in (1, -1)), abs=1e-4)
+    assert corner_exponent(angle, KAPPA, FREE, FREE) == pytest.approx(
+        min(least(free(s), angle) for s in (1, -1)), abs=1e-4
+    )
     expected = min(least(clamped(s), angle) for s in (1, -1))
     assert corner_exponent(angle, KAPPA, CLAMPED, CLAMPED) == pytest.approx(expected, abs=1e-4)
-    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, FREE) == pytest.approx(least(free(-1), angle), abs=1e-4)
-    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, CLAMPED) == pytest.approx(least(clamped(1), angle), abs=1e-4)
+    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, FREE) == pytest.approx(
+        least(free(-1), angle), abs=1e-4
+    )
+    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, CLAMPED) == pytest.approx(
+        least(clamped(1), angle), abs=1e-4
+    )
 
 
 def test_a_skew_roller_lies_between_those_along_and_across():
@@ -60,9 +83,12 @@ def test_a_skew_roller_lies_between_those_along_and_across():
     assert corner_exponent(2.2, KAPPA, FREE, 1e-3) == pytest.approx(across, abs=2e-3)
 
 
-@pytest.mark.parametrize(("first", "kind"), [(FREE, 0.6), (FREE, -0.6), (CLAMPED, 0.9), (SLIDING, -1.1), (0.4, -0.7)])
+@pytest.mark.parametrize(
+    ("first", "kind"), [(FREE, 0.6), (FREE, -0.6), (CLAMPED, 0.9), (SLIDING, -1.1), (0.4, -0.7)]
+)
 def test_skew_rollers_against_complex_potentials(first, kind):
-    """φ = A z^λ, ψ = B z^λ: 2µu = κφ - z φ̄' - ψ̄, and tractions along a ray are -i times the slope of φ + z φ̄' + ψ̄."""
+    """φ = A z^λ, ψ = B z^λ: 2µu = κφ - z φ̄' - ψ̄, and tractions along a ray are -i times the slope
+    of φ + z φ̄' + ψ̄."""
     angle = 2.2
 
     def determinant(power):
@@ -73,7 +99,9 @@ def test_skew_rollers_against_complex_potentials(first, kind):
             for a, b in ((1.0, 0.0), (1.0j, 0.0), (0.0, 1.0), (0.0, 1.0j)):
                 phi, psi = a * outwards**power, b * outwards**power
                 bent = outwards * power * np.conj(a * outwards ** (power - 1.0))
-                columns.append((KAPPA * phi - bent - np.conj(psi), -1j * (phi + bent + np.conj(psi))))
+                columns.append(
+                    (KAPPA * phi - bent - np.conj(psi), -1j * (phi + bent + np.conj(psi)))
+                )
             moved, force = (np.array(column) for column in zip(*columns, strict=True))
             if side in (FREE, CLAMPED):
                 vector = force if side == FREE else moved
@@ -85,8 +113,11 @@ def test_skew_rollers_against_complex_potentials(first, kind):
 
     grid = np.linspace(0.05, 0.999, 950)
     values = [determinant(power) for power in grid]
-    roots = [brentq(determinant, a, b) for (a, b), (f, g) in
-             zip(itertools.pairwise(grid), itertools.pairwise(values), strict=True) if f * g < 0.0]  # fmt: skip
+    roots = [
+        brentq(determinant, a, b)
+        for (a, b), (f, g) in zip(itertools.pairwise(grid), itertools.pairwise(values), strict=True)
+        if f * g < 0.0
+    ]
     found = corner_exponent(angle, KAPPA, first, kind)
     assert found == pytest.approx((roots or [1.0])[0], abs=1e-4)
 
@@ -95,16 +126,26 @@ def test_skew_rollers_against_complex_potentials(first, kind):
 def test_a_rigid_punch_with_friction_on_a_half_plane(friction):
     """α = 1/2 ∓ arctan(f (1-2ν)/(2(1-ν)))/π: K. L. Johnson, Contact mechanics (1985), ch. 2."""
     power = 0.5 - math.atan(friction * 0.4 / 1.4) / math.pi
-    assert 1.0 - pair_exponent((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1e-6, friction) == pytest.approx(power, abs=1e-3)
+    assert 1.0 - pair_exponent(
+        (math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1e-6, friction
+    ) == pytest.approx(power, abs=1e-3)
 
 
 def test_two_wedges_have_their_limits():
-    """Alike and stuck a notch of their sum, on what is rigid the wedge alone; a flush joint of the same material is none."""
+    """Alike and stuck a notch of their sum, on what is rigid the wedge alone; a flush joint of the
+    same material is none."""
     right = math.pi / 2.0
-    stuck, smooth = ({stiffer: pair_exponent((right, math.pi), (KAPPA, KAPPA), stiffer, way) for stiffer in (1.0, 1e6)}
-                     for way in (math.inf, 0.0))  # fmt: skip
+    stuck, smooth = (
+        {
+            stiffer: pair_exponent((right, math.pi), (KAPPA, KAPPA), stiffer, way)
+            for stiffer in (1.0, 1e6)
+        }
+        for way in (math.inf, 0.0)
+    )
     assert stuck[1.0] == pytest.approx(corner_exponent(3.0 * right, KAPPA, FREE, FREE), abs=1e-4)
     assert stuck[1e6] == pytest.approx(corner_exponent(right, KAPPA, CLAMPED, FREE), abs=1e-4)
     assert smooth[1e6] == corner_exponent(right, KAPPA, SLIDING, FREE) == 1.0
-    assert smooth[1.0] == pytest.approx(0.774, abs=1e-3)  # Dundurs and Lee (1972), alike and without friction
+    assert smooth[1.0] == pytest.approx(
+        0.774, abs=1e-3
+    )  # Dundurs and Lee (1972), alike and without friction
     assert pair_exponent((right, right), (KAPPA, KAPPA), 1.0, math.inf) == 1.0

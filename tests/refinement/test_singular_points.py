@@ -10,7 +10,18 @@ import pytest
 from contact_lines import line_of
 from random_bodies import random_case
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Rectangle, Traction, adapt, load
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Polygon,
+    Problem,
+    Rectangle,
+    Traction,
+    adapt,
+    load,
+)
 from petcontact.pipeline.adaptive.slip import contact_lines, displacement_scale
 from petcontact.refinement.contact_line import difference, displacement
 from petcontact.refinement.marks import Body
@@ -24,11 +35,17 @@ def l_shaped(friction_bound: float | str) -> Problem:
     free = [Traction(part=name, value=(0.0, 0.0)) for name in ("right", "shelf", "inner")]
     return Problem(
         material=Material(young_modulus=10_000.0, poisson_ratio=0.3),
-        geometry=Polygon(vertices=((0, 0), (8, 0), (8, 2), (4, 2), (4, 4), (0, 4)),
-                         parts=("bottom", "right", "shelf", "inner", "top", "left")),
-        boundary=(Contact(part="bottom", friction_bound=friction_bound), Displacement(part="top", value=(0.0, 0.0)),
-                  Traction(part="left", value=(300.0, 0.0)), *free),
-    )  # fmt: skip
+        geometry=Polygon(
+            vertices=((0, 0), (8, 0), (8, 2), (4, 2), (4, 4), (0, 4)),
+            parts=("bottom", "right", "shelf", "inner", "top", "left"),
+        ),
+        boundary=(
+            Contact(part="bottom", friction_bound=friction_bound),
+            Displacement(part="top", value=(0.0, 0.0)),
+            Traction(part="left", value=(300.0, 0.0)),
+            *free,
+        ),
+    )
 
 
 def test_corners_are_as_strong_as_their_angles_and_sides():
@@ -38,43 +55,68 @@ def test_corners_are_as_strong_as_their_angles_and_sides():
     assert found[2][1] == found[3][0] == pytest.approx(0.5445, abs=1e-3)
     assert found[0] == pytest.approx((0.711, 0.711), abs=2e-3) and found[1] == (found[0][1], 1.0)
     # held and free sides in one line: r^(1/2), whether they stick or slip
-    flat = Polygon(vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("a", "b", "right", "top", "left"))
-    boundary = (Contact(part="a", friction_bound=1.0), *(Traction(part=p, value=(0.0, 0.0)) for p in ("b", "right", "left")),
-                Displacement(part="top", value=(0.0, 0.0)))  # fmt: skip
+    flat = Polygon(
+        vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("a", "b", "right", "top", "left")
+    )
+    boundary = (
+        Contact(part="a", friction_bound=1.0),
+        *(Traction(part=p, value=(0.0, 0.0)) for p in ("b", "right", "left")),
+        Displacement(part="top", value=(0.0, 0.0)),
+    )
     problem = problem.model_copy(update={"geometry": flat, "boundary": boundary})
     assert corner_exponents(problem, flat.outline())[0] == pytest.approx((0.711, 0.5), abs=2e-3)
-    held = tuple(Displacement(part="shelf", value=(0.0, 0.0)) if c.part == "shelf" else c for c in l_shaped(80.0).boundary)
+    held = tuple(
+        Displacement(part="shelf", value=(0.0, 0.0)) if c.part == "shelf" else c
+        for c in l_shaped(80.0).boundary
+    )
     problem = l_shaped(80.0).model_copy(update={"boundary": held})
-    assert corner_exponents(problem, problem.geometry.outline())[2][1] == pytest.approx(0.3417, abs=1e-3)
+    assert corner_exponents(problem, problem.geometry.outline())[2][1] == pytest.approx(
+        0.3417, abs=1e-3
+    )
 
 
 def test_a_skew_roller_is_held_in_its_own_direction():
-    """Contact may slide at (40, 0); the side from (55, 12) leans and is held in x: neither sliding nor clamped."""
+    """Contact may slide at (40, 0); the side from (55, 12) leans and is held in x: neither sliding
+    nor clamped."""
     found = corner_exponents(skew(), skew().geometry.outline())
     assert found[0][1] == pytest.approx(0.528, abs=2e-3)
-    clamped = skew().model_copy(update={"boundary": tuple(
-        Displacement(part="upper", value=(-0.03, 0.0)) if c.part == "upper" else c for c in skew().boundary
-    )})  # fmt: skip
+    clamped = skew().model_copy(
+        update={
+            "boundary": tuple(
+                Displacement(part="upper", value=(-0.03, 0.0)) if c.part == "upper" else c
+                for c in skew().boundary
+            )
+        }
+    )
     assert found[2][0] == found[1][1] != corner_exponents(clamped, clamped.geometry.outline())[2][0]
 
 
 def skew(**mesh) -> Problem:
-    """A body on whose base friction ends next to a skew side; estimates were 20 times too small there."""
+    """A body on whose base friction ends next to a skew side; estimates were 20 times too small
+    there."""
     return Problem(
         material=Material(young_modulus=2.1e5, poisson_ratio=0.3),
-        geometry=Polygon(vertices=((0, 0), (40, 0), (55, 12), (40, 25), (0, 25)),
-                         parts=("base", "lower", "upper", "top", "left")),
+        geometry=Polygon(
+            vertices=((0, 0), (40, 0), (55, 12), (40, 25), (0, 25)),
+            parts=("base", "lower", "upper", "top", "left"),
+        ),
         mesh=MeshOptions(**mesh),
-        boundary=(Contact(part="base", friction_bound=60.0), Traction(part="lower", value=(0.0, 0.0)),
-                  Displacement(part="upper", value=(-0.03, "free")), Traction(part="top", value=(0.0, 0.0)),
-                  Displacement(part="left", value=("0.004*y/25", "free"))),
-    )  # fmt: skip
+        boundary=(
+            Contact(part="base", friction_bound=60.0),
+            Traction(part="lower", value=(0.0, 0.0)),
+            Displacement(part="upper", value=(-0.03, "free")),
+            Traction(part="top", value=(0.0, 0.0)),
+            Displacement(part="left", value=("0.004*y/25", "free")),
+        ),
+    )
 
 
 def true_error(solution, best) -> float:
     """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
     body = Body.of(solution.problem, solution.problem.geometry.outline())
-    return difference(contact_lines(body, solution), contact_lines(body, best)) / displacement_scale(best)
+    return difference(
+        contact_lines(body, solution), contact_lines(body, best)
+    ) / displacement_scale(best)
 
 
 @pytest.mark.parametrize("points", [(), ((39.64002, 0.0),)])
@@ -83,7 +125,11 @@ def test_a_point_that_is_nearly_right_does_no_harm(points, comm):
     for accuracy in (1e-2, 1e-3):
         solution = adapt(skew(graded_points=points), accuracy, comm=comm)
         true = true_error(solution, best)
-        assert solution.converged and true <= accuracy and true < 2.0 * solution.info["estimated_error"]
+        assert (
+            solution.converged
+            and true <= accuracy
+            and true < 2.0 * solution.info["estimated_error"]
+        )
 
 
 def slab(traction: str) -> Problem:
@@ -91,21 +137,31 @@ def slab(traction: str) -> Problem:
     return Problem(
         material=Material(young_modulus=8000.0, poisson_ratio=0.3),
         geometry=Rectangle(lower_left=(0, 0), upper_right=(7, 1.2)),
-        boundary=(Contact(part="bottom", friction_bound=6.0), Traction(part="left", value=(15.0, 0.0)),
-                  Displacement(part="right", value=(0.0, 0.0)), Traction(part="top", value=(0.0, traction))),
-    )  # fmt: skip
+        boundary=(
+            Contact(part="bottom", friction_bound=6.0),
+            Traction(part="left", value=(15.0, 0.0)),
+            Displacement(part="right", value=(0.0, 0.0)),
+            Traction(part="top", value=(0.0, traction)),
+        ),
+    )
 
 
 @pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-6])
 def test_a_narrow_peak_acts_like_its_resultant(width, comm):
-    """Far from it: by Saint-Venant's principle the solution does not depend on a width that is small enough."""
+    """Far from it: by Saint-Venant's principle the solution does not depend on a width that is
+    small enough."""
     force = 30000.0 * math.sqrt(math.pi) * 1e-3
-    solution = adapt(slab(f"{-force / (math.sqrt(math.pi) * width)!r}*exp(-((x - 3.137)/{width!r})**2)"), 1e-3, comm=comm)
+    solution = adapt(
+        slab(f"{-force / (math.sqrt(math.pi) * width)!r}*exp(-((x - 3.137)/{width!r})**2)"),
+        1e-3,
+        comm=comm,
+    )
     assert solution.converged
     mesh = solution.mesh
     top = mesh.nodes_of("top")
     assert mesh.weight[top] @ solution.traction[top, 1] == pytest.approx(-force, rel=1e-3)
-    # the peak of width 1e-3 at 1e-6, by this program on finer meshes and on uniform ones of 7000 elements a side
+    # the peak of width 1e-3 at 1e-6, by this program on finer meshes and on uniform ones of 7000
+    # elements a side
     if width < 1e-1:
         assert np.abs(solution.contact.u_t).max() == pytest.approx(0.0015910, rel=2e-3)
 

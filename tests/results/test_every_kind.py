@@ -1,4 +1,5 @@
-"""What can be done with a solution of every kind of problem: files, tables, figures, fields, by Python and by command."""
+"""What can be done with a solution of every kind of problem: files, tables, figures, fields, by
+Python and by command."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ LARGER = (
     + block("lower", [-1.0, -1.0], [1.0, 0.0], mesh="element_size = 0.25", bottom=[0.0, 0.0])
     + contact_pair("gap", "upper.bottom", "lower.top", 0.3)
 )
-"""The secondary face is larger than the primary: nodes face nothing. The name of the pair is that of a dataset."""
+"""The secondary face is larger than the primary: nodes face nothing. The name of the pair is that
+of a dataset."""
 
 
 def config(name, overrides):
@@ -34,7 +36,9 @@ PROBLEMS = {
     "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
     "plane, bodies": lambda: parse_problem(tomllib.loads(LARGER), "larger", {}, Path()),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
-    "space, bodies": lambda: config("space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}),
+    "space, bodies": lambda: config(
+        "space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}
+    ),
 }
 
 
@@ -49,10 +53,16 @@ def test_what_is_written_is_read(solution, tmp_path):
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and repr(again) == repr(solution)
     for step, other in zip(again.steps, solution.steps, strict=True):
-        assert vars(step.history) == vars(other.history) and (step.rho, step.residual) == (other.rho, other.residual)
+        assert vars(step.history) == vars(other.history) and (step.rho, step.residual) == (
+            other.rho,
+            other.residual,
+        )
         assert list(step.pairs) == list(other.pairs)
         for name, pair in step.pairs.items():
-            for key in {*vars(other.pairs[name]), "pressure_error", "sigma_t_error"} - {"errors", "_errors"}:
+            for key in {*vars(other.pairs[name]), "pressure_error", "sigma_t_error"} - {
+                "errors",
+                "_errors",
+            }:
                 value = getattr(other.pairs[name], key)
                 assert np.array_equal(getattr(pair, key), value) or value is None, key
     for key, values in again.columns().items():
@@ -61,7 +71,9 @@ def test_what_is_written_is_read(solution, tmp_path):
 
 def test_a_table_and_the_rich_display(solution):
     table = pytest.importorskip("pandas") and solution.to_dataframe()
-    assert len(table) == sum(len(nodes) for nodes in solution.nodes.values()) and set(table.pair) == set(solution.pairs)
+    assert len(table) == sum(len(nodes) for nodes in solution.nodes.values()) and set(
+        table.pair
+    ) == set(solution.pairs)
     force = sum(pair.force for pair in solution.pairs.values())
     normal = np.concatenate([pair.normal for pair in solution.pairs.values()])
     along = np.concatenate([pair.tangent for pair in solution.pairs.values()])
@@ -88,17 +100,23 @@ def test_every_command_takes_the_file(solution, tmp_path, monkeypatch, capsys):
     solution.save("r.h5")
     assert main(["plot", "r.h5"]) == 0 and len(list(tmp_path.glob("r-*.png"))) >= 4
     grid = "x".join(["4"] * next(iter(solution.meshes.values())).dim)
-    assert main(["field", "r.h5", "--grid", grid, "--boundary", "b.vtu", "--figure", "f.png"]) == 0, capsys.readouterr().err
+    assert (
+        main(["field", "r.h5", "--grid", grid, "--boundary", "b.vtu", "--figure", "f.png"]) == 0
+    ), capsys.readouterr().err
     assert Path("f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(solution.meshes)
     assert list(tmp_path.glob("r*.vtu"))
 
 
 def test_stress_on_the_boundary(solution, tmp_path):
-    """At nodes as at the same points by coordinates; with the normal it is the traction; in file, table and verdict."""
+    """At nodes as at the same points by coordinates; with the normal it is the traction; in file,
+    table and verdict."""
     solution.save(tmp_path / "r.h5")
     count = len(solution.steps)
     for name, mesh in solution.meshes.items():
-        stress, some = solution.stress_on_boundary(name), np.arange(0, mesh.n_nodes, max(1, mesh.n_nodes // 9))
+        stress, some = (
+            solution.stress_on_boundary(name),
+            np.arange(0, mesh.n_nodes, max(1, mesh.n_nodes // 9)),
+        )
         size = np.abs(stress).max()
         assert np.abs(solution.stress_at(mesh.x[some], name) - stress[some]).max() < 1e-9 * size
         tensor = solution.state_at(mesh.x[some], name).tensor[:, : mesh.dim, : mesh.dim]
@@ -107,11 +125,20 @@ def test_stress_on_the_boundary(solution, tmp_path):
         with h5py.File(tmp_path / "r.h5") as file:
             assert np.array_equal(file[f"steps/{count}/body/{name}/stress"], stress)
     table = boundary_table(solution, solution.last)
-    assert np.array_equal(table["sigma_xy"], np.concatenate([
-        solution.stress_on_boundary(name)[:, 2 if mesh.dim == 2 else 3] for name, mesh in solution.meshes.items()
-    ]))  # fmt: skip
+    assert np.array_equal(
+        table["sigma_xy"],
+        np.concatenate(
+            [
+                solution.stress_on_boundary(name)[:, 2 if mesh.dim == 2 else 3]
+                for name, mesh in solution.meshes.items()
+            ]
+        ),
+    )
     peaks = stress_peaks(solution)
-    assert set(peaks) == {"von Mises", "first principal"} and "  peak von Mises stress: " in solution.verdict()
+    assert (
+        set(peaks) == {"von Mises", "first principal"}
+        and "  peak von Mises stress: " in solution.verdict()
+    )
     for name, values in (("von Mises", "von_mises"), ("first principal", "first_principal")):
         peak = peaks[name]
         found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part)

@@ -1,4 +1,5 @@
-"""What goes to other programs: CSV tables, the VTKHDF file, animations, and the scales of drawings."""
+"""What goes to other programs: CSV tables, the VTKHDF file, animations, and the scales of
+drawings."""
 
 from __future__ import annotations
 
@@ -83,7 +84,9 @@ def test_tables_hold_what_the_solution_has(kind, request, tmp_path, capsys):
     assert main(["export", str(path), "--csv", str(tmp_path / "out")]) == 0, capsys.readouterr().err
     pairs, boundary = rows(tmp_path / "out/pairs.csv"), rows(tmp_path / "out/boundary.csv")
     assert len(pairs) == len(solution.steps) * sum(map(len, solution.nodes.values()))
-    assert len(boundary) == len(solution.steps) * sum(mesh.n_nodes for mesh in solution.meshes.values())
+    assert len(boundary) == len(solution.steps) * sum(
+        mesh.n_nodes for mesh in solution.meshes.values()
+    )
     for number, step in enumerate(solution.steps, 1):
         (pair,) = step.pairs.values()
         mine = [row for row in pairs if row["increment"] == str(number)]
@@ -93,10 +96,16 @@ def test_tables_hold_what_the_solution_has(kind, request, tmp_path, capsys):
         nodes = [row for row in boundary if row["increment"] == str(number)]
         moved = np.array([[float(row[f"u{axis}"]) for axis in "xyz"[:d]] for row in nodes])
         assert np.array_equal(moved, np.concatenate([body.u for body in step.bodies.values()]))
-        total = [row for row in rows(tmp_path / "out/resultants.csv") if row["increment"] == str(number)]
+        total = [
+            row for row in rows(tmp_path / "out/resultants.csv") if row["increment"] == str(number)
+        ]
         assert [float(total[0][f"F{axis}"]) for axis in "xyz"[:d]] == pair.force.tolist()
     assert len(rows(tmp_path / "out/history.csv")) == solution.iterations
-    last = [row for row in rows(tmp_path / "out/reactions.csv") if row["increment"] == str(len(solution.steps))]
+    last = [
+        row
+        for row in rows(tmp_path / "out/reactions.csv")
+        if row["increment"] == str(len(solution.steps))
+    ]
     assert {row["part"]: float(row["Fx"]) for row in last} == {
         part: force[0] for part, force in solution.reactions().items()
     }
@@ -107,17 +116,36 @@ def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path,
     solution, path = plane
     assert main(["export", str(path), "--csv", str(tmp_path / "a.csv"), "--step", "last"]) == 0
     found = rows(tmp_path / "a.csv")
-    assert {row["step"] for row in found} == {"push"} and {row["load_factor"] for row in found} == {"1.0"}
+    assert {row["step"] for row in found} == {"push"} and {row["load_factor"] for row in found} == {
+        "1.0"
+    }
     assert [float(row["sigma_t"]) for row in found] == solution.pairs["top"].sigma_t[:, 0].tolist()
-    assert main(["export", str(path), "--csv", str(tmp_path / "b.csv"), "--table", "obstacles", "--step", "2"]) == 0
+    assert (
+        main(
+            [
+                "export",
+                str(path),
+                "--csv",
+                str(tmp_path / "b.csv"),
+                "--table",
+                "obstacles",
+                "--step",
+                "2",
+            ]
+        )
+        == 0
+    )
     (row,) = rows(tmp_path / "b.csv")
     assert float(row["Fx"]) == pytest.approx(0.25) and row["obstacle"] == "plate"
     capsys.readouterr()
-    for words, told in (([], "nothing to write"), (["--csv", "x", "--table", "pair"], "no table 'pair'"),
-                        (["--csv", "x.csv", "--table", "pairs", "--table", "history"], "holds one table"),
-                        (["--csv", "x", "--step", "9"], "there are increments 1 to 3"),
-                        (["--csv", "x", "--step", "end"], "--step end: must be a number from 1 to 3"),
-                        (["--vtkhdf", "x.vtu"], "must end in .vtkhdf")):  # fmt: skip
+    for words, told in (
+        ([], "nothing to write"),
+        (["--csv", "x", "--table", "pair"], "no table 'pair'"),
+        (["--csv", "x.csv", "--table", "pairs", "--table", "history"], "holds one table"),
+        (["--csv", "x", "--step", "9"], "there are increments 1 to 3"),
+        (["--csv", "x", "--step", "end"], "--step end: must be a number from 1 to 3"),
+        (["--vtkhdf", "x.vtu"], "must end in .vtkhdf"),
+    ):
         assert main(["export", str(path), *words]) == 2
         assert told in capsys.readouterr().err
 
@@ -127,31 +155,56 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
     """Sizes and offsets as the format wants them, and fields of each increment at its place."""
     solution, path = request.getfixturevalue(kind)
     d = next(iter(solution.meshes.values())).dim
-    assert main(["export", str(path), "--vtkhdf", str(tmp_path / "r.vtkhdf"), "--grid", "x".join("4" * d)]) == 0
+    assert (
+        main(
+            [
+                "export",
+                str(path),
+                "--vtkhdf",
+                str(tmp_path / "r.vtkhdf"),
+                "--grid",
+                "x".join("4" * d),
+            ]
+        )
+        == 0
+    )
     with h5py.File(tmp_path / "r.vtkhdf") as file:
         root = file["VTKHDF"]
         assert root.attrs["Type"] == b"UnstructuredGrid" and tuple(root.attrs["Version"]) == (2, 2)
         points, cells = int(root["NumberOfPoints"][0]), int(root["NumberOfCells"][0])
-        assert root["Points"].shape == (points, 3) and len(root["Types"]) == cells == len(root["Offsets"]) - 1
-        assert root["Offsets"][-1] == len(root["Connectivity"]) == root["NumberOfConnectivityIds"][0]
+        assert (
+            root["Points"].shape == (points, 3)
+            and len(root["Types"]) == cells == len(root["Offsets"]) - 1
+        )
+        assert (
+            root["Offsets"][-1] == len(root["Connectivity"]) == root["NumberOfConnectivityIds"][0]
+        )
         assert root["Connectivity"][()].max() < points
         count = root["Steps"].attrs["NSteps"]
         assert count == len(solution.steps)
-        assert np.allclose(root["Steps/Values"], [s.step - 1 + s.load_factor for s in solution.steps])
+        assert np.allclose(
+            root["Steps/Values"], [s.step - 1 + s.load_factor for s in solution.steps]
+        )
         for key, values in root["PointData"].items():
             assert len(values) == count * points
-            assert root[f"Steps/PointDataOffsets/{key}"][()].tolist() == [points * k for k in range(count)]
+            assert root[f"Steps/PointDataOffsets/{key}"][()].tolist() == [
+                points * k for k in range(count)
+            ]
         assert len(root["CellData/contact"]) == count * cells
         assert set(root["CellData/contact"][()]) <= {-1, 0, 1, 2}
         inside = np.isnan(root["PointData/traction"][-points:, 0])
         x = root["Points"][()][inside][:, :d]
-        assert inside.any() and np.allclose(root["PointData/displacement"][-points:][inside][:, :d], solution.at(x))
+        assert inside.any() and np.allclose(
+            root["PointData/displacement"][-points:][inside][:, :d], solution.at(x)
+        )
         assert np.allclose(root["PointData/von_mises"][-points:][inside], solution.von_mises_at(x))
 
 
 def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     solution, path = plane
-    assert main(["plot", str(path), "--animate", str(tmp_path / "a.gif")]) == 0, capsys.readouterr().err
+    assert main(["plot", str(path), "--animate", str(tmp_path / "a.gif")]) == 0, (
+        capsys.readouterr().err
+    )
     with Image.open(tmp_path / "a.gif") as picture:
         assert picture.n_frames == len(solution.steps) == 3
     single, file = space
@@ -162,15 +215,25 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     from petcontact.results.figures.animation import animate
 
     animate(replace(single, steps=single.steps * 2), tmp_path / "c.gif")
-    assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8") and not list(tmp_path.glob("*.tmp"))
+    assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8") and not list(
+        tmp_path.glob("*.tmp")
+    )
 
 
-@pytest.mark.parametrize(("size", "text"), [(1e-4, "displacements × 1000, gaps to scale"), (0.4, "displacements to scale"),
-                                            (1.5, "displacements to scale"),
-                                            (30.0, "displacements / 200, gaps to scale")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [
+        (1e-4, "displacements × 1000, gaps to scale"),
+        (0.4, "displacements to scale"),
+        (1.5, "displacements to scale"),
+        (30.0, "displacements / 200, gaps to scale"),
+    ],
+)
 def test_displacements_are_not_shrunk_unless_they_are_larger_than_the_bodies(plane, size, text):
     solution, _ = plane
     step = solution.last
-    bodies = {name: BodyResult(size / np.sqrt(2.0) * np.ones_like(body.u), body.traction)
-              for name, body in step.bodies.items()}  # fmt: skip
+    bodies = {
+        name: BodyResult(size / np.sqrt(2.0) * np.ones_like(body.u), body.traction)
+        for name, body in step.bodies.items()
+    }
     assert view_of(replace(solution, steps=[replace(step, bodies=bodies)])).text == text

@@ -1,4 +1,5 @@
-"""Figures: formats by suffix, units on the axes, round arcs, nothing hidden, and what Newton's history shows."""
+"""Figures: formats by suffix, units on the axes, round arcs, nothing hidden, and what Newton's
+history shows."""
 
 from __future__ import annotations
 
@@ -10,7 +11,16 @@ import pytest
 from conftest import example
 from matplotlib.figure import Figure
 
-from petcontact import InputError, MeshOptions, Problem, deformed_figure, field_on_grid, load, plot_all, solve
+from petcontact import (
+    InputError,
+    MeshOptions,
+    Problem,
+    deformed_figure,
+    field_on_grid,
+    load,
+    plot_all,
+    solve,
+)
 from petcontact.commands.main import main
 from petcontact.fields.boundary.places import best_places
 from petcontact.fields.peak import corners, peak_of
@@ -56,10 +66,14 @@ def test_the_suffix_is_the_format(solution, tmp_path):
 def test_all_figures_in_all_formats_and_the_same_bytes_again(solution, tmp_path):
     names = ("deformed", "displacement", "traction", "normal", "stress", "hoop", "history")
     one = plot_all(solution, tmp_path / "a", "r", ("pdf", "svg"))
-    assert [path.name for path in one] == [f"r-{name}.{suffix}" for name in names for suffix in ("pdf", "svg")]
+    assert [path.name for path in one] == [
+        f"r-{name}.{suffix}" for name in names for suffix in ("pdf", "svg")
+    ]
     for suffix in ("pdf", "svg"):
         save(tmp_path / f"b.{suffix}", plane.draw_deformed, solution)
-        assert (tmp_path / f"b.{suffix}").read_bytes() == (tmp_path / "a" / f"r-deformed.{suffix}").read_bytes()
+        assert (tmp_path / f"b.{suffix}").read_bytes() == (
+            tmp_path / "a" / f"r-deformed.{suffix}"
+        ).read_bytes()
 
 
 def test_units_stand_on_every_axis(solution):
@@ -76,7 +90,10 @@ def test_units_stand_on_every_axis(solution):
 
 
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
-    assert solution.history.exchanged[-1] == 0 and len(solution.history.exchanged) == solution.iterations
+    assert (
+        solution.history.exchanged[-1] == 0
+        and len(solution.history.exchanged) == solution.iterations
+    )
     left, right = drawn(curves.draw_history, solution).axes
     assert right.get_title() == "active sets"
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
@@ -111,30 +128,49 @@ def test_outlines_run_round_over_elements_of_mixed_orders():
 def test_states_differ_by_shape_and_colour(plate):
     axes = drawn(plane.draw_deformed, plate).axes[0]
     lines = {line.get_label(): line for line in axes.lines if line.get_label() in ("stick", "slip")}
-    assert {line.get_marker() for line in lines.values()} == {"s", "o"} and len({*map(str, (
-        line.get_color() for line in lines.values()))}) == 2  # fmt: skip
+    assert {line.get_marker() for line in lines.values()} == {"s", "o"} and len(
+        {*map(str, (line.get_color() for line in lines.values()))}
+    ) == 2
     shown = sum(len(line.get_xdata()) for line in lines.values())
     assert shown == len(plate.contact.nodes)
 
 
 def test_the_largest_stress_is_told_with_its_place(solution):
-    field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30))
+    field = field_on_grid(
+        solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30)
+    )
     peak = peak_of(solution.mesh, field.x, field.von_mises)
     assert peak.corner == "top and left" and peak.usual < peak.stress
-    assert np.hypot(*(peak.place - [0.0, 4.0])) < 0.01 and "where top and left meet and stress may be infinite" in str(peak)
+    assert np.hypot(
+        *(peak.place - [0.0, 4.0])
+    ) < 0.01 and "where top and left meet and stress may be infinite" in str(peak)
     inside = np.hypot(*(field.x - [4.0, 2.0]).T)
     high = replace(field, stress=field.stress * (1e6 * (inside == inside.min()) + 1.0)[:, None])
     peak = peak_of(solution.mesh, field.x, high.von_mises)
-    assert peak.corner == "" and np.hypot(*(peak.place - [4.0, 2.0])) < 0.2 and "infinite" not in str(peak)
-    assert sorted(corners(solution.mesh)[1]) == ["bottom and right", "left and bottom", "right and top", "top and left"]
+    assert (
+        peak.corner == ""
+        and np.hypot(*(peak.place - [4.0, 2.0])) < 0.2
+        and "infinite" not in str(peak)
+    )
+    assert sorted(corners(solution.mesh)[1]) == [
+        "bottom and right",
+        "left and bottom",
+        "right and top",
+        "top and left",
+    ]
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
-    [(["-o", "own.vtk"], "own.vtk: a field is written as .vtu"), (["--boundary", "b.xml"], "b.xml: a field is written as"),
-     (["--figure", "own.tif"], "own.tif: a figure is .png, .pdf or .svg")],
-)  # fmt: skip
-def test_other_suffixes_are_refused_before_any_work(solution, tmp_path, monkeypatch, capsys, words, message):
+    [
+        (["-o", "own.vtk"], "own.vtk: a field is written as .vtu"),
+        (["--boundary", "b.xml"], "b.xml: a field is written as"),
+        (["--figure", "own.tif"], "own.tif: a figure is .png, .pdf or .svg"),
+    ],
+)
+def test_other_suffixes_are_refused_before_any_work(
+    solution, tmp_path, monkeypatch, capsys, words, message
+):
     monkeypatch.chdir(tmp_path)
     write_solution("r.h5", solution)
     assert main(["field", "r.h5", "--grid", "8x8", *words]) == 2
@@ -152,8 +188,15 @@ def test_plot_takes_formats(solution, tmp_path, monkeypatch, capsys):
 def test_the_stress_along_the_boundary_of_a_ring_is_its_hoop_stress():
     from verification.test_exact_solutions import METHOD, STEEL, TUBE, Lame
 
-    ring = solve(Problem(material=STEEL, geometry=Lame.body, mesh=MeshOptions(element_size=0.2, order=3),
-                         boundary=Lame.boundary, method=METHOD))  # fmt: skip
+    ring = solve(
+        Problem(
+            material=STEEL,
+            geometry=Lame.body,
+            mesh=MeshOptions(element_size=0.2, order=3),
+            boundary=Lame.boundary,
+            method=METHOD,
+        )
+    )
     element, place = best_places(ring.mesh)
     r = np.hypot(*(ring.mesh.variables_at(element, place)[axis] for axis in "xy"))
     radial, around = TUBE.stress(r)

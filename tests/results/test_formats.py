@@ -1,4 +1,5 @@
-"""Frozen files of formats 1 and 2: read as the version that wrote them described them, and written in format 3."""
+"""Frozen files of formats 1 and 2: read as the version that wrote them described them, and written
+in format 3."""
 
 from __future__ import annotations
 
@@ -24,7 +25,10 @@ def without_cost(verdict):
 
 @pytest.mark.parametrize("name", FROZEN)
 def test_verdicts_are_those_of_the_version_that_wrote_them(name):
-    assert without_cost(read_solution(DATA / f"{name}.h5").verdict()) == (DATA / f"{name}.txt").read_text()
+    assert (
+        without_cost(read_solution(DATA / f"{name}.h5").verdict())
+        == (DATA / f"{name}.txt").read_text()
+    )
 
 
 @pytest.mark.parametrize("name", FROZEN)
@@ -33,7 +37,9 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
     solution.save(tmp_path / "r.h5")
     with h5py.File(DATA / f"{name}.h5") as old, h5py.File(tmp_path / "r.h5") as new:
         assert new.attrs["format_version"] == 3 > old.attrs["format_version"]
-        shared = [f"{group}/{key}" for group in ("boundary", "contact", "mesh") for key in old[group]]
+        shared = [
+            f"{group}/{key}" for group in ("boundary", "contact", "mesh") for key in old[group]
+        ]
         assert len(shared) > 20
         for key in shared:
             stored = old[key][()]
@@ -49,6 +55,15 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
 def test_every_command_takes_them(name, tmp_path, capsys):
     assert main(["plot", str(DATA / f"{name}.h5"), "-o", str(tmp_path)]) == 0
     grid = "3x3x3" if "space" in name else "8x8"
-    words = ["--grid", grid, "--boundary", str(tmp_path / "b.vtu"), "--figure", str(tmp_path / "f.png")]
-    assert main(["field", str(DATA / f"{name}.h5"), "-o", str(tmp_path / "v.vtu"), *words]) == 0, capsys.readouterr().err
+    words = [
+        "--grid",
+        grid,
+        "--boundary",
+        str(tmp_path / "b.vtu"),
+        "--figure",
+        str(tmp_path / "f.png"),
+    ]
+    assert main(["field", str(DATA / f"{name}.h5"), "-o", str(tmp_path / "v.vtu"), *words]) == 0, (
+        capsys.readouterr().err
+    )
     assert (tmp_path / "b.vtu").exists() and (tmp_path / "f.png").exists()

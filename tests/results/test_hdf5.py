@@ -1,4 +1,5 @@
-"""Result files: whole or not there, the same when read back, and refused in one line when they are anything else."""
+"""Result files: whole or not there, the same when read back, and refused in one line when they are
+anything else."""
 
 from __future__ import annotations
 
@@ -52,7 +53,19 @@ def same(a, b):
 
 def test_round_trip_is_exact(solution, path):
     again = read_solution(path)
-    for name in ("u", "traction", "contact", "zones", "history", "status", "reason", "rho", "residual", "case", "info"):
+    for name in (
+        "u",
+        "traction",
+        "contact",
+        "zones",
+        "history",
+        "status",
+        "reason",
+        "rho",
+        "residual",
+        "case",
+        "info",
+    ):
         assert same(getattr(solution, name), getattr(again, name)), name
     for name in ("x", "normal", "weight", "arc_length"):
         assert np.array_equal(getattr(solution.mesh, name), getattr(again.mesh, name)), name
@@ -62,12 +75,19 @@ def test_round_trip_is_exact(solution, path):
 def test_h5py_alone_reads_the_layout(solution, path):
     with h5py.File(path) as file:
         n, m = len(file["boundary/x"]), len(file["contact/x"])
-        assert file["boundary/u"].shape == file["boundary/traction"].shape == file["boundary/normal"].shape == (n, 2)
+        assert (
+            file["boundary/u"].shape
+            == file["boundary/traction"].shape
+            == file["boundary/normal"].shape
+            == (n, 2)
+        )
         assert file["contact/u_t"].shape == file["contact/sigma_t"].shape == (m, 1)
         assert set(file["contact/state"][()]) <= {0, 1} and file["boundary/part"][0] == b"bottom"
         assert {len(rows) for rows in file["history"].values()} == {file.attrs["iterations"]}
         assert file.attrs["format"] == FORMAT and "young_modulus" in file.attrs["config"]
-        assert all(file.attrs[key] == solution.info[key] for key in ("argv", "petsc_options", "versions"))
+        assert all(
+            file.attrs[key] == solution.info[key] for key in ("argv", "petsc_options", "versions")
+        )
 
 
 def test_a_config_of_more_than_64_kb(comm, tmp_path):
@@ -87,7 +107,9 @@ def test_a_truncated_file_is_refused(path, fraction):
     refused(path, "not a whole HDF5 file|damaged|not a result")
 
 
-@pytest.mark.parametrize("content", [b"", b"text", b"\x89HDF\r\n\x1a\n", b"\0" * 10_000], ids=range(4))
+@pytest.mark.parametrize(
+    "content", [b"", b"text", b"\x89HDF\r\n\x1a\n", b"\0" * 10_000], ids=range(4)
+)
 def test_a_foreign_file_is_refused(tmp_path, content):
     (tmp_path / "r.h5").write_bytes(content)
     refused(tmp_path / "r.h5", "not a whole HDF5 file")
@@ -150,13 +172,19 @@ print(outcomes["refused"])
 
 
 def test_damaged_bytes_never_end_in_a_crash(path, tmp_path):
-    done = subprocess.run([sys.executable, "-c", FLIP, str(path), str(tmp_path / "scratch.h5")], capture_output=True,
-                          text=True, timeout=300, env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", FLIP, str(path), str(tmp_path / "scratch.h5")],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
     assert done.returncode == 0, done.stderr
     assert int(done.stdout) > 20
 
 
-# --- writing -------------------------------------------------------------------------------------------------------
+# --- writing
+# --------------------------------------------------------------------------------------------------
 def test_a_failing_write_leaves_the_old_file_and_nothing_else(path):
     before = path.read_bytes()
 
@@ -220,7 +248,11 @@ def small_disk(tmp_path):
     """A file system of 256 kB, if this user can mount one."""
     disk = tmp_path / "disk"
     disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], capture_output=True, text=True)
+    mounted = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)],
+        capture_output=True,
+        text=True,
+    )
     if mounted.returncode != 0:
         pytest.skip(f"no tmpfs can be mounted here: {mounted.stderr.strip()}")
     yield disk
@@ -231,13 +263,16 @@ def test_a_full_disk(solution, small_disk):
     write_solution(small_disk / "first.h5", solution)
     large = dataclasses.replace(solution, info=solution.info | {"ballast": "x" * 400_000})
     for _ in range(3):
-        with pytest.raises(OutputError, match=r"second\.h5: cannot be written \(No space left on device\)$"):
+        with pytest.raises(
+            OutputError, match=r"second\.h5: cannot be written \(No space left on device\)$"
+        ):
             write_solution(small_disk / "second.h5", large)
     assert os.listdir(small_disk) == ["first.h5"]
     assert read_solution(small_disk / "first.h5").status == solution.status
 
 
-# --- files that were tampered with ---------------------------------------------------------------------------------
+# --- files that were tampered with
+# ---------------------------------------------------------------------------------
 def replaced(file, name, values):
     del file[name]
     file[name] = values
@@ -260,7 +295,11 @@ def virtual(file, name):
 def linked(kind):
     def change(file, name):
         del file[name]
-        file[name] = h5py.ExternalLink("other.h5", "/x") if kind == "external" else h5py.SoftLink("/boundary/u")
+        file[name] = (
+            h5py.ExternalLink("other.h5", "/x")
+            if kind == "external"
+            else h5py.SoftLink("/boundary/u")
+        )
 
     return change
 
@@ -284,27 +323,48 @@ def with_value(value):
 
 
 TAMPERED = {
-    "short": (to(lambda v: v[:-1]), ["boundary/u", "contact/u_t", "contact/nodes", "contact/part", "mesh/order"]),
+    "short": (
+        to(lambda v: v[:-1]),
+        ["boundary/u", "contact/u_t", "contact/nodes", "contact/part", "mesh/order"],
+    ),
     "flat": (to(np.ravel), ["boundary/u", "contact/sigma_t", "mesh/elements"]),
-    "more columns": (to(lambda v: np.hstack([v, v])), ["boundary/u", "contact/u_t", "mesh/vertices"]),
+    "more columns": (
+        to(lambda v: np.hstack([v, v])),
+        ["boundary/u", "contact/u_t", "mesh/vertices"],
+    ),
     "empty": (to(lambda v: v[:0]), ["boundary/u", "contact/nodes", "mesh/elements"]),
     "scalar": (to(lambda v: v.ravel()[0]), ["boundary/u", "contact/weight", "mesh/part"]),
-    "nan": (to(with_value(np.nan)), ["boundary/u", "contact/u_t", "mesh/vertices", "mesh/curvature"]),
+    "nan": (
+        to(with_value(np.nan)),
+        ["boundary/u", "contact/u_t", "mesh/vertices", "mesh/curvature"],
+    ),
     "inf": (to(with_value(np.inf)), ["boundary/traction", "contact/arc_length"]),
     "complex": (to(lambda v: v + 1j), ["boundary/u", "contact/sigma_t"]),
-    "large": (to(with_value(10**9)), ["contact/nodes", "mesh/elements", "mesh/order", "mesh/part", "contact/nodes"]),
-    "negative": (to(with_value(-1)), ["contact/nodes", "contact/state", "mesh/order", "mesh/elements"]),
+    "large": (
+        to(with_value(10**9)),
+        ["contact/nodes", "mesh/elements", "mesh/order", "mesh/part", "contact/nodes"],
+    ),
+    "negative": (
+        to(with_value(-1)),
+        ["contact/nodes", "contact/state", "mesh/order", "mesh/elements"],
+    ),
     "fractions": (to(lambda v: v + 0.5), ["contact/nodes", "mesh/elements", "mesh/part"]),
-    "words": (to(lambda v: np.array([b"x"] * len(v))), ["boundary/u", "mesh/order", "contact/part"]),
-    "external": (external, ["boundary/u", "contact/u_t"]), "virtual": (virtual, ["boundary/u"]),
-    "link": (linked("external"), ["boundary/u", "mesh", "contact"]), "soft link": (linked("soft"), ["boundary/traction"]),
+    "words": (
+        to(lambda v: np.array([b"x"] * len(v))),
+        ["boundary/u", "mesh/order", "contact/part"],
+    ),
+    "external": (external, ["boundary/u", "contact/u_t"]),
+    "virtual": (virtual, ["boundary/u"]),
+    "link": (linked("external"), ["boundary/u", "mesh", "contact"]),
+    "soft link": (linked("soft"), ["boundary/traction"]),
     "claimed": (claimed, ["boundary/u"]),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("kind", TAMPERED)
 def test_a_tampered_file_is_refused_in_one_line(path, kind, monkeypatch):
-    """Never drawn, never started from: wrong lengths and types, numbers of nodes that are not there, data elsewhere."""
+    """Never drawn, never started from: wrong lengths and types, numbers of nodes that are not
+    there, data elsewhere."""
     change, names = TAMPERED[kind]
     whole = path.read_bytes()
     for name in names:
@@ -334,9 +394,12 @@ def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "value", "message"),
-    [("info", "[]", "info is not a table"), ("timings", "1", "timings is not a table of numbers"),
-     ("timings", '{"mesh": "long"}', "timings is not a table of numbers")],
-)  # fmt: skip
+    [
+        ("info", "[]", "info is not a table"),
+        ("timings", "1", "timings is not a table of numbers"),
+        ("timings", '{"mesh": "long"}', "timings is not a table of numbers"),
+    ],
+)
 def test_tables_that_are_none(path, name, value, message):
     with h5py.File(path, "r+") as file:
         file.attrs[name] = value
@@ -350,14 +413,22 @@ def test_a_history_of_columns_that_differ(path):
 
 
 def test_random_tampering_is_read_or_refused_in_one_line(path):
-    """Whatever is read has a verdict; columns of other lengths and tables that are none ended as defects before."""
+    """Whatever is read has a verdict; columns of other lengths and tables that are none ended as
+    defects before."""
     rng, whole, outcomes = np.random.default_rng(7), path.read_bytes(), set()
-    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation,
-               lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
-               lambda v: v[::-1], lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1])  # fmt: skip
+    changes = (
+        lambda v: v[: len(v) // 2],
+        lambda v: np.concatenate([v, v]),
+        rng.permutation,
+        lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
+        lambda v: v[::-1],
+        lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1],
+    )
     with h5py.File(path) as file:
         names: list[str] = []
-        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        file.visititems(
+            lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+        )
     for _ in range(100):
         path.write_bytes(whole)
         with h5py.File(path, "r+") as file:

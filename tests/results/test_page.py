@@ -1,4 +1,5 @@
-"""The page that turns the bodies: what it holds, that it needs nothing else, and what a real browser makes of it."""
+"""The page that turns the bodies: what it holds, that it needs nothing else, and what a real
+browser makes of it."""
 
 from __future__ import annotations
 
@@ -11,25 +12,48 @@ import subprocess
 import numpy as np
 import pytest
 
-from petcontact import Box, Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Step, Traction, solve
+from petcontact import (
+    Box,
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Step,
+    Traction,
+    solve,
+)
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 from petcontact.results.figures.turning import UNKNOWN, scene, write_page
 from petcontact.results.hdf5 import write_solution
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+CHROMIUM = (
+    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+)
 TITLE = "</script><b>A & B"
 
 
 def problem(dim):
     shape = Rectangle((0, 0), (2, 1)) if dim == 2 else Box((0, 0, 0), (2, 1, 1))
-    free = [Traction(part, (0,) * dim) for part in shape.outline().parts if part not in ("bottom", "top")]
+    free = [
+        Traction(part, (0,) * dim)
+        for part in shape.outline().parts
+        if part not in ("bottom", "top")
+    ]
     return Problem(
-        TITLE, material=Material(100.0, 0.3), geometry=shape, mesh=MeshOptions(0.5, order=1),
-        boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3),
-                  Displacement("top", (0.01, *(0.0,) * (dim - 2), -0.02)), *free],
+        TITLE,
+        material=Material(100.0, 0.3),
+        geometry=shape,
+        mesh=MeshOptions(0.5, order=1),
+        boundary=[
+            Contact("bottom", normal="unilateral", friction_coefficient=0.3),
+            Displacement("top", (0.01, *(0.0,) * (dim - 2), -0.02)),
+            *free,
+        ],
         step=[Step(name="one", increments=2)],
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
@@ -47,19 +71,31 @@ def test_the_page_holds_the_fields_of_the_solution(solution):
     assert body["away"] == [0.0] * 3
     x, triangles = unpacked(body["x"], "<f4", 3), unpacked(body["triangles"], "<u4", 3)
     assert triangles.max() < len(x) and unpacked(body["rims"], "<u4", 2).max() < len(x)
-    assert len(found["steps"]) == len(body["steps"]) == 2 and found["steps"][-1] == "one, load factor 1"
+    assert (
+        len(found["steps"]) == len(body["steps"]) == 2
+        and found["steps"][-1] == "one, load factor 1"
+    )
     last, top = body["steps"][-1], np.abs(x[:, dim - 1] - 1.0) < 1e-6
     move = unpacked(last["move"], "<f4", 3)
     # elements of the sides have values of their own at the edge
     assert np.median(move[top], axis=0)[[0, dim - 1]] == pytest.approx([0.01, -0.02], rel=0.02)
     fields = {field["key"]: field for field in found["fields"]}
-    assert set(fields) == {"u", "von_mises"} | ({"pressure", "shear", "slip", "error"} if dim == 3 else set())
+    assert set(fields) == {"u", "von_mises"} | (
+        {"pressure", "shear", "slip", "error"} if dim == 3 else set()
+    )
     for key, field in fields.items():
         given = unpacked(last[key], "<u2")
         assert len(given) == len(x) and field["low"] <= 0.0 <= field["high"]
     known = unpacked(last["von_mises"], "<u2")
     state = solution.state_at([[1.0] + [0.5] * (dim - 1)])
-    assert 0.3 < np.median(known[known < UNKNOWN]) / (UNKNOWN - 1) * fields["von_mises"]["high"] / state.von_mises[0] < 3.0
+    assert (
+        0.3
+        < np.median(known[known < UNKNOWN])
+        / (UNKNOWN - 1)
+        * fields["von_mises"]["high"]
+        / state.von_mises[0]
+        < 3.0
+    )
     if dim == 3:
         slip = unpacked(last["slip"], "<u2")
         below = unpacked(body["normal"], "<f4", 3)[:, 2] < -0.5
@@ -67,12 +103,22 @@ def test_the_page_holds_the_fields_of_the_solution(solution):
 
 
 def test_bodies_go_apart_along_the_normals_of_their_contact():
-    pairs = [{"name": "a", "secondary": "mid.bottom", "primary": "low.top"},
-             {"name": "b", "secondary": "mid.top", "primary": "up.bottom"}]  # fmt: skip
-    bodies = [{"name": name, "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 1.0},
-               "geometry": {"shape": "rectangle", "lower_left": [0, k], "upper_right": [1, k + 1]},
-               "boundary": [{"part": part, "condition": "displacement", "value": [0.0, -0.01 * k]}] if part else []}
-              for k, (name, part) in enumerate([("low", "bottom"), ("mid", ""), ("up", "top")])]  # fmt: skip
+    pairs = [
+        {"name": "a", "secondary": "mid.bottom", "primary": "low.top"},
+        {"name": "b", "secondary": "mid.top", "primary": "up.bottom"},
+    ]
+    bodies = [
+        {
+            "name": name,
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "mesh": {"element_size": 1.0},
+            "geometry": {"shape": "rectangle", "lower_left": [0, k], "upper_right": [1, k + 1]},
+            "boundary": [{"part": part, "condition": "displacement", "value": [0.0, -0.01 * k]}]
+            if part
+            else [],
+        }
+        for k, (name, part) in enumerate([("low", "bottom"), ("mid", ""), ("up", "top")])
+    ]
     contact = [{**pair, "friction_coefficient": 0.5} for pair in pairs]
     found = scene(solve(parse(Problem, {"body": bodies, "contact": contact}, "three")))
     assert [body["away"] for body in found["bodies"]] == [[0, -1, 0], [0, 0, 0], [0, 1, 0]]
@@ -106,10 +152,27 @@ TRIED = """<script>
 def test_a_browser_draws_the_bodies_and_turns_them(solution, tmp_path):
     page = write_page(tmp_path / "page.html", solution)
     # capturing a pointer that no hand holds is an error of its own
-    text = page.read_text().replace("canvas.setPointerCapture(event.pointerId);", "").replace("</body>", TRIED)
+    text = (
+        page.read_text()
+        .replace("canvas.setPointerCapture(event.pointerId);", "")
+        .replace("</body>", TRIED)
+    )
     page.write_text(text)
-    flags = ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-             "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]  # fmt: skip
-    done = subprocess.run([CHROMIUM, *flags, page.as_uri()], capture_output=True, text=True, timeout=300, check=False)
+    flags = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-quic",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--use-gl=angle",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        f"--user-data-dir={tmp_path / 'profile'}",
+        "--dump-dom",
+    ]
+    done = subprocess.run(
+        [CHROMIUM, *flags, page.as_uri()], capture_output=True, text=True, timeout=300, check=False
+    )
     assert 'data-found="0 true true true"' in done.stdout, done.stderr[-2000:]

@@ -1,4 +1,5 @@
-"""What a solution offers in Python: data as functions and arrays, forces, fields, files, tables, pictures, pickles."""
+"""What a solution offers in Python: data as functions and arrays, forces, fields, files, tables,
+pictures, pickles."""
 
 from __future__ import annotations
 
@@ -10,7 +11,17 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import Contact, InputError, Material, MeshOptions, Rectangle, Solution, Traction, field_at, solve
+from petcontact import (
+    Contact,
+    InputError,
+    Material,
+    MeshOptions,
+    Rectangle,
+    Solution,
+    Traction,
+    field_at,
+    solve,
+)
 from petcontact.model.bodies import Units
 from petcontact.results.verdict.summary import of_several_pairs
 
@@ -46,71 +57,109 @@ def test_functions_and_arrays_are_the_expressions_they_stand_for(solution):
 
 @pytest.mark.parametrize(
     ("bound", "message"),
-    [(lambda x, speed: x, "has a parameter 'speed'; allowed are x, y, nx, ny, s"),
-     (lambda x: x + 1j, "returns values of type complex128, expected real numbers"),
-     (lambda x: ["1"] * len(x), "returns values of type <U1, expected real numbers"),
-     (lambda x: x[:3], r"returns an array of shape \(3,\), expected \(40,\)"),
-     (lambda x: 1.0 / (x - x), r"function <lambda> is not finite at x = 0.1"),
-     (np.ones(7), "has 7 values, the part has 40 nodes")],
-)  # fmt: skip
+    [
+        (lambda x, speed: x, "has a parameter 'speed'; allowed are x, y, nx, ny, s"),
+        (lambda x: x + 1j, "returns values of type complex128, expected real numbers"),
+        (lambda x: ["1"] * len(x), "returns values of type <U1, expected real numbers"),
+        (lambda x: x[:3], r"returns an array of shape \(3,\), expected \(40,\)"),
+        (lambda x: 1.0 / (x - x), r"function <lambda> is not finite at x = 0.1"),
+        (np.ones(7), "has 7 values, the part has 40 nodes"),
+    ],
+)
 def test_wrong_functions_and_arrays_are_refused(bound, message):
     with np.errstate(divide="ignore"), pytest.raises(InputError, match=message):
         solve(posed(bottom=Contact(part="bottom", friction_bound=bound)))
 
 
 def test_numpy_scalars_and_arrays_are_numbers():
-    assert Material(young_modulus=np.float32(2.0), poisson_ratio=np.float64(0.25)).young_modulus == 2.0
-    assert Rectangle(lower_left=np.zeros(2), upper_right=(np.int64(2), 1.0)).upper_right == (2.0, 1.0)
+    assert (
+        Material(young_modulus=np.float32(2.0), poisson_ratio=np.float64(0.25)).young_modulus == 2.0
+    )
+    assert Rectangle(lower_left=np.zeros(2), upper_right=(np.int64(2), 1.0)).upper_right == (
+        2.0,
+        1.0,
+    )
 
 
 def test_reactions_balance_the_loads(solution):
     forces = solution.reactions()
-    assert forces["left"] == pytest.approx([1600.0, 0.0]) and forces["right"] == pytest.approx([0.0, 0.0])
+    assert forces["left"] == pytest.approx([1600.0, 0.0]) and forces["right"] == pytest.approx(
+        [0.0, 0.0]
+    )
     assert np.abs(sum(forces.values())).max() < 8.0  # of 1600: constant elements
     finer = solve(example(1, mesh=MeshOptions(element_size=0.05)))
     assert np.abs(sum(finer.reactions().values())).max() < 0.6 * np.abs(sum(forces.values())).max()
     contact = solution.contact
-    assert forces["bottom"] == pytest.approx([contact.weight @ contact.sigma_t[:, 0], -contact.weight @ contact.sigma_n])
+    assert forces["bottom"] == pytest.approx(
+        [contact.weight @ contact.sigma_t[:, 0], -contact.weight @ contact.sigma_n]
+    )
     assert "  forces: bottom (" in solution.verdict()
     pulled = contact.weight[contact.sigma_n > 0.0].sum() / 8.0
-    assert solution.tension_share == pytest.approx(pulled) and f"tension on {100 * pulled:.3g} % of" in solution.verdict()
+    assert (
+        solution.tension_share == pytest.approx(pulled)
+        and f"tension on {100 * pulled:.3g} % of" in solution.verdict()
+    )
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
 
 
 def test_fields_at_points(solution):
     points = [[4.0, 2.0], [1.0, 3.0]]
-    u, stress = field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points)
-    assert np.array_equal(solution.at(points), u) and np.array_equal(solution.stress_at(points), stress)
+    u, stress = field_at(
+        solution.mesh, solution.u, solution.traction, solution.case.material, points
+    )
+    assert np.array_equal(solution.at(points), u) and np.array_equal(
+        solution.stress_at(points), stress
+    )
 
 
 def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
     solution.save(tmp_path / "r.h5")
     for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
-        assert np.array_equal(other.u, solution.u) and other.case == solution.case and other.history == solution.history
+        assert (
+            np.array_equal(other.u, solution.u)
+            and other.case == solution.case
+            and other.history == solution.history
+        )
         assert other.verdict() == solution.verdict()
 
 
 def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
     units = Units(length="mm", stress="MPa")
-    replace(solution, problem=solution.problem.model_copy(update={"units": units})).save(tmp_path / "r.h5")
+    replace(solution, problem=solution.problem.model_copy(update={"units": units})).save(
+        tmp_path / "r.h5"
+    )
     solution.save(tmp_path / "plain.h5")
     with h5py.File(tmp_path / "r.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
-        datasets = [file[group][name] for group in ("boundary", "contact", "history") for name in file[group]]
-        assert len(datasets) > 20 and all(data.attrs["description"] and data.attrs["unit"] for data in datasets)
-        assert file["contact/sigma_t"].attrs["unit"] == "MPa" and plain["contact/sigma_t"].attrs["unit"] == "stress"
+        datasets = [
+            file[group][name]
+            for group in ("boundary", "contact", "history")
+            for name in file[group]
+        ]
+        assert len(datasets) > 20 and all(
+            data.attrs["description"] and data.attrs["unit"] for data in datasets
+        )
+        assert (
+            file["contact/sigma_t"].attrs["unit"] == "MPa"
+            and plain["contact/sigma_t"].attrs["unit"] == "stress"
+        )
         assert file["history/rho"].attrs["unit"] == "MPa/mm"
 
 
 def test_a_function_is_named_in_files(tmp_path):
     solve(posed(bottom=Contact(part="bottom", friction_bound=ramp))).save(tmp_path / "r.h5")
     read = Solution.load(tmp_path / "r.h5")
-    assert read.case.boundary[0].friction_bound == "<function ramp>" and read.contact.friction_bound[0] > 150.0
+    assert (
+        read.case.boundary[0].friction_bound == "<function ramp>"
+        and read.contact.friction_bound[0] > 150.0
+    )
 
 
 def test_a_table_of_the_contact_nodes(solution):
     table = pytest.importorskip("pandas") and solution.to_dataframe()
     assert list(table.columns[:4]) == ["x", "y", "u_t", "sigma_t"] and len(table) == 40
-    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0]) and set(table.part) == {"bottom"}
+    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0]) and set(table.part) == {
+        "bottom"
+    }
 
 
 def test_pictures_on_axes_of_ones_own(solution):
@@ -121,7 +170,10 @@ def test_pictures_on_axes_of_ones_own(solution):
 
 
 def test_short_and_rich_display(solution):
-    assert repr(solution) == "<Solution: converged after 33 iterations, 120 elements, 40 contact nodes>"
+    assert (
+        repr(solution)
+        == "<Solution: converged after 33 iterations, 120 elements, 40 contact nodes>"
+    )
     assert solution._repr_html_().startswith("<pre>") and "&gt;" in solution._repr_html_()
 
 
@@ -132,5 +184,11 @@ def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
 
 
 def test_warnings_that_pairs_have_alike_are_one():
-    texts = ["pair 'a': a rim", "pair 'b': a rim", "pair 'b': a gap", "body 'c' turns", "pair 'd' stays pressed"]
+    texts = [
+        "pair 'a': a rim",
+        "pair 'b': a rim",
+        "pair 'b': a gap",
+        "body 'c' turns",
+        "pair 'd' stays pressed",
+    ]
     assert of_several_pairs(texts) == ["pairs 'a', 'b': a rim", *texts[2:]]

@@ -1,4 +1,5 @@
-"""Values spread over the panels of surfaces: cells of the second order for ParaView, small triangles, bands of colour."""
+"""Values spread over the panels of surfaces: cells of the second order for ParaView, small
+triangles, bands of colour."""
 
 from __future__ import annotations
 
@@ -14,7 +15,16 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Revolved, Traction, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Revolved,
+    Traction,
+    solve,
+)
 from petcontact import OutlineSide as Side
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
@@ -36,10 +46,19 @@ LOOP = [Side("foot", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("a
 @pytest.fixture(scope="module")
 def solution():
     """A cylinder that a rough floor stops, of curved quadrilaterals and triangles."""
-    conditions = [Contact("foot", normal="unilateral", friction_coefficient=0.2), Traction("side", (0, 0, 0)),
-                  Displacement("top", (0.01, 0, -0.05))]  # fmt: skip
-    return solve(Problem(material=Material(1.0, 0.3), geometry=Revolved([LOOP]), mesh=MeshOptions(0.7, order=1),
-                         boundary=conditions))  # fmt: skip
+    conditions = [
+        Contact("foot", normal="unilateral", friction_coefficient=0.2),
+        Traction("side", (0, 0, 0)),
+        Displacement("top", (0.01, 0, -0.05)),
+    ]
+    return solve(
+        Problem(
+            material=Material(1.0, 0.3),
+            geometry=Revolved([LOOP]),
+            mesh=MeshOptions(0.7, order=1),
+            boundary=conditions,
+        )
+    )
 
 
 def quadratic(x):
@@ -51,11 +70,18 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
     found, mesh = meshio.read(tmp_path / "s.vtu"), solution.mesh
     kinds = {block.type: block.data for block in found.cells}
     triangle = np.isnan(mesh.corners[:, 3, 0])
-    assert {kind: len(cells) for kind, cells in kinds.items()} == {"triangle6": triangle.sum(), "quad9": (~triangle).sum()}
+    assert {kind: len(cells) for kind, cells in kinds.items()} == {
+        "triangle6": triangle.sum(),
+        "quad9": (~triangle).sum(),
+    }
     for kind, mine, count in (("triangle6", triangle, 3), ("quad9", ~triangle, 4)):
-        geometry = np.concatenate([mesh.corners[mine, :count], mesh.middles[mine, : 2 * count - 3]], axis=1)
+        geometry = np.concatenate(
+            [mesh.corners[mine, :count], mesh.middles[mine, : 2 * count - 3]], axis=1
+        )
         assert found.points[kinds[kind]] == pytest.approx(geometry, abs=1e-12)
-    errors = found.cell_data_dict["traction_error"].values()  # nothing acts on the side, of quadrilaterals
+    errors = found.cell_data_dict[
+        "traction_error"
+    ].values()  # nothing acts on the side, of quadrilaterals
     assert min(error.min() for error in errors) == 0.0 < max(error.max() for error in errors)
     write_vtkhdf(tmp_path / "s.vtkhdf", solution, (5, 5, 3))
     with h5py.File(tmp_path / "s.vtkhdf") as file:
@@ -63,18 +89,26 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
     assert set(types) == {12, 22, 28} and np.array_equal(np.isnan(error), types == 12)
 
 
-@pytest.mark.parametrize(("order", "kinds"), [(1, {"triangle", "quad"}), (2, {"triangle6", "quad9"})])
+@pytest.mark.parametrize(
+    ("order", "kinds"), [(1, {"triangle", "quad"}), (2, {"triangle6", "quad9"})]
+)
 def test_flat_panels_are_cells_of_the_order_of_their_values(order, kinds):
     """Nodes of order 2 hold a quadratic function, and the cells have it at their nodes."""
     corners = np.array(
-        [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 1], [np.nan] * 3]], dtype=float
+        [
+            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+            [[0, 0, 0], [0, 1, 0], [0, 0, 1], [np.nan] * 3],
+        ],
+        dtype=float,
     )
     mesh = SurfaceMesh(corners, np.array([order, order]), np.zeros(2, dtype=int), ("all",))
     places, cells = vtk_cells(mesh)
     assert {kind for kind, _, _ in cells} == kinds
     at = mesh.variables_at(places.element, places.place)
     x = np.column_stack([at[axis] for axis in "xyz"])
-    values = mesh.basis_at(places.element, places.place) @ (quadratic(mesh.x) if order == 2 else mesh.x[:, 0])
+    values = mesh.basis_at(places.element, places.place) @ (
+        quadratic(mesh.x) if order == 2 else mesh.x[:, 0]
+    )
     assert values == pytest.approx(quadratic(x) if order == 2 else x[:, 0], abs=1e-12)
 
 
@@ -84,8 +118,12 @@ def test_small_triangles_tile_the_panels(solution, most):
     places, triangles, rims = small_triangles(mesh, most)
     at = mesh.variables_at(places.element, places.place)
     x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
-    area = 0.5 * np.cross(x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]])
-    assert np.linalg.norm(area, axis=1).sum() == pytest.approx(mesh.weight.sum(), rel=0.05 if most < 1000 else 0.01)
+    area = 0.5 * np.cross(
+        x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]]
+    )
+    assert np.linalg.norm(area, axis=1).sum() == pytest.approx(
+        mesh.weight.sum(), rel=0.05 if most < 1000 else 0.01
+    )
     assert np.all(np.sum(area * normal[triangles[:, 0]], axis=1) > 0.0)  # outward, as the panels
     assert np.all(places.element[triangles] == places.element[triangles[:, :1]])
     assert np.all(places.element[rims[:, 0]] == places.element[rims[:, 1]])
@@ -112,16 +150,28 @@ def test_triangles_are_cut_along_levels(values, bands):
 
 
 def test_colours_have_levels_that_are_read_easily():
-    assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 8]
+    assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [
+        0,
+        1,
+        2,
+        3,
+        4,
+        5,
+        6,
+        7,
+        8,
+    ]
     signed = band_colours(np.array([-3.0, 1.0]))
     assert (
-        signed.norm.boundaries[0] == -signed.norm.boundaries[-1] and signed.cmap.name != band_colours(np.ones(1)).cmap.name
+        signed.norm.boundaries[0] == -signed.norm.boundaries[-1]
+        and signed.cmap.name != band_colours(np.ones(1)).cmap.name
     )
     assert band_colours(np.full(3, np.nan)).norm.boundaries[-1] == 1.0
 
 
 def test_figures_of_a_curved_body(solution, tmp_path):
-    """One an interface and quantity, the estimated error among them; a single body is seen from where its contact is."""
+    """One an interface and quantity, the estimated error among them; a single body is seen from
+    where its contact is."""
     found = drawings(solution)
     assert {"error", "stress", "surface", "normal"} <= set(found)
     save(tmp_path / "error.png", found["error"], solution)
@@ -131,40 +181,64 @@ def test_figures_of_a_curved_body(solution, tmp_path):
 
 def test_a_small_contact_fills_the_picture_of_a_large_face():
     """A ball on a plane: what is in contact, some nodes beside it and their levels."""
-    ball = parse(Problem, {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.4, "order": 1},
-        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}, "obstacle": [{"name": "ground"}],
-        "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.01]},
-                     *({"part": part, "condition": "traction", "value": [0.0] * 3}
-                       for part in ("left", "right", "front", "back"))],
-        "contact": [{"name": "foot", "secondary": "body.bottom", "primary": "ground", "gap": "z"}],
-    }, "ball")  # fmt: skip
+    ball = parse(
+        Problem,
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "mesh": {"element_size": 0.4, "order": 1},
+            "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+            "obstacle": [{"name": "ground"}],
+            "boundary": [
+                {"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.01]},
+                *(
+                    {"part": part, "condition": "traction", "value": [0.0] * 3}
+                    for part in ("left", "right", "front", "back")
+                ),
+            ],
+            "contact": [
+                {"name": "foot", "secondary": "body.bottom", "primary": "ground", "gap": "z"}
+            ],
+        },
+        "ball",
+    )
     solution = solve(ball)
     pair, figure = solution.pairs["foot"], Figure()
     place, closed = pair.x[:, :2], pair.state != OPEN
     draw_gap(figure, solution)
     (low, high), width = figure.axes[0].get_xlim(), np.ptp(place[:, 0])
-    assert high - low < 0.8 * width and low < place[closed, 0].min() and place[closed, 0].max() < high
+    assert (
+        high - low < 0.8 * width and low < place[closed, 0].min() and place[closed, 0].max() < high
+    )
     assert figure.axes[1].get_ylim()[1] < 0.5 * pair.gap.max()
 
 
 def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
     def box(name, low, high, boundary):
-        return {"name": name, "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "boundary": boundary,
-                "geometry": {"shape": "box", "lower": [0, 0, low], "upper": [1, 1, high]},
-                "mesh": {"element_size": 1.0, "order": 1}}  # fmt: skip
+        return {
+            "name": name,
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "boundary": boundary,
+            "geometry": {"shape": "box", "lower": [0, 0, low], "upper": [1, 1, high]},
+            "mesh": {"element_size": 1.0, "order": 1},
+        }
 
     held = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
     pressed = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.1]}]
-    pairs = [{"name": "a", "secondary": "mid.bottom", "primary": "low.top", "friction_coefficient": 0.5},
-             {"name": "b", "secondary": "up.bottom", "primary": "mid.top", "friction_coefficient": 0.5}]  # fmt: skip
+    pairs = [
+        {"name": "a", "secondary": "mid.bottom", "primary": "low.top", "friction_coefficient": 0.5},
+        {"name": "b", "secondary": "up.bottom", "primary": "mid.top", "friction_coefficient": 0.5},
+    ]
     bodies = [box("low", 0, 1, held), box("mid", 1, 2, []), box("up", 2, 3, pressed)]
     found = solve(parse(Problem, {"body": bodies, "contact": pairs}, "three"))
-    assert best_view(found, "low")[0] > 0.0 > best_view(found, "up")[0], "from above, and from below"
+    assert best_view(found, "low")[0] > 0.0 > best_view(found, "up")[0], (
+        "from above, and from below"
+    )
     figure = Figure()
     drawings(found)["surface"](figure, found)
     titles = [axes.get_title() for axes in figure.axes]
-    assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"] and len(figure.axes) == 5
+    assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"] and len(
+        figure.axes
+    ) == 5
     alone = figure.axes[1]
     assert alone.get_zlim()[1] - alone.get_zlim()[0] < 0.6 * np.ptp(figure.axes[0].get_zlim())
 
@@ -173,11 +247,27 @@ def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
     """Its nodes lie in no plane, nor along any direction."""
     geometry = {"shape": "sphere", "centre": [0, 0, 2], "radius": 2}
     conditions = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.1]}]
-    data = {"body": [{"name": "ball", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": geometry,
-                      "mesh": {"element_size": 1.0, "order": 1}, "boundary": conditions}],
-            "obstacle": [{"name": "floor"}],
-            "contact": [{"name": "pair", "secondary": "ball.bottom", "primary": "floor", "direction": [0, 0, -1],
-                         "gap": "z"}]}  # fmt: skip
+    data = {
+        "body": [
+            {
+                "name": "ball",
+                "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                "geometry": geometry,
+                "mesh": {"element_size": 1.0, "order": 1},
+                "boundary": conditions,
+            }
+        ],
+        "obstacle": [{"name": "floor"}],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "ball.bottom",
+                "primary": "floor",
+                "direction": [0, 0, -1],
+                "gap": "z",
+            }
+        ],
+    }
     ball = solve(parse(Problem, data, "test"))
     known = drawings(ball)
     assert "traction" not in known and {"normal", "displacement", "stress"} <= set(known)
@@ -196,9 +286,12 @@ def test_colour_bars_point_to_values_beyond_the_bands():
 
 
 def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
-    """A ball that rests on its lowest nodes is seen from below; held all round its equator it is shown whole."""
+    """A ball that rests on its lowest nodes is seen from below; held all round its equator it is
+    shown whole."""
     ball = facet_mesh(as_surface({"all": icosphere(2)}), 1)
-    solution = SimpleNamespace(meshes={"ball": ball}, sides={"c": ("ball", "all")}, nodes={"c": np.arange(ball.n_nodes)})
+    solution = SimpleNamespace(
+        meshes={"ball": ball}, sides={"c": ("ball", "all")}, nodes={"c": np.arange(ball.n_nodes)}
+    )
     z = ball.x[:, 2]
     flat = Chart(np.eye(3)[:2], ("x", "y"))
     front = _front(solution, "c", z < -0.9, flat)
@@ -207,18 +300,28 @@ def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
 
 
 def test_a_face_that_contact_goes_round_is_unrolled(solution):
-    """Angles about the axis, those of one panel beside each other, and tangential vectors along them."""
+    """Angles about the axis, those of one panel beside each other, and tangential vectors along
+    them."""
     mesh = solution.mesh
     side = mesh.nodes_of("side")
-    pair = SimpleNamespace(x=mesh.x[side], state=np.where(mesh.x[side, 0] < 0.2, STICK, OPEN), weight=mesh.weight[side])
-    found = SimpleNamespace(pairs={"c": pair}, meshes={"body": mesh}, sides={"c": ("body", "side")}, nodes={"c": side},
-                            problem=SimpleNamespace(units=SimpleNamespace(length="mm")))  # fmt: skip
+    pair = SimpleNamespace(
+        x=mesh.x[side], state=np.where(mesh.x[side, 0] < 0.2, STICK, OPEN), weight=mesh.weight[side]
+    )
+    found = SimpleNamespace(
+        pairs={"c": pair},
+        meshes={"body": mesh},
+        sides={"c": ("body", "side")},
+        nodes={"c": side},
+        problem=SimpleNamespace(units=SimpleNamespace(length="mm")),
+    )
     chart = Chart.of(found, "c")
     assert chart.names == ("angle from x [degree]", "z [mm]") and abs(chart.middle) == 180.0
     at = chart.at(pair.x)
     around = np.radians(at[:, 0])
     radius = np.hypot(*pair.x[:, :2].T)
-    assert np.column_stack([radius * np.cos(around), radius * np.sin(around), at[:, 1]]) == pytest.approx(pair.x, abs=1e-12)
+    assert np.column_stack(
+        [radius * np.cos(around), radius * np.sin(around), at[:, 1]]
+    ) == pytest.approx(pair.x, abs=1e-12)
     assert np.ptp(at[pair.state == STICK, 0]) < 220.0 < np.ptp(at[:, 0])
     tangent = np.column_stack([-np.sin(around), np.cos(around), np.full(len(side), 2.0)])
     assert chart.vectors(pair.x, tangent) == pytest.approx(np.tile([1.0, 2.0], (len(side), 1)))
@@ -228,16 +331,28 @@ def test_a_face_that_contact_goes_round_is_unrolled(solution):
 
 
 def test_panels_that_face_nothing_have_no_gap_in_the_picture():
-    """A plate on a block a third as wide: of its nine panels only the one in the middle is drawn."""
+    """A plate on a block a third as wide: of its nine panels only the one in the middle is
+    drawn."""
 
     def box(name, low, high, boundary):
-        material, geometry = {"young_modulus": 1.0, "poisson_ratio": 0.3}, {"shape": "box", "lower": low, "upper": high}
-        return {"name": name, "material": material, "boundary": boundary, "geometry": geometry,
-                "mesh": {"element_size": 1.0, "order": 1}}  # fmt: skip
+        material, geometry = (
+            {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            {"shape": "box", "lower": low, "upper": high},
+        )
+        return {
+            "name": name,
+            "material": material,
+            "boundary": boundary,
+            "geometry": geometry,
+            "mesh": {"element_size": 1.0, "order": 1},
+        }
 
     pressed = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.01]}]
     held = [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}]
-    bodies = [box("plate", [-1, -1, 1], [2, 2, 2], pressed), box("block", [0, 0, 0], [1, 1, 1], held)]
+    bodies = [
+        box("plate", [-1, -1, 1], [2, 2, 2], pressed),
+        box("block", [0, 0, 0], [1, 1, 1], held),
+    ]
     pair = {"name": "pair", "secondary": "plate.bottom", "primary": "block.top"}
     found, figure = solve(parse(Problem, {"body": bodies, "contact": [pair]}, "plate")), Figure()
     assert np.isinf(found.pairs["pair"].gap).sum() == 32

@@ -1,4 +1,5 @@
-"""Fields of bodies and load steps: equilibrium of a disc under a point force, and the files for ParaView."""
+"""Fields of bodies and load steps: equilibrium of a disc under a point force, and the files for
+ParaView."""
 
 from __future__ import annotations
 
@@ -50,15 +51,30 @@ force = [0.0, -0.02]
 
 
 def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
-    material, at, force = Material(young_modulus=2.0, poisson_ratio=0.3), np.array([[0.1, 0.2]]), np.array([[0.3, -1.0]])
+    material, at, force = (
+        Material(young_modulus=2.0, poisson_ratio=0.3),
+        np.array([[0.1, 0.2]]),
+        np.array([[0.3, -1.0]]),
+    )
     kernel, x, h = Kelvin2D(material, 1.0), np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
-    grad = np.stack([
-        (kernel.point_displacement(x + h * e, at, force)
-         - kernel.point_displacement(x - h * e, at, force)) / (2.0 * h) for e in np.eye(2)
-    ], axis=2)  # fmt: skip
+    grad = np.stack(
+        [
+            (
+                kernel.point_displacement(x + h * e, at, force)
+                - kernel.point_displacement(x - h * e, at, force)
+            )
+            / (2.0 * h)
+            for e in np.eye(2)
+        ],
+        axis=2,
+    )
     mu = material.shear_modulus
     spread = 2.0 * mu * 0.3 / 0.4 * (grad[:, 0, 0] + grad[:, 1, 1])
-    wanted = [spread + 2 * mu * grad[:, 0, 0], spread + 2 * mu * grad[:, 1, 1], mu * (grad[:, 0, 1] + grad[:, 1, 0])]
+    wanted = [
+        spread + 2 * mu * grad[:, 0, 0],
+        spread + 2 * mu * grad[:, 1, 1],
+        mu * (grad[:, 0, 1] + grad[:, 1, 0]),
+    ]
     assert np.allclose(kernel.point_stress(x, at, force), np.column_stack(wanted), rtol=1e-7)
 
 
@@ -72,7 +88,11 @@ def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc,
     x = np.column_stack([(radius * np.cos(angle)).ravel(), 1.0 + (radius * np.sin(angle)).ravel()])
     counted = []
     whole = Kelvin2D.stress_integrals
-    monkeypatch.setattr(Kelvin2D, "stress_integrals", lambda *given: counted.append(len(given[1].point)) or whole(*given))
+    monkeypatch.setattr(
+        Kelvin2D,
+        "stress_integrals",
+        lambda *given: counted.append(len(given[1].point)) or whole(*given),
+    )
     single = [disc.state_at(x, step=k) for k in (1, 2, 3)]
     one_by_one, counted[:] = sum(counted), []
     together = disc.states_at(x, [1, 2, 3])
@@ -88,15 +108,26 @@ def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc,
 def test_a_disc_on_the_floor_under_its_weight(disc, tmp_path):
     solution = disc
     assert solution.converged, solution.reason
-    assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [0.01, 0.015, 0.02]
+    assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [
+        0.01,
+        0.015,
+        0.02,
+    ]
     # a cut half-way between the force and the floor carries the force
     x = np.linspace(-0.999, 0.999, 4001)
     cut = np.column_stack([x * np.sqrt(1 - 0.4**2), np.full(len(x), 0.6)])
     pulled = solution.stress_at(cut, "disc")[:, 1]
-    assert np.isclose(np.trapezoid(pulled, cut[:, 0]) if hasattr(np, "trapezoid") else np.trapz(pulled, cut[:, 0]), -0.02,
-                      rtol=2e-3)  # fmt: skip
+    assert np.isclose(
+        np.trapezoid(pulled, cut[:, 0])
+        if hasattr(np, "trapezoid")
+        else np.trapz(pulled, cut[:, 0]),
+        -0.02,
+        rtol=2e-3,
+    )
     files = write_collection(tmp_path / "disc.vtu", solution, (12, 12))
-    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"] and all(path.exists() for path in files)
+    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"] and all(
+        path.exists() for path in files
+    )
     times = [row.get("timestep") for row in ET.parse(files[-1]).iter("DataSet")]
     assert times == ["1", "1", "1.5", "1.5", "2", "2"]
     assert "displacement" in meshio.read(files[1]).point_data
@@ -143,8 +174,12 @@ ksp_rtol = 1e-9
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
-    """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not -0.0, and are no zone."""
-    whole, broken = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"), BLOCK.replace("PLANE", plane)
+    """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not
+    -0.0, and are no zone."""
+    whole, broken = (
+        BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"),
+        BLOCK.replace("PLANE", plane),
+    )
     for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
         solution = solve(posed(text))
         write_solution(tmp_path / name, solution)
@@ -152,25 +187,45 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
         contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
         # both sides on rollers: ε_xx = 0, and σ_zz is ν(σ_xx + σ_yy) or none
         strain = (1.0 + 0.3) * (1.0 - 2 * 0.3) / (1.0 - 0.3) if plane == "strain" else 1.0 - 0.3**2
-        assert np.allclose(boundary["u"][()], np.column_stack([0 * x[:, 0], -strain / 100.0 * x[:, 1]]), atol=1e-12)
-        assert np.allclose(contact["sigma_n"], -1.0) and contact["u_t"].shape == contact["sigma_t"].shape == (16, 1)
-        assert np.allclose(contact["tangent"], [1.0, 0.0]) and np.all(contact["friction_bound"][()] == 0.0)
+        assert np.allclose(
+            boundary["u"][()], np.column_stack([0 * x[:, 0], -strain / 100.0 * x[:, 1]]), atol=1e-12
+        )
+        assert np.allclose(contact["sigma_n"], -1.0) and contact["u_t"].shape == contact[
+            "sigma_t"
+        ].shape == (16, 1)
+        assert np.allclose(contact["tangent"], [1.0, 0.0]) and np.all(
+            contact["friction_bound"][()] == 0.0
+        )
         assert np.allclose(file["steps/1/contact/bottom"].attrs["force"], [0.0, 2.0])
-        assert all(file.attrs[key] for key in ("argv", "versions")) and "-ksp_rtol 1e-09" in file.attrs["petsc_options"]
+        assert (
+            all(file.attrs[key] for key in ("argv", "versions"))
+            and "-ksp_rtol 1e-09" in file.attrs["petsc_options"]
+        )
     with h5py.File(tmp_path / "broken.h5") as file:
         contact, zones = file["contact"], file.attrs["zones"]
-        assert set(contact["state"][contact["x"][:, 0] > 1.5]) == {2} and not np.signbit(contact["pressure"]).any()
+        assert (
+            set(contact["state"][contact["x"][:, 0] > 1.5]) == {2}
+            and not np.signbit(contact["pressure"]).any()
+        )
         assert zones.shape[1] == 3 and set(json.loads(file.attrs["zone_parts"])) == {"bottom"}
         assert np.isclose(zones[:, 1].max(), 1.5) and set(zones[:, 2]) <= {-1.0, 0.0, 1.0}
 
 
 def test_the_verdict_of_an_increment_that_failed():
-    """A load that pulls the block off the floor: where it failed is not called reached, and nothing that is 0 has a sign."""
+    """A load that pulls the block off the floor: where it failed is not called reached, and nothing
+    that is 0 has a sign."""
     text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
     solution = solve(posed(text))
     verdict = " ".join(solution.verdict().split())
-    assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
-    assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
+    assert (
+        solution.status == "not converged"
+        and "along +y beyond what contact and friction allow" in verdict
+    )
+    assert (
+        "failed at" in verdict
+        and "reached" not in verdict
+        and "-0" not in verdict.replace("e-0", "")
+    )
 
 
 def check_described(path, item):
@@ -178,20 +233,36 @@ def check_described(path, item):
 
 
 def test_what_failed_is_kept_apart(tmp_path):
-    """/steps has the increments that were solved alone, /failed the one that was not; /history a row an iteration."""
+    """/steps has the increments that were solved alone, /failed the one that was not; /history a
+    row an iteration."""
     data = tomllib.loads(BLOCK.replace("PLANE", "strain"))
-    data["step"] = [{"name": "press"}, {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]}]
+    data["step"] = [
+        {"name": "press"},
+        {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]},
+    ]
     solution = solve(parse(Problem, data, "test"))
-    assert solution.status == "not converged" and all(step.status == "converged" for step in solution.steps)
-    assert solution.failed is not None and solution.failed.step == 2 and solution.last is solution.steps[-1]
+    assert solution.status == "not converged" and all(
+        step.status == "converged" for step in solution.steps
+    )
+    assert (
+        solution.failed is not None
+        and solution.failed.step == 2
+        and solution.last is solution.steps[-1]
+    )
     write_solution(tmp_path / "r.h5", solution)
     with h5py.File(tmp_path / "r.h5") as file:
-        assert len(file["steps"]) == len(solution.steps) and file["failed"].attrs["status"] == "not converged"
+        assert (
+            len(file["steps"]) == len(solution.steps)
+            and file["failed"].attrs["status"] == "not converged"
+        )
         assert len(file["increments/step"]) == len(solution.steps) + 1
         file.visititems(lambda path, item: check_described(path, item))
         rows, counts = file["history"], file["increments/iterations"][()]
         assert np.array_equal(np.bincount(rows["increment"][()])[1:], counts)
-        assert all(len(rows[key]) == counts.sum() for key in ("rho", "w", "change", "residual", "ksp_iterations"))
+        assert all(
+            len(rows[key]) == counts.sum()
+            for key in ("rho", "w", "change", "residual", "ksp_iterations")
+        )
         # one body: /contact is that of the last increment that was solved
         assert np.array_equal(file["contact/pressure"], solution.last.pairs["bottom"].pressure)
     back = read_result(tmp_path / "r.h5")

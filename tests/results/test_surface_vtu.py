@@ -1,4 +1,5 @@
-"""Files for ParaView of bodies in space: what is written is what a state of constant stress must be."""
+"""Files for ParaView of bodies in space: what is written is what a state of constant stress must
+be."""
 
 from __future__ import annotations
 
@@ -10,7 +11,16 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import Contact, Displacement, Material, MeshOptions, OutlineSide, Problem, Revolved, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    OutlineSide,
+    Problem,
+    Revolved,
+    solve,
+)
 from petcontact.commands.main import main
 from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
@@ -48,7 +58,10 @@ def test_a_result_in_space_is_read_as_it_was_written(solution, tmp_path: Path) -
 def test_errors_that_a_file_does_not_hold_are_not_known(solution, tmp_path: Path) -> None:
     write_solution(tmp_path / "r.h5", solution)
     with h5py.File(tmp_path / "r.h5", "r+") as file:
-        del file["steps/1/contact/bottom/sigma_t_error"], file["steps/1/contact/bottom/pressure_error"]
+        del (
+            file["steps/1/contact/bottom/sigma_t_error"],
+            file["steps/1/contact/bottom/pressure_error"],
+        )
     again = read_solution(tmp_path / "r.h5")
     assert again.pairs["bottom"].pressure_error is None and again.verdict() == solution.verdict()
     write_solution(tmp_path / "s.h5", again)
@@ -59,20 +72,30 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     strain = np.array([[1.0, 0.2, 0.0], [0.2, -0.5, 0.3], [0.0, 0.3, 0.1]])
     mu, nu = material.shear_modulus, material.poisson_ratio
     stress = 2.0 * mu * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))
-    step = dataclasses.replace(solution.last, bodies={"body": BodyResult(mesh.x @ strain, mesh.normal @ stress)})
+    step = dataclasses.replace(
+        solution.last, bodies={"body": BodyResult(mesh.x @ strain, mesh.normal @ stress)}
+    )
     patch = dataclasses.replace(solution, steps=[step])
     write_vtu(tmp_path / "v.vtu", field_inside(patch, grid_inside(mesh, (3, 2, 2)), "body"))
     volume = meshio.read(tmp_path / "v.vtu")
     np.testing.assert_allclose(volume.point_data["displacement"], volume.points @ strain, atol=1e-9)
     wanted = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
-    np.testing.assert_allclose(volume.point_data["stress"], np.tile(wanted, (len(volume.points), 1)), atol=1e-6 * mu)
+    np.testing.assert_allclose(
+        volume.point_data["stress"], np.tile(wanted, (len(volume.points), 1)), atol=1e-6 * mu
+    )
     assert len(volume.cells_dict["hexahedron"]) == 12
     inside = patch.stress_at([[4.0, 2.0, 2.0]])[0]
-    np.testing.assert_allclose(inside, stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], atol=1e-6 * mu)
+    np.testing.assert_allclose(
+        inside, stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], atol=1e-6 * mu
+    )
     write_boundary_vtu(tmp_path / "s.vtu", patch)
     surface = meshio.read(tmp_path / "s.vtu")
-    np.testing.assert_allclose(surface.point_data["displacement"], surface.points @ strain, atol=1e-9)
-    assert surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu  # constant tractions of order 1
+    np.testing.assert_allclose(
+        surface.point_data["displacement"], surface.points @ strain, atol=1e-9
+    )
+    assert (
+        surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu
+    )  # constant tractions of order 1
 
 
 def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
@@ -84,17 +107,32 @@ def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
     assert "the body has 3 dimensions" in capsys.readouterr().err
 
 
-def test_the_boundary_is_written_where_no_cell_of_the_grid_lies_inside(tmp_path, monkeypatch, capsys) -> None:
+def test_the_boundary_is_written_where_no_cell_of_the_grid_lies_inside(
+    tmp_path, monkeypatch, capsys
+) -> None:
     """A thin shell: the grid says what is wrong with it, the boundary needs none."""
     monkeypatch.chdir(tmp_path)
-    half = [OutlineSide("outer", (1, 0), radius=1.0), OutlineSide("outer", (0, 1), radius=1.0),
-            OutlineSide("axis", (0, 0.8)),
-            OutlineSide("inner", (0.8, 0), radius=-0.8), OutlineSide("inner", (0, -0.8), radius=-0.8),
-            OutlineSide("axis", (0, -1))]  # fmt: skip
+    half = [
+        OutlineSide("outer", (1, 0), radius=1.0),
+        OutlineSide("outer", (0, 1), radius=1.0),
+        OutlineSide("axis", (0, 0.8)),
+        OutlineSide("inner", (0.8, 0), radius=-0.8),
+        OutlineSide("inner", (0, -0.8), radius=-0.8),
+        OutlineSide("axis", (0, -1)),
+    ]
     given = [Contact("outer", normal="unilateral", gap=9.0), Displacement("inner", (0, 0, 0.1))]
-    shell = Problem(material=Material(1.0, 0.3), geometry=Revolved([half]), mesh=MeshOptions(0.8, order=0), boundary=given)
+    shell = Problem(
+        material=Material(1.0, 0.3),
+        geometry=Revolved([half]),
+        mesh=MeshOptions(0.8, order=0),
+        boundary=given,
+    )
     write_solution("r.h5", solve(shell))
     assert main(["field", "r.h5", "--grid", "3x3x3", "--boundary", "s.vtu"]) == 2
     printed = capsys.readouterr()
-    assert printed.out == "s.vtu\n" and "no cell lies inside the body" in printed.err and not Path("r.vtu").exists()
+    assert (
+        printed.out == "s.vtu\n"
+        and "no cell lies inside the body" in printed.err
+        and not Path("r.vtu").exists()
+    )
     assert len(meshio.read("s.vtu").points) > 0

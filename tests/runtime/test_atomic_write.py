@@ -1,4 +1,5 @@
-"""Files appear whole under the name that was asked for, and replace nothing that they should not."""
+"""Files appear whole under the name that was asked for, and replace nothing that they should
+not."""
 
 from __future__ import annotations
 
@@ -31,10 +32,16 @@ def test_a_name_may_be_as_long_as_the_file_system_allows(tmp_path, length):
 @pytest.mark.parametrize("kind", ["fifo", "folder", "device", "dangling"])
 def test_only_files_are_replaced(tmp_path, kind):
     path = tmp_path / "r.h5"
-    make = {"fifo": lambda: os.mkfifo(path), "folder": path.mkdir, "device": lambda: path.symlink_to("/dev/null"),
-            "dangling": lambda: path.symlink_to("nowhere")}  # fmt: skip
+    make = {
+        "fifo": lambda: os.mkfifo(path),
+        "folder": path.mkdir,
+        "device": lambda: path.symlink_to("/dev/null"),
+        "dangling": lambda: path.symlink_to("nowhere"),
+    }
     make[kind]()
-    with pytest.raises(InputError, match=r"r\.h5: is (not a file|a link to nowhere, which is not there)"):
+    with pytest.raises(
+        InputError, match=r"r\.h5: is (not a file|a link to nowhere, which is not there)"
+    ):
         check_target(path, replace=True)
 
 
@@ -44,7 +51,9 @@ def test_a_link_is_followed_and_stays(tmp_path):
     (tmp_path / "r.h5").symlink_to("other/real.h5")
     check_target(tmp_path / "r.h5", replace=True)
     write(tmp_path / "r.h5", "new")
-    assert (tmp_path / "r.h5").is_symlink() and (tmp_path / "other" / "real.h5").read_text() == "new"
+    assert (tmp_path / "r.h5").is_symlink() and (
+        tmp_path / "other" / "real.h5"
+    ).read_text() == "new"
     assert os.listdir(tmp_path / "other") == ["real.h5"]
 
 
@@ -67,10 +76,17 @@ def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypat
     path = tmp_path / "r.h5"
     write(path, "first", replace=False)
     for k in (2, 3):
-        with pytest.raises(OutputError, match=rf"r\.h5: was written by another program meanwhile; .* is in .*r-{k}\.h5$"):
+        with pytest.raises(
+            OutputError,
+            match=rf"r\.h5: was written by another program meanwhile; .* is in .*r-{k}\.h5$",
+        ):
             write(path, f"number {k}", replace=False)
         assert (tmp_path / f"r-{k}.h5").read_text() == f"number {k}"
-    assert path.read_text() == "first" and sorted(os.listdir(tmp_path)) == ["r-2.h5", "r-3.h5", "r.h5"]
+    assert path.read_text() == "first" and sorted(os.listdir(tmp_path)) == [
+        "r-2.h5",
+        "r-3.h5",
+        "r.h5",
+    ]
 
 
 def test_many_writers_at_once_lose_nothing(tmp_path):
@@ -89,7 +105,9 @@ def test_many_writers_at_once_lose_nothing(tmp_path):
         thread.start()
     for thread in threads:
         thread.join()
-    assert sorted(path.read_text() for path in Path(tmp_path).iterdir()) == [str(k) for k in range(6)]
+    assert sorted(path.read_text() for path in Path(tmp_path).iterdir()) == [
+        str(k) for k in range(6)
+    ]
     assert len(late) == 5 and (tmp_path / "r.h5").read_text() not in map(str, late)
 
 
@@ -98,6 +116,8 @@ def test_a_folder_where_nothing_can_be_made_is_told_before_the_work(tmp_path, mo
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("tempfile.TemporaryFile", full)
-    with pytest.raises(OutputError, match=r"r\.h5: cannot be written \(No space left on device\)") as error:
+    with pytest.raises(
+        OutputError, match=r"r\.h5: cannot be written \(No space left on device\)"
+    ) as error:
         check_target(tmp_path / "r.h5", replace=False)
     assert error.value.exit_status == 1

@@ -16,8 +16,12 @@ CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
 def test_a_limit_that_the_libraries_exceed(megabytes, tmp_path):
     limit = megabytes * 2**20
     done = subprocess.run(
-        [sys.executable, "-m", "petcontact", "solve", str(CONFIG), "--no-figures"], cwd=tmp_path, capture_output=True,
-        text=True, timeout=300, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
-    )  # fmt: skip
+        [sys.executable, "-m", "petcontact", "solve", str(CONFIG), "--no-figures"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)),
+    )
     assert (done.returncode, done.stdout) == (1, "")
     assert "out of memory" in done.stderr and done.stderr.count("\n") == 1, done.stderr

@@ -1,4 +1,5 @@
-"""PETSc's options: a config chooses solvers and no more; what PETSc would end the process over is refused before."""
+"""PETSc's options: a config chooses solvers and no more; what PETSc would end the process over is
+refused before."""
 
 from __future__ import annotations
 
@@ -11,46 +12,117 @@ from petcontact.model.case import parse_problem
 from petcontact.runtime.petsc_options import check, refused_in_config
 
 SOLVERS = {
-    "ksp_type": "fgmres", "elastic_pc_type": "lu", "ksp_rtol": 1e-08, "ksp_atol": "1.5e-12", "ksp_gmres_restart": 200,
-    "pc_factor_shift_type": "nonzero", "mg_levels_ksp_chebyshev_esteig": "0,0.1,0,1.1", "sub_pc_factor_levels": 2,
-    "pc_factor_mat_solver_type": "superlu_dist", "mat_mumps_icntl_14": 80, "bem_mat_type": "hodlr", "ksp_max_it": 10000,
-    "ksp_monitor": "", "ksp_view": "::ascii_info_detail", "ksp_converged_reason": True,
-    "elastic_ksp_monitor_short": "ascii", "tao_monitor": "", "pc_fieldsplit_0_fields": "0-3",
-    "ksp_norm_type": "unpreconditioned", "no_such_option": 7,
-}  # fmt: skip
+    "ksp_type": "fgmres",
+    "elastic_pc_type": "lu",
+    "ksp_rtol": 1e-08,
+    "ksp_atol": "1.5e-12",
+    "ksp_gmres_restart": 200,
+    "pc_factor_shift_type": "nonzero",
+    "mg_levels_ksp_chebyshev_esteig": "0,0.1,0,1.1",
+    "sub_pc_factor_levels": 2,
+    "pc_factor_mat_solver_type": "superlu_dist",
+    "mat_mumps_icntl_14": 80,
+    "bem_mat_type": "hodlr",
+    "ksp_max_it": 10000,
+    "ksp_monitor": "",
+    "ksp_view": "::ascii_info_detail",
+    "ksp_converged_reason": True,
+    "elastic_ksp_monitor_short": "ascii",
+    "tao_monitor": "",
+    "pc_fieldsplit_0_fields": "0-3",
+    "ksp_norm_type": "unpreconditioned",
+    "no_such_option": 7,
+}
 CODE = {
-    "pc_type": "python", "elastic_pc_type": "python", "ksp_type": "Python", "sub_ksp_type": "python",
-    "mat_type": "python", "pc_python_type": "os.system", "elastic_ksp_python_type": "x", "tao_python_type": "m.C",
-    "SNES_Python_Type": "m", "ksp_monitor_python": "m", "pc_composite_pcs": "lu,python", "python": "",
-    "dll_append": "evil.so", "dll_prepend": "evil", "elastic_pc_factor_mat_solver_type": "evil.so:make",
-    "ksp_guess_type": "evil.so:f", "pc_shell_library": "evil", "start_in_debugger": "gdb",
-    "on_error_attach_debugger": "noxterm", "stop_for_debugger": True, "debugger_nodes": 0, "on_error_emacs": "x",
-    "mpi_linear_solver_server": "", "fp_trap": True, "malloc_debug": True,
-}  # fmt: skip
+    "pc_type": "python",
+    "elastic_pc_type": "python",
+    "ksp_type": "Python",
+    "sub_ksp_type": "python",
+    "mat_type": "python",
+    "pc_python_type": "os.system",
+    "elastic_ksp_python_type": "x",
+    "tao_python_type": "m.C",
+    "SNES_Python_Type": "m",
+    "ksp_monitor_python": "m",
+    "pc_composite_pcs": "lu,python",
+    "python": "",
+    "dll_append": "evil.so",
+    "dll_prepend": "evil",
+    "elastic_pc_factor_mat_solver_type": "evil.so:make",
+    "ksp_guess_type": "evil.so:f",
+    "pc_shell_library": "evil",
+    "start_in_debugger": "gdb",
+    "on_error_attach_debugger": "noxterm",
+    "stop_for_debugger": True,
+    "debugger_nodes": 0,
+    "on_error_emacs": "x",
+    "mpi_linear_solver_server": "",
+    "fp_trap": True,
+    "malloc_debug": True,
+}
 FILES = {
-    "ksp_view": ":problem.toml", "ksp_monitor": ":f", "Elastic_KSP_Monitor": "ascii:f", "ksp_view_mat": "binary:f",
-    "ksp_view_rhs": "binary", "ksp_view_solution": "hdf5:f", "mg_levels_1_ksp_monitor_true_residual": "ascii:f::append",
-    "ksp_converged_reason": ":f", "elastic_ksp_converged_rate": ":f", "ksp_view_eigenvalues": "draw",
-    "mat_view": "matlab:f", "vec_view": "vtk:f", "ksp_monitor_solution": "draw:x", "ksp_view_pmat": "socket:9999",
-    "ksp_view_singularvalues": "saws", "ksp_view_final_residual": "::ascii_info,:f", "tao_monitor": True,
-    "tao_gmonitor": "f", "sub_tao_view_solution": "ascii", "log_view": ":f", "info": ":f", "log_trace": "f",
-    "history": "f", "malloc_dump": "f", "citations": "f", "options_file": "f", "options_file_yaml": "f",
-    "options_string": "-pc_type python", "options_left": 1, "memory_view": "", "viewer_binary_filename": "f",
-    "saws_port": 80, "draw_save": "f", "display": "host:0", "tmp": "/etc", "mat_mumps_ooc_tmpdir": "x",
-    "ksp_plot_eigenvalues": True, "pc_hpddm_dump_matrices": "f", "some_filename": "f", "x_virtual": True,
-    "ksp_monitor_lg_range": 1, "petsc_sleep": 100,
-}  # fmt: skip
+    "ksp_view": ":problem.toml",
+    "ksp_monitor": ":f",
+    "Elastic_KSP_Monitor": "ascii:f",
+    "ksp_view_mat": "binary:f",
+    "ksp_view_rhs": "binary",
+    "ksp_view_solution": "hdf5:f",
+    "mg_levels_1_ksp_monitor_true_residual": "ascii:f::append",
+    "ksp_converged_reason": ":f",
+    "elastic_ksp_converged_rate": ":f",
+    "ksp_view_eigenvalues": "draw",
+    "mat_view": "matlab:f",
+    "vec_view": "vtk:f",
+    "ksp_monitor_solution": "draw:x",
+    "ksp_view_pmat": "socket:9999",
+    "ksp_view_singularvalues": "saws",
+    "ksp_view_final_residual": "::ascii_info,:f",
+    "tao_monitor": True,
+    "tao_gmonitor": "f",
+    "sub_tao_view_solution": "ascii",
+    "log_view": ":f",
+    "info": ":f",
+    "log_trace": "f",
+    "history": "f",
+    "malloc_dump": "f",
+    "citations": "f",
+    "options_file": "f",
+    "options_file_yaml": "f",
+    "options_string": "-pc_type python",
+    "options_left": 1,
+    "memory_view": "",
+    "viewer_binary_filename": "f",
+    "saws_port": 80,
+    "draw_save": "f",
+    "display": "host:0",
+    "tmp": "/etc",
+    "mat_mumps_ooc_tmpdir": "x",
+    "ksp_plot_eigenvalues": True,
+    "pc_hpddm_dump_matrices": "f",
+    "some_filename": "f",
+    "x_virtual": True,
+    "ksp_monitor_lg_range": 1,
+    "petsc_sleep": 100,
+}
 SHAPES = {
-    "ksp_type": "gmres -pc_type python", "pc_type": "../x", "ksp_rtol": "1e-8;", "ksp_max_it": "a b", "ksp_atol": "$HOME",
-    "pc_factor_mat_ordering_type": "nd\n", "mat_something": "config.toml", "ksp_gmres_restart": 100000000,
+    "ksp_type": "gmres -pc_type python",
+    "pc_type": "../x",
+    "ksp_rtol": "1e-8;",
+    "ksp_max_it": "a b",
+    "ksp_atol": "$HOME",
+    "pc_factor_mat_ordering_type": "nd\n",
+    "mat_something": "config.toml",
+    "ksp_gmres_restart": 100000000,
     "elastic_ksp_gmres_restart": "100000000",
-}  # fmt: skip
+}
 PROBLEM = {
     "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
     "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]},
-    "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 1.0},
-                 {"part": "top", "condition": "displacement", "value": [0.0, 0.0]}],
-}  # fmt: skip
+    "boundary": [
+        {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
+        {"part": "top", "condition": "displacement", "value": [0.0, 0.0]},
+    ],
+}
 
 
 def test_a_config_chooses_solvers_and_prints():
@@ -63,13 +135,20 @@ def test_a_config_runs_no_code_and_writes_no_file(name, value):
 
 
 def test_the_file_and_the_key_are_named():
-    with pytest.raises(InputError, match=r"^a\.toml: petsc: pc_type = 'python': a config runs no code; -pc_type on the"):
+    with pytest.raises(
+        InputError,
+        match=r"^a\.toml: petsc: pc_type = 'python': a config runs no code; -pc_type on the",
+    ):
         parse_problem({**PROBLEM, "petsc": {"pc_type": "python"}}, "a.toml", {}, None)
     with pytest.raises(InputError, match=r"^a\.toml: petsc: ksp_view = ':a\.toml': "):
         parse_problem(PROBLEM, "a.toml", {"petsc.ksp_view": ":a.toml"}, None)
 
 
-@given(st.text("abcdefgh_.0/:", max_size=12), st.sampled_from(["", "elastic_", "sub_", "mg_levels_1_"]), st.text(max_size=9))
+@given(
+    st.text("abcdefgh_.0/:", max_size=12),
+    st.sampled_from(["", "elastic_", "sub_", "mg_levels_1_"]),
+    st.text(max_size=9),
+)
 def test_no_value_with_a_separator_of_files_is_accepted(name, prefix, value):
     """Whatever the option is called: a path has a slash, a viewer's file follows a colon."""
     for mark in ("/", ":x", "\\"):
@@ -78,15 +157,21 @@ def test_no_value_with_a_separator_of_files_is_accepted(name, prefix, value):
 
 def test_options_files_are_read_as_petsc_would(tmp_path):
     good, bad, binary, inner = (tmp_path / name for name in ("good", "bad", "binary", "inner"))
-    good.write_text(f"# a comment\n\n-ksp_type gmres # more\n% and this\n-options_file {inner}\n"
-                    "alias -a -ksp_rtol\n-ksp_rtol -1e-3\n")  # fmt: skip
+    good.write_text(
+        f"# a comment\n\n-ksp_type gmres # more\n% and this\n-options_file {inner}\n"
+        "alias -a -ksp_rtol\n-ksp_rtol -1e-3\n"
+    )
     inner.write_text("-ksp_view\n")
     check(["-options_file", str(good)])
     inner.write_text(f"-ksp_monitor :{tmp_path}/none/f\n")
     bad.write_text("-ksp_type gmres\nksp_rtol = 1e-8\n")
     binary.write_bytes(b"\0\1")
-    told = {good: "none/f cannot be written", bad: "line 2 begins with 'ksp_rtol'", binary: "not a text file",
-            tmp_path: "is a folder"}  # fmt: skip
+    told = {
+        good: "none/f cannot be written",
+        bad: "line 2 begins with 'ksp_rtol'",
+        binary: "not a text file",
+        tmp_path: "is a folder",
+    }
     for file, text in told.items():
         with pytest.raises(InputError, match=text):
             check(["-options_file", str(file)])
@@ -94,13 +179,34 @@ def test_options_files_are_read_as_petsc_would(tmp_path):
 
 @pytest.mark.parametrize(
     "words",
-    ["-python", "-fp_trap", "-fp_trap on", "-ksp_gmres_restart 100000000", "-elastic_ksp_lgmres_restart 9999999",
-     "-log_view :/nonexistent/x", "-history /nonexistent/x", "-ksp_view ascii:/", "-options_file"],
-)  # fmt: skip
+    [
+        "-python",
+        "-fp_trap",
+        "-fp_trap on",
+        "-ksp_gmres_restart 100000000",
+        "-elastic_ksp_lgmres_restart 9999999",
+        "-log_view :/nonexistent/x",
+        "-history /nonexistent/x",
+        "-ksp_view ascii:/",
+        "-options_file",
+    ],
+)
 def test_what_petsc_would_end_the_process_over_is_refused(words):
     with pytest.raises(InputError, match=f"^{words.split()[0]}"):
         check(words.split())
 
 
 def test_the_command_line_is_the_users(tmp_path):
-    check(["-pc_type", "python", "-ksp_view", f":{tmp_path}/view", "-fp_trap", "0", "-ksp_gmres_restart", "200", "-info"])
+    check(
+        [
+            "-pc_type",
+            "python",
+            "-ksp_view",
+            f":{tmp_path}/view",
+            "-fp_trap",
+            "0",
+            "-ksp_gmres_restart",
+            "200",
+            "-info",
+        ]
+    )

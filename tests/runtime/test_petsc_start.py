@@ -1,4 +1,5 @@
-"""Starting PETSc: what Open MPI need not do for ranks of one machine, and nothing left behind for children."""
+"""Starting PETSc: what Open MPI need not do for ranks of one machine, and nothing left behind for
+children."""
 
 from __future__ import annotations
 
@@ -28,20 +29,31 @@ assert PETSc.COMM_WORLD.tompi4py().allreduce(2) == 2
 """
 
 
-@pytest.mark.skipif(not os.path.exists("/proc/self/task"), reason="children are looked for as Linux tells them")
+@pytest.mark.skipif(
+    not os.path.exists("/proc/self/task"), reason="children are looked for as Linux tells them"
+)
 @pytest.mark.parametrize("given", [{}, {"OMPI_MCA_ess_singleton_isolated": "0"}])
 def test_alone(given, tmp_path):
     from mpi4py import MPI
 
     daemon = bool(given) and MPI.Get_library_version().startswith("Open MPI v4")
-    environment = {key: value for key, value in os.environ.items() if not key.startswith(("OMPI", "PMI"))}
+    environment = {
+        key: value for key, value in os.environ.items() if not key.startswith(("OMPI", "PMI"))
+    }
     environment |= {"TMPDIR": str(tmp_path), **given}
-    done = subprocess.run([sys.executable, "-c", PROGRAM.format(children=int(daemon), given=given)], env=environment,
-                          capture_output=True, text=True, timeout=300)  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM.format(children=int(daemon), given=given)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("here", "given", "wanted"), [("4", None, "ob1"), ("2", None, None), ("4", "ucx", "ucx")])
+@pytest.mark.parametrize(
+    ("here", "given", "wanted"), [("4", None, "ob1"), ("2", None, None), ("4", "ucx", "ucx")]
+)
 def test_networks_are_left_out_where_all_ranks_are_on_one_machine(monkeypatch, here, given, wanted):
     for name in [name for name in os.environ if name.startswith(("OMPI", "PMI"))]:
         monkeypatch.delenv(name)

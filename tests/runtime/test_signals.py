@@ -25,6 +25,8 @@ except signals.Interrupted as interrupted:
 
 
 def test_a_signal_while_rubbish_is_collected_is_not_lost():
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300
+    )
     assert done.returncode == 0 and done.stderr == ""
     assert done.stdout.splitlines() == ["works on", "SIGTERM; nothing was written"]

@@ -1,4 +1,5 @@
-"""BLAS threads: nothing happens on import; starting PETSc or the command line leaves each rank its share of the cores."""
+"""BLAS threads: nothing happens on import; starting PETSc or the command line leaves each rank its
+share of the cores."""
 
 from __future__ import annotations
 
@@ -35,11 +36,22 @@ assert os.environ["OPENBLAS_NUM_THREADS"] == "2" and os.environ["OMP_NUM_THREADS
 
 # a launcher that announces more ranks than there are cores: one thread for each
 @pytest.mark.parametrize(
-    ("program", "given"), [(IMPORT, {}), (FIRST + TOLD, {}), (NUMPY + FIRST + TOLD, {}),
-                           (FIRST + ASKED, {"OPENBLAS_NUM_THREADS": "2"})],
-)  # fmt: skip
+    ("program", "given"),
+    [
+        (IMPORT, {}),
+        (FIRST + TOLD, {}),
+        (NUMPY + FIRST + TOLD, {}),
+        (FIRST + ASKED, {"OPENBLAS_NUM_THREADS": "2"}),
+    ],
+)
 def test_threads(program, given):
     environment = {key: value for key, value in os.environ.items() if key not in VARIABLES}
     environment |= {"MPI_LOCALNRANKS": "512", **given}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr

@@ -1,4 +1,5 @@
-"""What a sweep costs besides its cases: no more for a case of many than for one of few; and the benchmark that says so."""
+"""What a sweep costs besides its cases: no more for a case of many than for one of few; and the
+benchmark that says so."""
 
 from __future__ import annotations
 
@@ -42,7 +43,9 @@ def test_a_case_of_ten_thousand_costs_what_one_of_a_thousand_does(tmp_path):
 def test_the_benchmark_counts_the_factorisations_of_the_papers_way():
     script = str(CONFIGS.parent / "scripts" / "benchmark")
     loader = importlib.machinery.SourceFileLoader("benchmark_script", script)
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("benchmark_script", loader))
+    module = importlib.util.module_from_spec(
+        importlib.util.spec_from_loader("benchmark_script", loader)
+    )
     loader.exec_module(module)
     head, _, row = module.sweeps([[0.8]])
     cells = dict(zip(head.strip("| ").split(" | "), row.strip("| ").split(" | "), strict=True))

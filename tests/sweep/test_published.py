@@ -14,7 +14,11 @@ def test_published_means_are_those_of_the_tables():
     assert len(counts) == 128
 
     def mean(number, rule):
-        some = [count for (example, name, *_), count in counts.items() if (example, name) == (number, rule)]
+        some = [
+            count
+            for (example, name, *_), count in counts.items()
+            if (example, name) == (number, rule)
+        ]
         return round(sum(some) / len(some), 1), len(some)
 
     assert mean(1, "self-adaptive") == (69.5, 32)
@@ -24,15 +28,22 @@ def test_published_means_are_those_of_the_tables():
 
 
 @pytest.mark.parametrize(
-    ("number", "rule", "rho", "h", "count"), [(1, "modified", 1.0, 0.05, 62), (2, "self-adaptive", 1e7, 0.2, 65)]
+    ("number", "rule", "rho", "h", "count"),
+    [(1, "modified", 1.0, 0.05, 62), (2, "self-adaptive", 1e7, 0.2, 65)],
 )
 def test_a_case_is_known_by_what_it_is(number, rule, rho, h, count):
     case = example(number, mesh=MeshOptions(element_size=h, order=0), rule=rule, rho=rho, omega=0.9)
     assert published_count(case) == count
     other_mesh = case.model_copy(update={"mesh": MeshOptions(element_size=h, order=1)})
     assert published_count(other_mesh) is None
-    assert published_count(example(number, mesh=MeshOptions(element_size=0.3), rule=rule, rho=rho)) is None
-    assert published_count(example(number, mesh=MeshOptions(element_size=h), rule="fixed", rho=rho)) is None
+    assert (
+        published_count(example(number, mesh=MeshOptions(element_size=0.3), rule=rule, rho=rho))
+        is None
+    )
+    assert (
+        published_count(example(number, mesh=MeshOptions(element_size=h), rule="fixed", rho=rho))
+        is None
+    )
 
 
 @pytest.mark.parametrize(

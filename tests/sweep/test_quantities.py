@@ -33,7 +33,9 @@ def test_of_example_1(solution):
     assert found["contact_area"] == pytest.approx(8.0, rel=1e-12)
     assert found["tension_share"] == pytest.approx((c.sigma_n > 0).mean(), rel=1e-12)
     # where it slips |σ_t| = g, elsewhere u_t = 0
-    assert found["dissipated_energy"] == pytest.approx(0.1 * 150.0 * np.abs(c.u_t[c.state == 1]).sum(), rel=1e-4)
+    assert found["dissipated_energy"] == pytest.approx(
+        0.1 * 150.0 * np.abs(c.u_t[c.state == 1]).sum(), rel=1e-4
+    )
 
 
 def test_the_resultant_balances_all_other_forces(solution):
@@ -41,14 +43,17 @@ def test_the_resultant_balances_all_other_forces(solution):
     others = np.setdiff1d(np.arange(mesh.n_nodes), solution.contact.nodes)
     rest = mesh.weight[others] @ solution.traction[others]
     found = resultants(solution)
-    # 400 on the left side, 4 long, is 1600; collocation holds equilibrium to the error of the elements
+    # 400 on the left side, 4 long, is 1600; collocation holds equilibrium to the error of the
+    # elements
     np.testing.assert_allclose([found["force_x"], found["force_y"]], -rest, atol=0.01 * 1600.0)
 
 
 def test_von_mises_at_points(solution):
     points = [(4.0, 2.0), (1.0, 3.0)]
     found = von_mises_at(solution, points)
-    _, stress = field_at(solution.mesh, solution.u, solution.traction, solution.case.material, np.array(points))
+    _, stress = field_at(
+        solution.mesh, solution.u, solution.traction, solution.case.material, np.array(points)
+    )
     for (xx, yy, xy), value in zip(stress, found.values(), strict=True):
         s = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, 0.3 * (xx + yy)]])
         deviator = s - np.trace(s) / 3.0 * np.eye(3)
@@ -57,7 +62,13 @@ def test_von_mises_at_points(solution):
 
 
 def test_a_row_has_what_was_asked_for(solution):
-    row = row_of("id", {"rho": 1.0}, solution, points=[(4.0, 2.0)], more={"twice": lambda s: 2 * s.iterations})
+    row = row_of(
+        "id",
+        {"rho": 1.0},
+        solution,
+        points=[(4.0, 2.0)],
+        more={"twice": lambda s: 2 * s.iterations},
+    )
     assert row["twice"] == 2 * row["iterations"] and row["von_mises_1"] > 0.0 and row["rho"] == 1.0
 
 
@@ -73,20 +84,27 @@ PUNCH = (
 @pytest.mark.parametrize("keep", ["contact", "all"])
 def test_a_sweep_of_bodies_and_load_steps(tmp_path, keep):
     (tmp_path / "punch.toml").write_text(PUNCH)
-    sweep = read_sweep(sweep_file(tmp_path, f"""
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            f"""
 problems = ["punch.toml"]
 keep = "{keep}"
 [cross]
 "contact.0.friction_coefficient" = [0.1, 0.3]
 tolerance = [1e-8, 1e-9]
-"""))  # fmt: skip
+""",
+        )
+    )
     summary = quietly(sweep, tmp_path / "out")
     assert summary.exit_status == 0, summary.lines()
     assert quietly(sweep, tmp_path / "out").reused == 4
     table = read_case_table(tmp_path / "out")
     mu = table.numbers("friction_coefficient")
     # all slides in the end: the shear force is µ times the normal force, more friction takes more
-    assert np.allclose(np.abs(table.numbers("force_x")) <= mu * np.abs(table.numbers("force_y")) * (1 + 1e-9), True)
+    assert np.allclose(
+        np.abs(table.numbers("force_x")) <= mu * np.abs(table.numbers("force_y")) * (1 + 1e-9), True
+    )
     area = table.numbers("contact_area")
     assert np.all((area > 0.5) & (area < 4.0)) and np.all(table.numbers("dissipated_energy") > 0.0)
     kept = load_case(tmp_path / "out", sweep.ids[3])
@@ -100,34 +118,55 @@ tolerance = [1e-8, 1e-9]
 
 def test_friction_and_motions_of_obstacles_share_one_elimination(tmp_path, comm, monkeypatch):
     (tmp_path / "punch.toml").write_text(PUNCH)
-    sweep = read_sweep(sweep_file(tmp_path, """
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            """
 problems = ["punch.toml"]
 keep = "all"
 [cross]
 "contact.0.friction_coefficient" = [0.05, 0.1, 0.4]
 "step.1.obstacle.0.displacement.0" = [0.001, 0.03]
-"""))  # fmt: skip
+""",
+        )
+    )
     calls = []
-    monkeypatch.setattr(running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more))
+    monkeypatch.setattr(
+        running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more)
+    )
     assert quietly(sweep, tmp_path / "out").exit_status == 0
     assert len(calls) == 1
     for place in range(len(sweep)):
-        alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])
+        alone, kept = (
+            solve(sweep[place].case, comm=comm),
+            load_case(tmp_path / "out", sweep.ids[place]),
+        )
         a, b = alone.last.pairs["top"], kept.last.pairs["top"]
         assert np.array_equal(a.pressure, b.pressure) and np.array_equal(a.slip, b.slip)
         # a sweep does not estimate errors on fixed meshes
-        assert kept.info["warnings"] == [t for t in alone.info["warnings"] if not t.startswith("the error is estimated")]
+        assert kept.info["warnings"] == [
+            t for t in alone.info["warnings"] if not t.startswith("the error is estimated")
+        ]
     force = read_case_table(tmp_path / "out").numbers("force_x")
     assert len(set(force.round(9))) == 6
 
 
 def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm, monkeypatch):
     text = 'problems = ["example1.toml"]\nkeep = "all"\n[set]\nelement_size = 0.4\n[cross]\n'
-    sweep = read_sweep(sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n'))
+    sweep = read_sweep(
+        sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n')
+    )
     calls = []
-    monkeypatch.setattr(running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more))
+    monkeypatch.setattr(
+        running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more)
+    )
     assert quietly(sweep, tmp_path / "out").exit_status == 0 and len(calls) == 1
     for place in range(3):
-        alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])
+        alone, kept = (
+            solve(sweep[place].case, comm=comm),
+            load_case(tmp_path / "out", sweep.ids[place]),
+        )
         assert np.all(kept.contact.friction_bound == (100.0, 150.0, 300.0)[place])
-        np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9
+        )

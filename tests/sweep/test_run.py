@@ -40,10 +40,14 @@ def table_of(folder) -> dict:
     """Every row of a sweep by id, without what differs from run to run."""
     table = read_case_table(folder)
     rows = zip(*(table.values(name) for name in table.names), strict=True)
-    return {row[0]: {n: v for n, v in zip(table.names, row, strict=True) if n != SECONDS} for row in rows}
+    return {
+        row[0]: {n: v for n, v in zip(table.names, row, strict=True) if n != SECONDS}
+        for row in rows
+    }
 
 
-# -- plan -----------------------------------------------------------------------------------------------------------
+# -- plan
+# --------------------------------------------------------------------------------------------------
 
 
 def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
@@ -56,7 +60,9 @@ def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
     assert 8 * n * n <= cost.memory <= 8 * (n + 2 * m) ** 2
     prepared.close()
     lines = describe(small, [cost], (9, 2, 7, 1), 2, 4)
-    assert lines[0].endswith("9 cases, 2 finished already, 7 to compute in 1 group that share assembly and elimination")
+    assert lines[0].endswith(
+        "9 cases, 2 finished already, 7 to compute in 1 group that share assembly and elimination"
+    )
     assert describe(small, [cost], (7, 0, 7, 7), 2, 4)[0].endswith("7 to compute")
     assert f"{n} unknowns, {m} contact unknowns" in lines[2]
 
@@ -70,12 +76,19 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
     assert (cost.nodes, cost.memory) == (0, 0.0)
 
 
-# -- whole sweeps ---------------------------------------------------------------------------------------------------
+# -- whole sweeps
+# --------------------------------------------------------------------------------------------------
 
 
-def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
+def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(
+    small, tmp_path, monkeypatch, comm
+):
     calls = []
-    monkeypatch.setattr(running, "prepare", lambda *words, cases: calls.append(cases) or prepare(*words, cases=cases))
+    monkeypatch.setattr(
+        running,
+        "prepare",
+        lambda *words, cases: calls.append(cases) or prepare(*words, cases=cases),
+    )
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
@@ -84,7 +97,9 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp
     for chosen in small:
         alone, kept = solve(chosen.case, comm=comm), load_case(folder, chosen.id)
         assert kept.iterations == alone.iterations
-        np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(
+            kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9
+        )
 
     before = table_of(folder)
     again = quietly(small, folder)
@@ -123,8 +138,12 @@ element_size = 0.8
 """
 
 
-@pytest.mark.parametrize(("text", "eliminations"), [(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"])
-def test_loads_gaps_and_friction_share_one_elimination(text, eliminations, tmp_path, monkeypatch, comm):
+@pytest.mark.parametrize(
+    ("text", "eliminations"), [(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"]
+)
+def test_loads_gaps_and_friction_share_one_elimination(
+    text, eliminations, tmp_path, monkeypatch, comm
+):
     (tmp_path / "fretting.toml").write_text((CONFIGS / "fretting.toml").read_text())
     sweep = read_sweep(sweep_file(tmp_path, text))
     calls, built = [], Elimination.__init__
@@ -141,14 +160,20 @@ def test_loads_gaps_and_friction_share_one_elimination(text, eliminations, tmp_p
             assert summary.failed[chosen.id] == str(alone.value)
         else:
             alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
-            assert [step.load_factor for step in kept.steps] == [step.load_factor for step in alone.steps]
+            assert [step.load_factor for step in kept.steps] == [
+                step.load_factor for step in alone.steps
+            ]
             assert kept.status == alone.status == "converged"
             for one, other in zip(kept.steps, alone.steps, strict=True):
                 for name, body in other.bodies.items():
-                    np.testing.assert_allclose(one.bodies[name].u, body.u, atol=1e-12 * np.abs(body.u).max())
+                    np.testing.assert_allclose(
+                        one.bodies[name].u, body.u, atol=1e-12 * np.abs(body.u).max()
+                    )
                 for name, pair in other.pairs.items():
                     np.testing.assert_allclose(
-                        one.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.sigma_t).max()
+                        one.pairs[name].sigma_t,
+                        pair.sigma_t,
+                        atol=1e-12 * np.abs(pair.sigma_t).max(),
                     )
 
 
@@ -163,18 +188,24 @@ PROPORTIONAL = (
 )
 
 
-def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(tmp_path, monkeypatch, comm):
+def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(
+    tmp_path, monkeypatch, comm
+):
     sweep, calls = read_sweep(sweep_file(tmp_path, PROPORTIONAL)), []
     assert make_groups(sweep).size.tolist() == [3]
     built = CompressedOperators.__init__
-    monkeypatch.setattr(CompressedOperators, "__init__", lambda *words: calls.append(1) or built(*words))
+    monkeypatch.setattr(
+        CompressedOperators, "__init__", lambda *words: calls.append(1) or built(*words)
+    )
     assert quietly(sweep, tmp_path / "out").exit_status == 0
     monkeypatch.undo()
     # 300 for 400 is a factor; another direction takes another elimination
     assert len(calls) == 2
     for chosen in sweep:
         alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
-        np.testing.assert_allclose(kept.contact.u_t, alone.contact.u_t, atol=1e-9 * np.abs(alone.contact.u_t).max())
+        np.testing.assert_allclose(
+            kept.contact.u_t, alone.contact.u_t, atol=1e-9 * np.abs(alone.contact.u_t).max()
+        )
 
 
 def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path):
@@ -184,7 +215,9 @@ def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_p
     assert table_of(tmp_path / "bits") == table_of(tmp_path / "whole")
     for id_ in small.ids:
         a, b = load_case(tmp_path / "bits", id_), load_case(tmp_path / "whole", id_)
-        assert np.array_equal(a.contact.u_t, b.contact.u_t) and np.array_equal(a.traction, b.traction)
+        assert np.array_equal(a.contact.u_t, b.contact.u_t) and np.array_equal(
+            a.traction, b.traction
+        )
 
 
 def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, tmp_path):
@@ -203,7 +236,10 @@ def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch
     quietly(small, tmp_path / "out", only=["*-rho1-*"])
     monkeypatch.setitem(sys.modules, "pandas", None)
     columns = load_sweep(tmp_path / "out" / "results.h5")
-    assert np.isfinite(columns["max_u_t"]).sum() == 4 and set(columns["status"]) == {"converged", "missing"}
+    assert np.isfinite(columns["max_u_t"]).sum() == 4 and set(columns["status"]) == {
+        "converged",
+        "missing",
+    }
 
 
 @pytest.mark.parametrize("keep", ["scalars", "contact", "all"])
@@ -246,7 +282,8 @@ def test_parts_share_a_folder_and_its_table(small, tmp_path):
     assert table_of(tmp_path / "out") == table_of(tmp_path / "whole")
 
 
-# -- what does not count is computed again ---------------------------------------------------------------------------
+# -- what does not count is computed again
+# ---------------------------------------------------------------------------
 
 
 def log_of(folder) -> tuple[Path, list[Record]]:
@@ -300,7 +337,8 @@ def test_a_damaged_table_costs_nothing(small, tmp_path, damage):
 
 
 def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
-    """The same command twice: each computes, one of them remarks it, and the table has every case once."""
+    """The same command twice: each computes, one of them remarks it, and the table has every case
+    once."""
     said, inner = [], []
 
     def again(line):
@@ -333,12 +371,23 @@ def test_another_tolerance_is_another_case(small, tmp_path):
 def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
     (tmp_path / "own_quantities.py").write_text(
         "import numpy as np\n\ndef slip_work(solution):\n"
-        "    c = solution.contact\n    return float((c.weight * c.friction_bound) @ np.linalg.norm(c.u_t, axis=1))\n"
+        "    c = solution.contact\n    return float((c.weight * c.friction_bound) @ "
+        "np.linalg.norm(c.u_t, axis=1))\n"
     )
-    text = 'problems = ["example1.toml"]\nkeep = "{keep}"\n{more}\n[cross]\nrho = [1.0, 1e3]\n[set]\nelement_size = 0.4\n'
+    text = (
+        'problems = ["example1.toml"]\nkeep = "{keep}"\n{more}\n[cross]\nrho = [1.0, '
+        "1e3]\n[set]\nelement_size = 0.4\n"
+    )
     counts = []
     more = 'quantities = ["own_quantities:slip_work"]\nvon_mises = [[4.0, 2.0], [1.0, 3.0]]'
-    wanted = [("scalars", ""), ("scalars", ""), ("contact", ""), ("scalars", ""), ("contact", more), ("all", more)]
+    wanted = [
+        ("scalars", ""),
+        ("scalars", ""),
+        ("contact", ""),
+        ("scalars", ""),
+        ("contact", more),
+        ("all", more),
+    ]
     for keep, extra in wanted:
         sweep = read_sweep(sweep_file(tmp_path, text.format(keep=keep, more=extra)))
         counts.append(quietly(sweep, tmp_path / "out").computed)
@@ -351,13 +400,17 @@ def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
     table = read_case_table(tmp_path / "out")
     assert table.numbers("von_mises_1").min() > 0.0
     # all that slips slips at the bound
-    np.testing.assert_allclose(table.numbers("slip_work"), table.numbers("dissipated_energy"), rtol=1e-6)
+    np.testing.assert_allclose(
+        table.numbers("slip_work"), table.numbers("dissipated_energy"), rtol=1e-6
+    )
 
 
 def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
     for name in ("gallery_bracket.toml", "gallery_bracket.msh"):
         (tmp_path / name).write_bytes((CONFIGS / name).read_bytes())
-    path = sweep_file(tmp_path, 'problems = ["gallery_bracket.toml"]\n[cross]\ntolerance = [1e-6, 1e-7]\n')
+    path = sweep_file(
+        tmp_path, 'problems = ["gallery_bracket.toml"]\n[cross]\ntolerance = [1e-6, 1e-7]\n'
+    )
     assert quietly(read_sweep(path), tmp_path / "out").computed == 2
     assert quietly(read_sweep(path), tmp_path / "out").reused == 2
     mesh = tmp_path / "gallery_bracket.msh"
@@ -365,11 +418,15 @@ def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
     assert quietly(read_sweep(path), tmp_path / "out").computed == 2
 
 
-# -- failures -------------------------------------------------------------------------------------------------------
+# -- failures
+# --------------------------------------------------------------------------------------------------
 
 
 def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
-    errors = {"modified": SolverError("iterate", "made to fail", "nothing"), "self-adaptive": ZeroDivisionError("oh")}
+    errors = {
+        "modified": SolverError("iterate", "made to fail", "nothing"),
+        "self-adaptive": ZeroDivisionError("oh"),
+    }
 
     def failing(prepared):
         case = prepared.discrete.problem
@@ -386,7 +443,10 @@ def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
     }
     row = table_of(tmp_path / "out")["example1-modified-rho1e3-h0.4"]
     assert (row["status"], row["reason"]) == ("failed", "iterate: made to fail; nothing")
-    assert any("failed: example1-modified-rho1e3-h0.4: iterate: made to fail" in line for line in summary.lines())
+    assert any(
+        "failed: example1-modified-rho1e3-h0.4: iterate: made to fail" in line
+        for line in summary.lines()
+    )
     monkeypatch.setattr(problems, "run", run)
     again = quietly(small, tmp_path / "out")
     assert (again.computed, again.reused, again.exit_status) == (2, 6, 0)
@@ -401,22 +461,41 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
     monkeypatch.setattr(running, "prepare", failing)
     summary = quietly(small, tmp_path)
     assert len(summary.failed) == 4
-    assert all(id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items())
+    assert all(
+        id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items()
+    )
 
 
 def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
-    (tmp_path / "raising_quantity.py").write_text("def bad(solution):\n    return 1.0 / (solution.case.method.rho - 1.0)\n")
-    text = 'problems = ["example1.toml"]\nquantities = ["raising_quantity:bad"]\n[cross]\nrho = [1.0, 3.0]\n'
+    (tmp_path / "raising_quantity.py").write_text(
+        "def bad(solution):\n    return 1.0 / (solution.case.method.rho - 1.0)\n"
+    )
+    text = (
+        'problems = ["example1.toml"]\nquantities = ["raising_quantity:bad"]\n[cross]\nrho = '
+        "[1.0, 3.0]\n"
+    )
     summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
-    assert list(summary.failed) == ["example1-rho1"] and "ZeroDivisionError" in summary.failed["example1-rho1"]
+    assert (
+        list(summary.failed) == ["example1-rho1"]
+        and "ZeroDivisionError" in summary.failed["example1-rho1"]
+    )
     with pytest.raises(InputError, match="cannot be imported"):
-        quietly(read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))), tmp_path / "other")
+        quietly(
+            read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))),
+            tmp_path / "other",
+        )
 
 
-@pytest.mark.parametrize("name", ["status", "id", "digest", "force_x", "von_mises_1", "max_u_t", "rho", "sum"])
+@pytest.mark.parametrize(
+    "name", ["status", "id", "digest", "force_x", "von_mises_1", "max_u_t", "rho", "sum"]
+)
 def test_a_quantity_named_like_a_column_is_refused_at_the_start(tmp_path, name):
     (tmp_path / "clashing_quantity.py").write_text(f"def {name}(solution):\n    return 1.0\n")
-    text = f'problems = ["example1.toml"]\nquantities = ["clashing_quantity:{name}"]\n[cross]\nrho = [1.0]\n'
+    text = (
+        f'problems = ["example1.toml"]\nquantities = '
+        f'["clashing_quantity:{name}"]\n[cross]\nrho '
+        f"= [1.0]\n"
+    )
     sys.modules.pop("clashing_quantity", None)
     with pytest.raises(InputError, match=f"there is a column {name} already"):
         quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
@@ -444,12 +523,18 @@ def test_a_case_of_a_large_sweep_that_is_invalid_fails_in_its_turn(tmp_path, mon
     from petcontact.sweep.design import sweep as module
 
     monkeypatch.setattr(module, "VALIDATED", 2)
-    text = 'problems = ["example1.toml"]\n[cross]\nrho = [1.0, -1.0, 2.0]\n[set]\nelement_size = 0.4\n'
+    text = (
+        'problems = ["example1.toml"]\n[cross]\nrho = [1.0, -1.0, 2.0]\n[set]\nelement_size = 0.4\n'
+    )
     summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
-    assert list(summary.failed) == ["example1-rho-1"] and "method.rho" in summary.failed["example1-rho-1"]
+    assert (
+        list(summary.failed) == ["example1-rho-1"]
+        and "method.rho" in summary.failed["example1-rho-1"]
+    )
 
 
-# -- the folder -----------------------------------------------------------------------------------------------------
+# -- the folder
+# --------------------------------------------------------------------------------------------------
 
 
 def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
@@ -465,7 +550,11 @@ def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
 def test_another_sweep_in_the_folder_loses_and_mixes_nothing(small, tmp_path):
     quietly(small, tmp_path / "out")
     before = table_of(tmp_path / "out")
-    other = read_sweep(sweep_file(tmp_path, 'problems = ["example2.toml"]\n[cross]\nelement_size = [0.4]', "other.toml"))
+    other = read_sweep(
+        sweep_file(
+            tmp_path, 'problems = ["example2.toml"]\n[cross]\nelement_size = [0.4]', "other.toml"
+        )
+    )
     assert quietly(other, tmp_path / "out").computed == 1
     assert list(table_of(tmp_path / "out")) == other.ids
     assert quietly(small, tmp_path / "out").reused == 8
@@ -499,11 +588,14 @@ def test_a_folder_that_cannot_be_made(small, tmp_path):
         quietly(small, tmp_path / "file" / "out")
 
 
-# -- command line ---------------------------------------------------------------------------------------------------
+# -- command line
+# --------------------------------------------------------------------------------------------------
 
 
 def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
-    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=300)
+    return subprocess.run(
+        [forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=300
+    )
 
 
 def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
@@ -535,12 +627,22 @@ def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small
         "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (15_000, 15_000))\n"
         "sys.argv[0] = 'petcontact'\ncli.entry()\n"
     )
-    words = [sys.executable, "-c", program, "sweep", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]
+    words = [
+        sys.executable,
+        "-c",
+        program,
+        "sweep",
+        str(tmp_path / "small.toml"),
+        "-o",
+        str(tmp_path / "out"),
+    ]
     done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
     assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
-    assert not (tmp_path / "out" / "results.h5").exists() and not list((tmp_path / "out").glob("*.tmp"))
+    assert not (tmp_path / "out" / "results.h5").exists() and not list(
+        (tmp_path / "out").glob("*.tmp")
+    )
     assert read_case_table(tmp_path / "out").status == 8 * ["converged"]
     again = quietly(sweep, tmp_path / "out")
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)

@@ -1,4 +1,5 @@
-"""Stress on the boundary of solved problems against closed forms: rings, holes, contact edges, volume loads, corners."""
+"""Stress on the boundary of solved problems against closed forms: rings, holes, contact edges,
+volume loads, corners."""
 
 from __future__ import annotations
 
@@ -26,11 +27,20 @@ from petcontact import (
 from petcontact.fields.boundary.places import best_places
 
 
-@pytest.mark.parametrize(("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)])
+@pytest.mark.parametrize(
+    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)]
+)
 def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     """Nodal stress in the file, too, and points given by coordinates."""
-    solution = solve(Problem(material=STEEL, geometry=problem.body, mesh=MeshOptions(element_size=0.2, order=3),
-                             boundary=problem.boundary, method=METHOD))  # fmt: skip
+    solution = solve(
+        Problem(
+            material=STEEL,
+            geometry=problem.body,
+            mesh=MeshOptions(element_size=0.2, order=3),
+            boundary=problem.boundary,
+            method=METHOD,
+        )
+    )
     mesh = solution.mesh
     at = mesh.variables_at(*best_places(mesh))
     x = np.column_stack([at["x"], at["y"]])
@@ -42,7 +52,10 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     normal = np.column_stack([at["nx"], at["ny"]])
     for depth in (1e-5, 1e-3, 1e-2):
         under = (x - depth * normal)[away]
-        assert np.abs(solution.stress_at(under) - problem.exact(under)[1]).max() < nodes * np.abs(stress).max()
+        assert (
+            np.abs(solution.stress_at(under) - problem.exact(under)[1]).max()
+            < nodes * np.abs(stress).max()
+        )
     solution.save(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5") as file:
         stored = file["boundary/stress"][()]
@@ -53,10 +66,14 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     assert np.abs(again - stored).max() < 1e-10 * np.abs(stored).max()
 
 
-@pytest.mark.parametrize("mesh, bound", [
-    ({"order": 3, "levels": 4}, 1.4e-3), ({"order": 4, "levels": 6}, 3e-4),
-    pytest.param({"order": 5, "levels": 8}, 1e-4, marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "mesh, bound",
+    [
+        ({"order": 3, "levels": 4}, 1.4e-3),
+        ({"order": 4, "levels": 6}, 3e-4),
+        pytest.param({"order": 5, "levels": 8}, 1e-4, marks=pytest.mark.slow),
+    ],
+)
 def test_stress_along_contact_graded_to_its_edges(mesh, bound):
     """σ_xx under Cattaneo's tractions, on the secondary and on the primary."""
     solution = solved(**mesh, grading=0.3, graded_points=GIVEN)
@@ -88,37 +105,64 @@ def test_a_rotating_ring(plane):
 
 
 def test_heat():
-    """A clamped block has -EαT/(1-2ν) everywhere, a free one under a linear rise none: on the boundary as inside."""
-    clamped = solve(Problem(
-        material=steel(), geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=2),
-        boundary=[Contact("bottom"), *(Displacement(part, (0, 0)) for part in ("left", "right", "top"))],
-        loads=VolumeLoads(temperature=40.0),
-    ))  # fmt: skip
+    """A clamped block has -EαT/(1-2ν) everywhere, a free one under a linear rise none: on the
+    boundary as inside."""
+    clamped = solve(
+        Problem(
+            material=steel(),
+            geometry=Rectangle((0, 0), (2, 1)),
+            mesh=MeshOptions(element_size=0.5, order=2),
+            boundary=[
+                Contact("bottom"),
+                *(Displacement(part, (0, 0)) for part in ("left", "right", "top")),
+            ],
+            loads=VolumeLoads(temperature=40.0),
+        )
+    )
     state = clamped.state_at([[0.0, 0.3], [1.3, 1.0], [1.0, 0.5]])
     pressed = -E * ALPHA * 40.0 / 0.4
     assert np.allclose(state.stress, [pressed, pressed, 0.0], rtol=1e-11, atol=1e-11 * -pressed)
     assert np.allclose(state.sigma_zz, pressed, rtol=1e-11)
-    free = solve(Problem(
-        material=steel(), geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=2),
-        boundary=[Contact("bottom"), Displacement("left", ("-0.5*0.052*y**2", "free")),
-                  *(Traction(part, (0, 0)) for part in ("right", "top"))],
-        loads=VolumeLoads(temperature="40*(1+x)"),
-    ))  # fmt: skip
+    free = solve(
+        Problem(
+            material=steel(),
+            geometry=Rectangle((0, 0), (2, 1)),
+            mesh=MeshOptions(element_size=0.5, order=2),
+            boundary=[
+                Contact("bottom"),
+                Displacement("left", ("-0.5*0.052*y**2", "free")),
+                *(Traction(part, (0, 0)) for part in ("right", "top")),
+            ],
+            loads=VolumeLoads(temperature="40*(1+x)"),
+        )
+    )
     assert np.abs(free.stress_on_boundary()).max() < 1e-10 * M * ALPHA * 40.0
 
 
 def test_both_sides_of_a_corner_and_what_is_refused():
-    """Pulled along x between rollers in steps: at a corner each part has its own stress, here the same."""
+    """Pulled along x between rollers in steps: at a corner each part has its own stress, here the
+    same."""
     block = Problem(
-        material=STEEL, geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=1),
-        boundary=[Symmetry("left"), Contact("bottom"), Traction("right", (3.0, 0)), Traction("top", (0, 0))],
+        material=STEEL,
+        geometry=Rectangle((0, 0), (2, 1)),
+        mesh=MeshOptions(element_size=0.5, order=1),
+        boundary=[
+            Symmetry("left"),
+            Contact("bottom"),
+            Traction("right", (3.0, 0)),
+            Traction("top", (0, 0)),
+        ],
         step=[Step("half", increments=2), Step("whole")],
-    )  # fmt: skip
+    )
     solution = solve(block)
     for part in ("right", "top"):
         assert np.allclose(solution.stress_at([[2.0, 1.0]], part=part), [3.0, 0.0, 0.0], atol=1e-11)
-    assert np.allclose(solution.stress_at([[2.0, 0.4], [1.0, 0.5]], step=1), [1.5, 0.0, 0.0], atol=1e-11)
-    assert np.allclose(solution.at([[2.0, 1.0]]), [[6.0 * (1 - 0.3**2) / 200.0, -3.0 * 0.3 * 1.3 / 200.0]])
+    assert np.allclose(
+        solution.stress_at([[2.0, 0.4], [1.0, 0.5]], step=1), [1.5, 0.0, 0.0], atol=1e-11
+    )
+    assert np.allclose(
+        solution.at([[2.0, 1.0]]), [[6.0 * (1 - 0.3**2) / 200.0, -3.0 * 0.3 * 1.3 / 200.0]]
+    )
     with pytest.raises(InputError, match="no part 'rigth', did you mean 'right'"):
         solution.stress_at([[2.0, 1.0]], part="rigth")
     with pytest.raises(InputError, match=r"part 'right': the point \(1, 0.5\) does not lie on it"):

@@ -1,7 +1,8 @@
-"""Cattaneo and Mindlin on two finite blocks cut out of half planes: the field is exact, so that orders can be measured.
+"""Cattaneo and Mindlin on two finite blocks cut out of half planes: the field is exact, so that
+orders can be measured.
 
-Muskhelishvili's potentials of p = p_0 sqrt(1 - x²/a²) and q = µp - µ p_0 c/a sqrt(1 - x²/c²); the far sides carry the exact
-displacement and traction. Run as a program it prints errors and orders.
+Muskhelishvili's potentials of p = p_0 sqrt(1 - x²/a²) and q = µp - µ p_0 c/a sqrt(1 - x²/c²); the
+far sides carry the exact displacement and traction. Run as a program it prints errors and orders.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ TEXT = (
 
 
 def exact(x, push=1.0):
-    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; the upper one's are those at -x, with -u."""
+    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; the upper one's are those at
+    -x, with -u."""
     sums = [0.0, 0.0, 0.0, 0.0]
     for load, a in ((P_0 * (1.0 + 1j * push * MU), A), (-1j * push * MU * P_0 * C / A, C)):
         values, origin = elliptic_load(x, load, a, NU), elliptic_load(np.zeros((1, 2)), load, a, NU)
@@ -46,13 +48,17 @@ def exact(x, push=1.0):
 def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
     """The problem with exact data at the ends of its steps, for a shear of these multiples of q."""
     discrete = assemble.discretise(problem, make_mesh, law)
-    for sign, far, mesh, data in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.data, strict=True):
+    for sign, far, mesh, data in zip(
+        (1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.data, strict=True
+    ):
         n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
         held, sides = part == far, (part == "left") | (part == "right")
         for push, value in zip(pushes, data.value[1:], strict=True):
             u, xx, yy, xy = exact(sign * mesh.x, push)
             value[held] = sign * u[held]
-            value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
+            value[sides] = np.column_stack(
+                [xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]]
+            )[sides]
     return discrete
 
 
@@ -67,7 +73,9 @@ def errors(solution):
     """Relative L2 errors of p and q; τ points to -x on the lower block's top."""
     pair = solution.last.pairs["pair"]
     x, weight = pair.x[:, 0], pair.weight
-    both = zip((pair.pressure, -pair.sigma_t[:, 0]), (PAIR.pressure(x), SHEAR.traction(x)), strict=True)
+    both = zip(
+        (pair.pressure, -pair.sigma_t[:, 0]), (PAIR.pressure(x), SHEAR.traction(x)), strict=True
+    )
     return np.array([np.sqrt(weight @ (a - b) ** 2 / (weight @ b**2)) for a, b in both])
 
 
@@ -82,7 +90,8 @@ GIVEN = [[-1.0, 0.0], [-0.6, 0.0], [0.6, 0.0], [1.0, 0.0]]
 
 
 @pytest.mark.parametrize(
-    ("order", "sizes", "rate", "last"), [(0, (0.2, 0.1, 0.05), 0.75, (9e-3, 1.8e-2)), (3, (0.4, 0.2), 0.9, (1.4e-3, 2.8e-3))]
+    ("order", "sizes", "rate", "last"),
+    [(0, (0.2, 0.1, 0.05), 0.75, (9e-3, 1.8e-2)), (3, (0.4, 0.2), 0.9, (1.4e-3, 2.8e-3))],
 )
 def test_uniform_meshes_are_of_first_order(order, sizes, rate, last):
     found = [errors(solved(element_size=h, order=order)) for h in sizes]
@@ -92,21 +101,31 @@ def test_uniform_meshes_are_of_first_order(order, sizes, rate, last):
 
 
 def test_meshes_graded_to_given_edges():
-    assert np.all(errors(solved(graded_points=GIVEN, levels=4, order=3, grading=0.3)) < (1e-4, 2.7e-4))
+    assert np.all(
+        errors(solved(graded_points=GIVEN, levels=4, order=3, grading=0.3)) < (1e-4, 2.7e-4)
+    )
 
 
 @pytest.mark.parametrize("increments", [1, 4])
 def test_a_cycle_dissipates_what_its_loop_encloses(increments):
-    """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number of increments."""
-    steps = [{"name": "press"}, *({"name": name, "increments": increments} for name in ("push", "pull", "push again"))]
+    """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number
+    of increments."""
+    steps = [
+        {"name": "press"},
+        *({"name": name, "increments": increments} for name in ("push", "pull", "push again")),
+    ]
     problem = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
         update={"step": tuple(Step(**step) for step in steps)}
     )
     discrete = discretise(problem, pushes=(0.0, 1.0, -1.0, 1.0))
     solution = run(prepare(problem, discrete=discrete))
     assert solution.converged, solution.reason
-    spent = [sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)]
-    assert spent == pytest.approx([0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15)
+    spent = [
+        sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)
+    ]
+    assert spent == pytest.approx(
+        [0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15
+    )
     assert errors(solution)[1] < 3e-5
 
 
@@ -116,7 +135,9 @@ def test_edges_are_found(monkeypatch):
     solution = adaptive.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
     assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
-    assert np.allclose(np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6)
+    assert np.allclose(
+        np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6
+    )
     assert max(step.iterations for step in solution.steps) <= 6
 
 
@@ -127,9 +148,19 @@ def print_table():
         before = None
         for h in sizes:
             solution = solved(element_size=h, order=order)
-            error, size = errors(solution), sum(2 * mesh.n_nodes for mesh in solution.meshes.values())
-            rates = ["", ""] if before is None else [f" ({rate:.2f})" for rate in np.log2(before / error)]
-            print(f"| {order} | {h:g} | {size} | {error[0]:.2e}{rates[0]} | {error[1]:.2e}{rates[1]} |")
+            error, size = (
+                errors(solution),
+                sum(2 * mesh.n_nodes for mesh in solution.meshes.values()),
+            )
+            rates = (
+                ["", ""]
+                if before is None
+                else [f" ({rate:.2f})" for rate in np.log2(before / error)]
+            )
+            print(
+                f"| {order} | {h:g} | {size} | {error[0]:.2e}{rates[0]} | {error[1]:.2e}{rates[1]} "
+                f"|"
+            )
             before = error
 
 

@@ -1,4 +1,5 @@
-"""Lamé's cylinder and Kirsch's plate: displacement and traction on Γ, displacement and stress inside, rates as measured.
+"""Lamé's cylinder and Kirsch's plate: displacement and traction on Γ, displacement and stress
+inside, rates as measured.
 
 Run as a program it prints the table of the README.
 """
@@ -10,7 +11,17 @@ import itertools
 import numpy as np
 import pytest
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, SideBySide, Traction, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Method,
+    Problem,
+    SideBySide,
+    Traction,
+    solve,
+)
 from petcontact.fields.interior import field_at
 from petcontact.reference.lame import Cylinder
 
@@ -20,7 +31,8 @@ METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, 
 
 
 class Lame:
-    """Quarter of a cylinder, 1 <= r <= 2, between two frictionless contact sides, under inner pressure 1."""
+    """Quarter of a cylinder, 1 <= r <= 2, between two frictionless contact sides, under inner
+    pressure 1."""
 
     body = SideBySide(
         loops=(
@@ -45,7 +57,11 @@ class Lame:
         r = np.hypot(*x.T)
         cos, sin = x.T / r
         (along, around), radial = TUBE.stress(r), TUBE.displacement(r)
-        stress = [along * cos**2 + around * sin**2, along * sin**2 + around * cos**2, (along - around) * sin * cos]
+        stress = [
+            along * cos**2 + around * sin**2,
+            along * sin**2 + around * cos**2,
+            (along - around) * sin * cos,
+        ]
         return np.column_stack([radial * cos, radial * sin]), np.column_stack(stress)
 
     @staticmethod
@@ -61,8 +77,9 @@ COS4, SIN4 = f"(2*{COS2}**2-1)", f"(2*{SIN2}*{COS2})"
 
 
 class Kirsch:
-    """Upper half of a plate with a hole of radius 1 under tension 1 along x: outer sides carry the exact data of the
-    infinite plate, and the two stretches of the line of symmetry are frictionless contact sides."""
+    """Upper half of a plate with a hole of radius 1 under tension 1 along x: outer sides carry the
+    exact data of the infinite plate, and the two stretches of the line of symmetry are frictionless
+    contact sides."""
 
     body = SideBySide(
         loops=(
@@ -95,9 +112,23 @@ class Kirsch:
         """Kirsch's solution in plane strain, ν = 0.3: 3-4ν = 1.8."""
         r, angle = np.hypot(*x.T), np.arctan2(x[:, 1], x[:, 0])
         cos, sin = np.cos, np.sin
-        u_x = 2.8 * r * cos(angle) + 2.0 / r * (2.8 * cos(angle) + cos(3 * angle)) - 2.0 / r**3 * cos(3 * angle)
-        u_y = -1.2 * r * sin(angle) + 2.0 / r * (-0.8 * sin(angle) + sin(3 * angle)) - 2.0 / r**3 * sin(3 * angle)
-        q, c2, s2, c4, s4 = 1.0 / r**2, cos(2 * angle), sin(2 * angle), cos(4 * angle), sin(4 * angle)
+        u_x = (
+            2.8 * r * cos(angle)
+            + 2.0 / r * (2.8 * cos(angle) + cos(3 * angle))
+            - 2.0 / r**3 * cos(3 * angle)
+        )
+        u_y = (
+            -1.2 * r * sin(angle)
+            + 2.0 / r * (-0.8 * sin(angle) + sin(3 * angle))
+            - 2.0 / r**3 * sin(3 * angle)
+        )
+        q, c2, s2, c4, s4 = (
+            1.0 / r**2,
+            cos(2 * angle),
+            sin(2 * angle),
+            cos(4 * angle),
+            sin(4 * angle),
+        )
         stress = [
             1.0 - q * (1.5 * c2 + c4) + 1.5 * q**2 * c4,
             -q * (0.5 * c2 - c4) - 1.5 * q**2 * c4,
@@ -113,14 +144,23 @@ class Kirsch:
 
 def measure(problem, **mesh):
     """Relative errors: u and traction in L2(Γ), u and stress at points inside (largest)."""
-    case = Problem(material=STEEL, geometry=problem.body, mesh=MeshOptions(**mesh), boundary=problem.boundary, method=METHOD)
+    case = Problem(
+        material=STEEL,
+        geometry=problem.body,
+        mesh=MeshOptions(**mesh),
+        boundary=problem.boundary,
+        method=METHOD,
+    )
     solution = solve(case)
     assert solution.converged
     m = solution.mesh
     exact_u, stress = problem.exact(m.x)
     n = m.normal
     exact_t = np.column_stack(
-        [stress[:, 0] * n[:, 0] + stress[:, 2] * n[:, 1], stress[:, 2] * n[:, 0] + stress[:, 1] * n[:, 1]]
+        [
+            stress[:, 0] * n[:, 0] + stress[:, 2] * n[:, 1],
+            stress[:, 2] * n[:, 0] + stress[:, 1] * n[:, 1],
+        ]
     )
     norm = lambda values: np.sqrt(m.weight @ np.sum(values**2, axis=1))  # noqa: E731
     points = problem.points(np.random.default_rng(1))
@@ -139,14 +179,19 @@ def measure(problem, **mesh):
 @pytest.mark.parametrize(
     ("problem", "order", "sizes", "rates", "last"),
     [
-        # order of u on Γ, of the traction on Γ, of u inside, of the stress inside; relative errors on the finest mesh
+        # order of u on Γ, of the traction on Γ, of u inside, of the stress inside; relative errors
+        # on the finest mesh
         (Lame, 0, (0.2, 0.1, 0.05), (0.9, 0.4, 0.9, 1.1), (3.4e-3, 4.3e-3, 3.0e-3, 2.8e-3)),
         (Lame, 2, (0.8, 0.4), (3.5, 1.9, 3.5, 2.8), (8e-5, 1.3e-3, 1.3e-4, 1.3e-3)),
         (Lame, 3, (0.8, 0.4), (5.0, 3.0, 5.0, 5.0), (4e-6, 1.7e-4, 4e-6, 6e-5)),
         (Kirsch, 0, (0.2, 0.1, 0.05), (0.95, 0.6, 0.95, 0.95), (2.9e-3, 9.3e-3, 3.4e-3, 2.7e-3)),
         (Kirsch, 3, (0.4, 0.2), (3.5, 2.0, 3.5, 4.5), (5e-7, 1.3e-4, 5e-7, 8e-7)),
     ],
-    ids=lambda value: value.__name__ if isinstance(value, type) else (str(value) if isinstance(value, int) else ""),
+    ids=lambda value: (
+        value.__name__
+        if isinstance(value, type)
+        else (str(value) if isinstance(value, int) else "")
+    ),
 )
 def test_errors_and_rates(problem, order, sizes, rates, last):
     errors = [measure(problem, element_size=h, order=order) for h in sizes]
@@ -160,12 +205,17 @@ def test_graded_meshes_of_high_order_reach_eight_digits():
 
 
 def test_a_roller_is_a_frictionless_contact():
-    """The lower side once as contact with g = 0, once as a displacement condition with one free component."""
+    """The lower side once as contact with g = 0, once as a displacement condition with one free
+    component."""
 
     class Roller(Lame):
         boundary = (Displacement(part="bottom", value=("free", 0.0)), *Lame.boundary[1:])
 
-    assert np.allclose(measure(Roller, element_size=0.2, order=2), measure(Lame, element_size=0.2, order=2), rtol=1e-6)
+    assert np.allclose(
+        measure(Roller, element_size=0.2, order=2),
+        measure(Lame, element_size=0.2, order=2),
+        rtol=1e-6,
+    )
 
 
 def print_table():
@@ -181,7 +231,11 @@ def print_table():
         before = None
         for h in sizes:
             errors = measure(problem, element_size=h, order=order)
-            rates = [""] * 4 if before is None else [f" ({rate:.1f})" for rate in np.log2(before / errors)]
+            rates = (
+                [""] * 4
+                if before is None
+                else [f" ({rate:.1f})" for rate in np.log2(before / errors)]
+            )
             cells = [f"{error:.1e}{rate}" for error, rate in zip(errors, rates, strict=True)]
             print(f"| {problem.__name__} | {order} | {h:g} | {' | '.join(cells)} |")
             before = errors

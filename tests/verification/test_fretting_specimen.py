@@ -1,7 +1,9 @@
-"""The fretting specimen of Kosec and others (2019) against Nowell and Hills: p_0, a, c, e, and σ_xx at the trailing edge.
+"""The fretting specimen of Kosec and others (2019) against Nowell and Hills: p_0, a, c, e, and σ_xx
+at the trailing edge.
 
-The specimen is 10 mm high, and no half plane: pressing alone pulls its surface by 12.5 MPa under the pad (σ_xx + p, read in
-the middle of the contact), and half of the shear is gone from the stress far away.
+The specimen is 10 mm high, and no half plane: pressing alone pulls its surface by 12.5 MPa under
+the pad (σ_xx + p, read in the middle of the contact), and half of the shear is gone from the stress
+far away.
 """
 
 from __future__ import annotations
@@ -86,8 +88,10 @@ def test_the_fretting_specimen(radius, friction):
     sticks = pushed.x[pushed.state == 0, 0]
     closed = pushed.x[pushed.state != 2, 0]
     assert 0.5 * np.ptp(sticks) == pytest.approx(c, abs=0.01 * a)
-    assert 0.5 * (closed.max() + closed.min()) - 0.5 * (sticks.max() + sticks.min()) == pytest.approx(e, abs=0.01 * a)
-    (xx, yy, _), = solution.stress_at([[0.0, 0.0]], "specimen", 1)  # fmt: skip
+    assert 0.5 * (closed.max() + closed.min()) - 0.5 * (
+        sticks.max() + sticks.min()
+    ) == pytest.approx(e, abs=0.01 * a)
+    ((xx, yy, _),) = solution.stress_at([[0.0, 0.0]], "specimen", 1)
     largest = solution.boundary_state("specimen")[1].stress[:, 0].max()
     assert largest == pytest.approx(exact.trailing_stress + (xx - yy) - 0.5 * Q / HALF, rel=0.01)
     assert largest == pytest.approx(exact.trailing_stress, rel=0.05)

@@ -1,11 +1,22 @@
-"""What must come out exactly: constant stress on irregular bodies, with slip, and rigid rotation."""
+"""What must come out exactly: constant stress on irregular bodies, with slip, and rigid
+rotation."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, SideBySide, Traction, solve
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Method,
+    Problem,
+    SideBySide,
+    Traction,
+    solve,
+)
 from petcontact.fields.interior import field_at
 
 POINTS = ((1.0, 0.0), (6.0, 0.0), (7.0, 2.5), (4.0, 2.0), (3.0, 4.5), (0.5, 3.0))
@@ -22,7 +33,8 @@ def body(hole):
 
 
 def slipping(material, *, order, hole, size=0.6):
-    """Constant strain with u_y = 0 and u_x > 0 on the foot, and the shear stress that slip asks for: σ_xy = g."""
+    """Constant strain with u_y = 0 and u_x > 0 on the foot, and the shear stress that slip asks
+    for: σ_xy = g."""
     along, upwards, shear = 2e-3, -1e-3, 3e-3
     u = (f"1e-3 + {along}*x + {shear}*y", f"{upwards}*y")
     mu, nu = material.shear_modulus, material.plane_strain_ratio
@@ -39,7 +51,9 @@ def slipping(material, *, order, hole, size=0.6):
             Displacement(part="right", value=u),
             *(Traction(part=part, value=pull) for part in parts if part != "right"),
         ),
-        method=Method(name="projection", rule="modified", rho=mu, tolerance=1e-13, max_iterations=2000),
+        method=Method(
+            name="projection", rule="modified", rho=mu, tolerance=1e-13, max_iterations=2000
+        ),
     )
     solution = solve(case)
     exact = lambda x: np.column_stack([1e-3 + along * x[:, 0] + shear * x[:, 1], upwards * x[:, 1]])  # noqa: E731
@@ -56,7 +70,9 @@ def test_constant_stress_with_slip_is_exact(order, plane, hole):
     assert np.all(solution.contact.state == 1)
     assert np.abs(solution.u - exact(mesh.x)).max() < 1e-9 * np.abs(solution.u).max()
     n = mesh.normal
-    traction = np.column_stack([stress[0] * n[:, 0] + stress[2] * n[:, 1], stress[2] * n[:, 0] + stress[1] * n[:, 1]])
+    traction = np.column_stack(
+        [stress[0] * n[:, 0] + stress[2] * n[:, 1], stress[2] * n[:, 0] + stress[1] * n[:, 1]]
+    )
     assert np.abs(solution.traction - traction).max() < 1e-8 * np.abs(stress).max()
     u, inside = field_at(mesh, solution.u, solution.traction, material, INSIDE)
     assert np.abs(u - exact(INSIDE)).max() < 1e-9 * np.abs(u).max()
@@ -73,10 +89,15 @@ def test_constant_elements_approach_constant_stress():
 
 
 def test_rigid_rotation_of_a_sector_about_its_centre():
-    """A sector in contact along its arc turns with the side that is turned, without any traction."""
+    """A sector in contact along its arc turns with the side that is turned, without any
+    traction."""
     sector = SideBySide(
         loops=(
-            ({"part": "start", "to": (2, 0)}, {"part": "arc", "to": (0, 2), "radius": 2.0}, {"part": "end", "to": (0, 0)}),
+            (
+                {"part": "start", "to": (2, 0)},
+                {"part": "arc", "to": (0, 2), "radius": 2.0},
+                {"part": "end", "to": (0, 0)},
+            ),
         )
     )
     case = Problem(
@@ -88,13 +109,21 @@ def test_rigid_rotation_of_a_sector_about_its_centre():
             Displacement(part="start", value=("-1e-3*y", "1e-3*x")),
             Traction(part="end", value=(0.0, 0.0)),
         ),
-        method=Method(name="projection", rule="modified", rho=1000.0, tolerance=1e-12, max_iterations=5000),
+        method=Method(
+            name="projection", rule="modified", rho=1000.0, tolerance=1e-12, max_iterations=5000
+        ),
     )
     solution = solve(case)
     rotation = 1e-3 * np.column_stack([-solution.mesh.x[:, 1], solution.mesh.x[:, 0]])
     assert np.abs(solution.u - rotation).max() < 1e-9 * np.abs(rotation).max()
     assert np.abs(solution.traction).max() < 1e-5 * 1000.0 * 1e-3
     assert np.allclose(solution.contact.u_t, 2e-3, rtol=1e-8)
-    u, stress = field_at(solution.mesh, solution.u, solution.traction, case.material, np.array([[0.5, 0.5], [1.2, 1.5]]))
+    u, stress = field_at(
+        solution.mesh,
+        solution.u,
+        solution.traction,
+        case.material,
+        np.array([[0.5, 0.5], [1.2, 1.5]]),
+    )
     assert np.allclose(u, [[-5e-4, 5e-4], [-1.5e-3, 1.2e-3]], rtol=1e-8)
     assert np.abs(stress).max() < 1e-6

@@ -1,4 +1,5 @@
-"""Persson's pin in the hole of an infinite plate: the pressure and the angle of contact in closed form."""
+"""Persson's pin in the hole of an infinite plate: the pressure and the angle of contact in closed
+form."""
 
 from __future__ import annotations
 
@@ -19,14 +20,32 @@ def pin(angle, **mesh):
     material = {"young_modulus": E, "poisson_ratio": NU}
     data = {
         "body": [
-            {"name": "pin", "material": material, "mesh": mesh, "point_force": [{"at": [0.0, 0.0], "force": [0.0, -1.0]}],
-             "geometry": {"shape": "outline", "loops": [{"part": "rim", **circle}]}},
-            {"name": "plate", "material": material,
-             "geometry": {"shape": "outline", "exterior": True, "loops": [{"part": "hole", **circle}]}},
+            {
+                "name": "pin",
+                "material": material,
+                "mesh": mesh,
+                "point_force": [{"at": [0.0, 0.0], "force": [0.0, -1.0]}],
+                "geometry": {"shape": "outline", "loops": [{"part": "rim", **circle}]},
+            },
+            {
+                "name": "plate",
+                "material": material,
+                "geometry": {
+                    "shape": "outline",
+                    "exterior": True,
+                    "loops": [{"part": "hole", **circle}],
+                },
+            },
         ],
-        "contact": [{"name": "fit", "secondary": "pin.rim", "primary": "plate.hole",
-                     "gap": f"{persson.play(angle, E, NU)!r}*(1 + sin(atan2(y, x)))"}],
-    }  # fmt: skip
+        "contact": [
+            {
+                "name": "fit",
+                "secondary": "pin.rim",
+                "primary": "plate.hole",
+                "gap": f"{persson.play(angle, E, NU)!r}*(1 + sin(atan2(y, x)))",
+            }
+        ],
+    }
     return parse(Problem, data, "pin")
 
 
@@ -41,15 +60,19 @@ def error(solution, angle):
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
     solution = adapt(pin(angle), 1e-5)
-    assert solution.converged and error(solution, angle) < min(2e-6, solution.info["estimated_error"])
+    assert solution.converged and error(solution, angle) < min(
+        2e-6, solution.info["estimated_error"]
+    )
     edges = np.degrees(solution.info["edges"]["fit"])
     assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
 
 
 def test_elements_of_a_ten_millionth_add_no_rotation():
-    """Rounded chords turn the normals of tiny arcs: the pin's free rotation is not to press it into the hole.
+    """Rounded chords turn the normals of tiny arcs: the pin's free rotation is not to press it into
+    the hole.
 
-    The normals were those of the chords: the pin turned 13 times round, and p was off by 1e-3 (and 13 at some nodes).
+    The normals were those of the chords: the pin turned 13 times round, and p was off by 1e-3 (and
+    13 at some nodes).
     """
     angle = np.radians(84.0)
     edges = [[-np.sin(angle), -np.cos(angle)], [np.sin(angle), -np.cos(angle)]]

@@ -31,7 +31,8 @@ from petcontact.pipeline.eliminate import operators_of
 
 
 def toe(length, stress, **mesh):
-    """A block with a rounded toe, its data in units of which one is `length` of ours, one of stress `stress` of ours."""
+    """A block with a rounded toe, its data in units of which one is `length` of ours, one of stress
+    `stress` of ours."""
     side = lambda part, x, y, **more: {"part": part, "to": (x * length, y * length), **more}  # noqa: E731
     loop = (
         side("foot", 6, 0),
@@ -44,7 +45,12 @@ def toe(length, stress, **mesh):
     return Problem(
         material=Material(young_modulus=1e10 * stress, poisson_ratio=0.3),
         geometry=SideBySide(loops=(loop,)),
-        mesh=MeshOptions(**{key: value * length if key == "element_size" else value for key, value in mesh.items()}),
+        mesh=MeshOptions(
+            **{
+                key: value * length if key == "element_size" else value
+                for key, value in mesh.items()
+            }
+        ),
         boundary=(
             Contact(part="foot", friction_bound=f"{1.5e8 * stress!r}*(1 + x/{8.0 * length!r})"),
             Displacement(part="top", value=(0.0, 0.0)),
@@ -55,18 +61,23 @@ def toe(length, stress, **mesh):
     )
 
 
-@pytest.mark.parametrize("mesh", [{"element_size": 0.1}, {"order": 3, "levels": 5}], ids=["uniform", "graded"])
+@pytest.mark.parametrize(
+    "mesh", [{"element_size": 0.1}, {"order": 3, "levels": 5}], ids=["uniform", "graded"]
+)
 def test_metres_and_pascals_or_millimetres_and_megapascals(mesh):
     one, other = (solve(toe(*units, **mesh)) for units in ((1.0, 1.0), (1e3, 1e-6)))
     assert one.converged and one.iterations == other.iterations
     close = lambda a, b: np.abs(a - b).max() < 1e-10 * np.abs(a).max()  # noqa: E731
     assert close(one.u, other.u * 1e-3) and close(one.traction, other.traction * 1e6)
-    assert close(one.contact.u_t, other.contact.u_t * 1e-3) and close(one.contact.sigma_t, other.contact.sigma_t * 1e6)
+    assert close(one.contact.u_t, other.contact.u_t * 1e-3) and close(
+        one.contact.sigma_t, other.contact.sigma_t * 1e6
+    )
     assert other.rho * 1e9 == pytest.approx(one.rho, rel=1e-9)
     assert np.array_equal(one.contact.state, other.contact.state)
     points = np.array([[3.0, 0.05], [7.9, 3.9], [4.0, 2.0]])
     (u, stress), (v, pressure) = (
-        field_at(s.mesh, s.u, s.traction, s.problem.material, points * length) for s, length in ((one, 1.0), (other, 1e3))
+        field_at(s.mesh, s.u, s.traction, s.problem.material, points * length)
+        for s, length in ((one, 1.0), (other, 1e3))
     )
     assert close(u, v * 1e-3) and close(stress, pressure * 1e6)
 
@@ -80,7 +91,10 @@ BODIES = {
     "ell": lambda s: Polygon(vertices=[(x * s, y * s) for x, y in ELL], parts=list("abcdef")),
     "disc": lambda s: SideBySide(loops=(Circle(part="rim", center=(0.0, 0.0), radius=s),)),
     "ring": lambda s: SideBySide(
-        loops=(Circle(part="rim", center=(0.0, 0.0), radius=s), Circle(part="hole", center=(0.2 * s, 0.0), radius=0.5 * s))
+        loops=(
+            Circle(part="rim", center=(0.0, 0.0), radius=s),
+            Circle(part="hole", center=(0.2 * s, 0.0), radius=0.5 * s),
+        )
     ),
 }
 
@@ -90,7 +104,11 @@ def operators(body, nu):
     outline = body.outline()
     first, *others = outline.parts
     held = [Displacement(part=part, value=(0.0, 0.0)) for part in others]
-    contact = [Contact(part=first, friction_bound=1.0)] if others else [Displacement(part=first, value=(0.0, 0.0))]
+    contact = (
+        [Contact(part=first, friction_bound=1.0)]
+        if others
+        else [Displacement(part=first, value=(0.0, 0.0))]
+    )
     problem = Problem(
         material=Material(young_modulus=1.0, poisson_ratio=nu),
         geometry=body,
@@ -100,12 +118,15 @@ def operators(body, nu):
     if others:
         return operators_of(discretise(problem), 0)[0]
     mesh = mesh_outline(outline, problem.mesh)
-    return BoundaryOperators(mesh, boundary_data(problem, 0, mesh, []), kernel_for(mesh, problem.material))
+    return BoundaryOperators(
+        mesh, boundary_data(problem, 0, mesh, []), kernel_for(mesh, problem.material)
+    )
 
 
 def gap(ops):
-    """Smallest singular value of A_0 over the fourth smallest, with lengths in units of the element: about 1 where
-    nothing is degenerate, since the smallest ones belong to oscillating tractions; two vanish at once on a disc."""
+    """Smallest singular value of A_0 over the fourth smallest, with lengths in units of the
+    element: about 1 where nothing is degenerate, since the smallest ones belong to oscillating
+    tractions; two vanish at once on a disc."""
     nodes = np.arange(ops.mesh.n_nodes)
     matrix = ops.system_entries(nodes, nodes).copy()
     matrix[:, ~ops.data.traction_known.ravel()] /= ops.mesh.length.mean()
@@ -121,10 +142,15 @@ def test_no_body_of_any_size_meets_the_degenerate_scale(name, size):
 
 
 def test_the_degenerate_scale_exists():
-    """With the unit of length R·exp(-1/(2(3-4ν))) a constant traction on a disc's rim displaces nothing: the test
-    above would see it."""
+    """With the unit of length R·exp(-1/(2(3-4ν))) a constant traction on a disc's rim displaces
+    nothing: the test above would see it."""
     nu = 0.3
     ops = operators(BODIES["disc"](2.0), nu)
     degenerate = 2.0 * np.exp(-0.5 / (3.0 - 4.0 * nu))
-    assert gap(replace(ops, kernel=replace(ops.kernel, unit_length=degenerate))) < 0.01 < 0.2 < gap(ops)
+    assert (
+        gap(replace(ops, kernel=replace(ops.kernel, unit_length=degenerate)))
+        < 0.01
+        < 0.2
+        < gap(ops)
+    )
     assert ops.kernel.unit_length < 0.4 * degenerate

@@ -1,4 +1,5 @@
-"""Weight, rotation and heat against closed forms, plane and space, one body and two; symmetry against the whole."""
+"""Weight, rotation and heat against closed forms, plane and space, one body and two; symmetry
+against the whole."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ from petcontact import (
     VolumeLoads,
     read_result,
     solve,
-)  # fmt: skip
+)
 
 E, NU, RHO, ALPHA = 1000.0, 0.3, 2.0, 1e-3
 M = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
@@ -38,18 +39,30 @@ def steel(plane="strain"):
 
 
 def quarter_ring(a, b, x=0.0):
-    sides = [{"part": "bottom", "to": (b + x, 0)}, {"part": "outer", "to": (x, b), "radius": b},
-             {"part": "left", "to": (x, a)}, {"part": "inner", "to": (a + x, 0), "radius": -a}]  # fmt: skip
+    sides = [
+        {"part": "bottom", "to": (b + x, 0)},
+        {"part": "outer", "to": (x, b), "radius": b},
+        {"part": "left", "to": (x, a)},
+        {"part": "inner", "to": (a + x, 0), "radius": -a},
+    ]
     return SideBySide(loops=[sides])
 
 
 def quarter_disc(a):
-    return SideBySide(loops=[[{"part": "bottom", "to": (a, 0)}, {"part": "rim", "to": (0, a), "radius": a},
-                              {"part": "left", "to": (0, 0)}]])  # fmt: skip
+    return SideBySide(
+        loops=[
+            [
+                {"part": "bottom", "to": (a, 0)},
+                {"part": "rim", "to": (0, a), "radius": a},
+                {"part": "left", "to": (0, 0)},
+            ]
+        ]
+    )
 
 
 def spinning_ring(r, a, b, omega, plane):
-    """u_r, σ_r of a rotating ring (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, art. 32)."""
+    """u_r, σ_r of a rotating ring (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, art.
+    32)."""
     e, nu = (E, NU) if plane == "stress" else (E / (1.0 - NU**2), NU / (1.0 - NU))
     k = (3.0 + nu) / 8.0 * RHO * omega**2
     radial = k * (a * a + b * b - (a * b / r) ** 2 - r * r)
@@ -59,10 +72,19 @@ def spinning_ring(r, a, b, omega, plane):
 
 def ring_problem(plane="strain", x=0.0, mat_type="auto", order=3, step=()):
     return Problem(
-        material=steel(plane), geometry=quarter_ring(1.0, 2.0, x), mesh=MeshOptions(element_size=0.2, order=order),
-        boundary=[Contact("bottom"), Symmetry("left"), Traction("inner", (0, 0)), Traction("outer", (0, 0))],
-        loads=VolumeLoads(angular_velocity=3.0, centre=(x, 0)), bem=Bem(mat_type=mat_type), step=step,
-    )  # fmt: skip
+        material=steel(plane),
+        geometry=quarter_ring(1.0, 2.0, x),
+        mesh=MeshOptions(element_size=0.2, order=order),
+        boundary=[
+            Contact("bottom"),
+            Symmetry("left"),
+            Traction("inner", (0, 0)),
+            Traction("outer", (0, 0)),
+        ],
+        loads=VolumeLoads(angular_velocity=3.0, centre=(x, 0)),
+        bem=Bem(mat_type=mat_type),
+        step=step,
+    )
 
 
 def ring_error(solution, plane="strain", x=0.0):
@@ -84,7 +106,11 @@ def test_a_rotating_ring(plane, mat_type):
     u, stress = solution.fields_at(1.5 * way)
     moved, radial = spinning_ring(1.5, 1.0, 2.0, 3.0, plane)
     assert np.abs(u - moved * way).max() < 5e-7 * moved
-    found = stress[:, 0] * way[:, 0] ** 2 + stress[:, 1] * way[:, 1] ** 2 + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    found = (
+        stress[:, 0] * way[:, 0] ** 2
+        + stress[:, 1] * way[:, 1] ** 2
+        + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    )
     assert np.abs(found - radial).max() < 2e-7 * RHO * 9.0 * 4.0
 
 
@@ -94,11 +120,15 @@ def test_higher_order_far_from_the_origin():
 
 
 def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
-    steps = [Step("slow", increments=2, loads=[LoadsChange(angular_velocity=1.0)]),
-             Step("fast", increments=2, loads=[LoadsChange(angular_velocity=3.0)])]  # fmt: skip
+    steps = [
+        Step("slow", increments=2, loads=[LoadsChange(angular_velocity=1.0)]),
+        Step("fast", increments=2, loads=[LoadsChange(angular_velocity=3.0)]),
+    ]
     solution = solve(ring_problem(step=steps))
     largest = [np.abs(step.bodies["body"].u).max() for step in solution.steps]
-    assert np.allclose(np.array(largest) / largest[-1], np.array([0.5, 1.0, 5.0, 9.0]) / 9.0, rtol=1e-12)
+    assert np.allclose(
+        np.array(largest) / largest[-1], np.array([0.5, 1.0, 5.0, 9.0]) / 9.0, rtol=1e-12
+    )
     assert ring_error(solution) < 5e-7
     u = solution.at([[1.2, 0.9]], step=3) / solution.at([[1.2, 0.9]])
     assert np.allclose(u, 5.0 / 9.0, rtol=1e-12)
@@ -107,14 +137,19 @@ def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
 def confined(order=2, boundary=(), **more):
     """A block under its weight between frictionless walls: p = ρ g times the height."""
     return Problem(
-        material=steel(), geometry=Rectangle((0, 0), (2, 3)), mesh=MeshOptions(element_size=0.5, order=order),
+        material=steel(),
+        geometry=Rectangle((0, 0), (2, 3)),
+        mesh=MeshOptions(element_size=0.5, order=order),
         boundary=[Symmetry("left"), Symmetry("right"), Traction("top", (0, 0)), *boundary],
-        loads=VolumeLoads(acceleration=(0, -G)), **more,
-    )  # fmt: skip
+        loads=VolumeLoads(acceleration=(0, -G)),
+        **more,
+    )
 
 
 def test_a_block_confined_sideways_under_gravity():
-    solution = solve(confined(boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3)]))
+    solution = solve(
+        confined(boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3)])
+    )
     weight, y = RHO * G, solution.mesh.x[:, 1]
     assert np.abs(solution.pairs["bottom"].pressure / (3.0 * weight) - 1.0).max() < 1e-12
     assert np.abs(solution.u[:, 1] + weight / M * (3.0 * y - 0.5 * y * y)).max() < 1e-13
@@ -126,14 +161,25 @@ def test_a_block_confined_sideways_under_gravity():
 
 def test_the_same_cut_in_two_and_with_contact_on_three_sides():
     halves = [
-        Body(name=name, material=steel(), geometry=Rectangle((0, y), (2, y + 1.5)),
-             mesh=MeshOptions(element_size=0.5, order=2), loads=VolumeLoads(acceleration=(0, -G)))
+        Body(
+            name=name,
+            material=steel(),
+            geometry=Rectangle((0, y), (2, y + 1.5)),
+            mesh=MeshOptions(element_size=0.5, order=2),
+            loads=VolumeLoads(acceleration=(0, -G)),
+        )
         for name, y in (("lower", 0.0), ("upper", 1.5))
-    ]  # fmt: skip
-    walls = [Pair(name=f"{body}-{side}", secondary=f"{body}.{side}", primary="box", normal="bilateral")
-             for body in ("lower", "upper") for side in ("left", "right")]  # fmt: skip
-    pairs = [Pair(name="cut", secondary="upper.bottom", primary="lower.top", friction_coefficient=0.2),
-             Pair(name="floor", secondary="lower.bottom", primary="box", friction_coefficient=0.2), *walls]  # fmt: skip
+    ]
+    walls = [
+        Pair(name=f"{body}-{side}", secondary=f"{body}.{side}", primary="box", normal="bilateral")
+        for body in ("lower", "upper")
+        for side in ("left", "right")
+    ]
+    pairs = [
+        Pair(name="cut", secondary="upper.bottom", primary="lower.top", friction_coefficient=0.2),
+        Pair(name="floor", secondary="lower.bottom", primary="box", friction_coefficient=0.2),
+        *walls,
+    ]
     solution = solve(Problem(body=halves, contact=pairs, obstacle=[Obstacle(name="box")]))
     assert solution.converged
     for name, height in (("cut", 1.5), ("floor", 3.0)):
@@ -149,8 +195,15 @@ def test_a_free_body_on_rough_ground_stands_if_it_can(d):
         load = down + push * np.eye(d)[0]
         ground = Contact("bottom", normal="unilateral", friction_coefficient=0.3)
         others = [Traction(part, (0,) * d) for part in geometry.outline().parts if part != "bottom"]
-        return solve(Problem(material=steel(), geometry=geometry, mesh=MeshOptions(element_size=0.5, order=4 - d),
-                             boundary=[ground, *others], loads=VolumeLoads(acceleration=tuple(load)))), load  # fmt: skip
+        return solve(
+            Problem(
+                material=steel(),
+                geometry=geometry,
+                mesh=MeshOptions(element_size=0.5, order=4 - d),
+                boundary=[ground, *others],
+                loads=VolumeLoads(acceleration=tuple(load)),
+            )
+        ), load
 
     solution, load = solved(1.0)
     assert solution.converged
@@ -159,14 +212,25 @@ def test_a_free_body_on_rough_ground_stands_if_it_can(d):
 
 
 def heated(geometry, temperature, boundary, plane="strain", order=3, **more):
-    return solve(Problem(material=steel(plane), geometry=geometry, mesh=MeshOptions(element_size=0.5, order=order),
-                         boundary=boundary, loads=VolumeLoads(temperature=temperature), **more))  # fmt: skip
+    return solve(
+        Problem(
+            material=steel(plane),
+            geometry=geometry,
+            mesh=MeshOptions(element_size=0.5, order=order),
+            boundary=boundary,
+            loads=VolumeLoads(temperature=temperature),
+            **more,
+        )
+    )
 
 
 def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp_path):
     """One that was read finds them again, the same."""
-    solution = heated(Rectangle((0, 0), (2, 1)), "exp(y)", [Contact("bottom"), Symmetry("left"), Traction("top", (0, 0)),
-                                                            Traction("right", (0, 0))])  # fmt: skip
+    solution = heated(
+        Rectangle((0, 0), (2, 1)),
+        "exp(y)",
+        [Contact("bottom"), Symmetry("left"), Traction("top", (0, 0)), Traction("right", (0, 0))],
+    )
     solution.save(tmp_path / "r.h5")
     points = np.array([[0.7, 0.3], [1.5, 0.9]])
     again = read_result(tmp_path / "r.h5").stress_at(points)
@@ -176,15 +240,24 @@ def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_quadratic_temperature_between_walls(plane):
-    solution = heated(Rectangle((0, 0), (2, 1)), "7*y**2",
-                      [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))], plane)  # fmt: skip
+    solution = heated(
+        Rectangle((0, 0), (2, 1)),
+        "7*y**2",
+        [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))],
+        plane,
+    )
     material, y = steel(plane), solution.mesh.x[:, 1]
     nu, beta = material.plane_strain_ratio, material.thermal_stress
     modulus = 2.0 * material.shear_modulus * (1.0 - nu) / (1.0 - 2.0 * nu)
-    assert np.abs(solution.u[:, 1] - beta / modulus * 7.0 * y**3 / 3.0).max() < 1e-12 * beta / modulus
+    assert (
+        np.abs(solution.u[:, 1] - beta / modulus * 7.0 * y**3 / 3.0).max() < 1e-12 * beta / modulus
+    )
     points = np.array([[0.7, 0.3], [1.5, 0.9]])
     sideways = -beta * 7.0 * points[:, 1] ** 2 * (1.0 - nu / (1.0 - nu))
-    assert np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max() < 1e-12 * beta * 7.0
+    assert (
+        np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max()
+        < 1e-12 * beta * 7.0
+    )
     # in plane strain σ_zz is σ_xx, in plane stress 0
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
@@ -194,23 +267,44 @@ def test_a_steep_temperature_between_walls(width, away):
     """A plate, and a thin one far away: tanh is followed to 1e-5 by a polynomial of degree 40."""
     boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
     loads, height = VolumeLoads(temperature=f"100*tanh(5*(y - {away + 1.0}))"), 2.0
-    solution = solve(Problem(material=steel(), geometry=Rectangle((away, away), (away + width, away + height)),
-                             mesh=MeshOptions(element_size=0.1, order=3), boundary=boundary, loads=loads))  # fmt: skip
+    solution = solve(
+        Problem(
+            material=steel(),
+            geometry=Rectangle((away, away), (away + width, away + height)),
+            mesh=MeshOptions(element_size=0.1, order=3),
+            boundary=boundary,
+            loads=loads,
+        )
+    )
     assert solution.converged
     points = np.array([[0.3, 0.2], [0.5, 0.5], [0.7, 0.55], [0.5, 0.9]]) * [width, height] + away
     heat = 100.0 * np.tanh(5.0 * (points[:, 1] - away - 1.0))
     sideways = -steel().thermal_stress * heat * (1.0 - NU / (1.0 - NU))
-    assert np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max() < 3e-5 * np.abs(sideways).max()
+    assert (
+        np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max()
+        < 3e-5 * np.abs(sideways).max()
+    )
 
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])
 def test_a_pipe_that_conducts_heat(plane):
     """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
     a, b = 1.0, 2.0
-    sides = [Contact("bottom"), Symmetry("left"), Traction("outer", (0, 0)), Traction("inner", (0, 0))]
-    solution = solve(Problem(
-        material=steel(plane), geometry=quarter_ring(a, b), mesh=MeshOptions(element_size=0.2, order=4), boundary=sides,
-        loads=VolumeLoads(temperature="50*log(sqrt(x**2 + y**2))")))  # fmt: skip
+    sides = [
+        Contact("bottom"),
+        Symmetry("left"),
+        Traction("outer", (0, 0)),
+        Traction("inner", (0, 0)),
+    ]
+    solution = solve(
+        Problem(
+            material=steel(plane),
+            geometry=quarter_ring(a, b),
+            mesh=MeshOptions(element_size=0.2, order=4),
+            boundary=sides,
+            loads=VolumeLoads(temperature="50*log(sqrt(x**2 + y**2))"),
+        )
+    )
     modulus = 50.0 * ALPHA * E / (1.0 if plane == "stress" else 1.0 - NU)
     r, angle = np.array([1.2, 1.5, 1.8]), np.array([0.3, 0.9, 1.4])
     way = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -221,21 +315,41 @@ def test_a_pipe_that_conducts_heat(plane):
 
     inside = (r * r - a * a) / (b * b - a * a) * moment(b)
     radial = modulus / r**2 * (inside - moment(r))
-    hoop = modulus / r**2 * (inside / (r * r - a * a) * (r * r + a * a) + moment(r) - r * r * np.log(r))
-    found = stress[:, 0] * way[:, 0] ** 2 + stress[:, 1] * way[:, 1] ** 2 + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    hoop = (
+        modulus
+        / r**2
+        * (inside / (r * r - a * a) * (r * r + a * a) + moment(r) - r * r * np.log(r))
+    )
+    found = (
+        stress[:, 0] * way[:, 0] ** 2
+        + stress[:, 1] * way[:, 1] ** 2
+        + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    )
     assert np.abs(found - radial).max() < 1e-6 * np.abs(hoop).max()
     assert np.abs(stress[:, 0] + stress[:, 1] - radial - hoop).max() < 1e-6 * np.abs(hoop).max()
 
 
 @pytest.mark.parametrize(
     ("temperature", "order", "plane"),
-    [("80 + 20*x", 2, "strain"), ("80 + 20*x", 2, "stress"), ("5*(x**2 - y**2)", 3, "strain"), (80.0, 1, "stress")],
+    [
+        ("80 + 20*x", 2, "strain"),
+        ("80 + 20*x", 2, "stress"),
+        ("5*(x**2 - y**2)", 3, "strain"),
+        (80.0, 1, "stress"),
+    ],
 )
 def test_a_free_plate_has_no_stress(temperature, order, plane):
     sides = [Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")]
     free = [Traction(part, (0, 0)) for part in ("left", "right", "top")]
-    solution = heated(Rectangle((0, 0), (2, 1)), temperature, free, plane, order, contact=sides,
-                      obstacle=[Obstacle(name="ground")])  # fmt: skip
+    solution = heated(
+        Rectangle((0, 0), (2, 1)),
+        temperature,
+        free,
+        plane,
+        order,
+        contact=sides,
+        obstacle=[Obstacle(name="ground")],
+    )
     assert solution.converged
     assert np.abs(solution.traction).max() < 1e-12 * E * ALPHA * 80.0
     assert np.abs(solution.stress_at([[0.5, 0.5], [1.7, 0.2]])).max() < 1e-12 * E * ALPHA * 80.0
@@ -245,9 +359,18 @@ def test_a_free_plate_has_no_stress(temperature, order, plane):
 def test_the_same_in_space():
     block = Box((0, 0, 0), (1, 1, 1.5))
     free = [Traction(part, (0, 0, 0)) for part in block.outline().parts if part != "bottom"]
-    solution = heated(block, "50 + 10*x", free, order=2, obstacle=[Obstacle(name="ground")],
-                      contact=[Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")])  # fmt: skip
-    assert solution.converged and np.abs(solution.stress_at([[0.3, 0.4, 0.7]])).max() < 1e-11 * E * ALPHA * 60.0
+    solution = heated(
+        block,
+        "50 + 10*x",
+        free,
+        order=2,
+        obstacle=[Obstacle(name="ground")],
+        contact=[Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")],
+    )
+    assert (
+        solution.converged
+        and np.abs(solution.stress_at([[0.3, 0.4, 0.7]])).max() < 1e-11 * E * ALPHA * 60.0
+    )
 
 
 def test_a_block_in_space_under_gravity_and_in_rotation():
@@ -255,9 +378,16 @@ def test_a_block_in_space_under_gravity_and_in_rotation():
     floor = Contact("bottom", normal="unilateral")
 
     def posed(order, top, floor, **bem):
-        return lambda **loads: solve(Problem(
-            material=steel(), geometry=Box((0, 0, 0), (1, 1, 1.5)), mesh=MeshOptions(element_size=0.5, order=order),
-            boundary=[*walls, top, floor], loads=VolumeLoads(**loads), bem=Bem(**bem)))  # fmt: skip
+        return lambda **loads: solve(
+            Problem(
+                material=steel(),
+                geometry=Box((0, 0, 0), (1, 1, 1.5)),
+                mesh=MeshOptions(element_size=0.5, order=order),
+                boundary=[*walls, top, floor],
+                loads=VolumeLoads(**loads),
+                bem=Bem(**bem),
+            )
+        )
 
     solution = posed(2, Traction("top", (0, 0, 0)), floor)(acceleration=(0, 0, -G))
     assert np.abs(solution.pairs["bottom"].pressure / (1.5 * RHO * G) - 1.0).max() < 1e-12
@@ -279,16 +409,34 @@ def test_a_shrink_fit_loosens_with_speed_and_is_made_by_heat(plane, kind):
     lost = RHO * (3.0 + nu) * (b * b - a * a) / 8.0
     omega = float(np.sqrt(still / lost))  # of lift-off
     rise = overlap / (a * ALPHA * (1.0 + NU if plane == "strain" else 1.0))
-    parts = {"shaft": (quarter_disc(a), VolumeLoads(temperature=rise)), "hub": (quarter_ring(a, b), None)}
-    bodies = [Body(name=name, material=steel(plane), geometry=geometry, mesh=MeshOptions(element_size=0.2, order=5),
-                   boundary=[Symmetry("bottom"), Symmetry("left")],
-                   loads=VolumeLoads(angular_velocity=1e-3) if kind == "spin" else loads)
-              for name, (geometry, loads) in parts.items()]  # fmt: skip
+    parts = {
+        "shaft": (quarter_disc(a), VolumeLoads(temperature=rise)),
+        "hub": (quarter_ring(a, b), None),
+    }
+    bodies = [
+        Body(
+            name=name,
+            material=steel(plane),
+            geometry=geometry,
+            mesh=MeshOptions(element_size=0.2, order=5),
+            boundary=[Symmetry("bottom"), Symmetry("left")],
+            loads=VolumeLoads(angular_velocity=1e-3) if kind == "spin" else loads,
+        )
+        for name, (geometry, loads) in parts.items()
+    ]
     speeds = [0.6 * omega, 0.999 * omega, 1.001 * omega] if kind == "spin" else []
-    steps = [Step(f"{w}", loads=[LoadsChange(body=name, angular_velocity=w) for name in parts]) for w in speeds]
+    steps = [
+        Step(f"{w}", loads=[LoadsChange(body=name, angular_velocity=w) for name in parts])
+        for w in speeds
+    ]
     gap = -overlap if kind == "spin" else "geometry"
-    solution = solve(Problem(body=bodies, step=steps, contact=[Pair(name="fit", secondary="shaft.rim", primary="hub.inner",
-                                                                    gap=gap)]))  # fmt: skip
+    solution = solve(
+        Problem(
+            body=bodies,
+            step=steps,
+            contact=[Pair(name="fit", secondary="shaft.rim", primary="hub.inner", gap=gap)],
+        )
+    )
     assert solution.converged
     found = [step.pairs["fit"].pressure for step in solution.steps]
     wanted = [still * (1.0 - 0.36), still * (1.0 - 0.999**2), 0.0] if kind == "spin" else [still]
@@ -302,13 +450,22 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     def solved(points, names, sides):
         corners = [tuple(map(float, turn @ p)) for p in points]
         foot = Contact("foot", normal="unilateral", friction_coefficient=0.3)
-        return solve(Problem(
-            material=steel(), geometry=Polygon(corners, names), mesh=MeshOptions(element_size=0.125, order=2),
-            boundary=[foot, Traction("top", pressure=5.0), Traction("right", (0, 0)), *sides],
-            loads=VolumeLoads(acceleration=tuple(turn @ [0.0, -G]), temperature="1.0*(x**2+y**2)")))  # fmt: skip
+        return solve(
+            Problem(
+                material=steel(),
+                geometry=Polygon(corners, names),
+                mesh=MeshOptions(element_size=0.125, order=2),
+                boundary=[foot, Traction("top", pressure=5.0), Traction("right", (0, 0)), *sides],
+                loads=VolumeLoads(
+                    acceleration=tuple(turn @ [0.0, -G]), temperature="1.0*(x**2+y**2)"
+                ),
+            )
+        )
 
     points = [(-1.5, 0), (0, 0), (1.5, 0), (1.5, 1.5), (0, 1.5), (-1.5, 1.5)]
-    whole = solved(points, ["foot", "foot", "right", "top", "top", "left"], [Traction("left", (0, 0))])
+    whole = solved(
+        points, ["foot", "foot", "right", "top", "top", "left"], [Traction("left", (0, 0))]
+    )
     half = solved(points[1:5], ["foot", "right", "top", "middle"], [Symmetry("middle")])
     inside = np.array([[0.7, 0.8], [0.3, 0.2], [1.2, 0.3]]) @ turn.T
     one, other = (solution.stress_at(inside) for solution in (whole, half))
@@ -331,15 +488,33 @@ def test_a_temperature_that_no_polynomial_follows_is_reported_with_its_error():
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"loads": VolumeLoads(acceleration=(0, 1, 2))}, "loads.acceleration: the body has 2 dimensions, got 3 components"),
-        ({"loads": VolumeLoads(angular_velocity=1.0, axis=(0, 0, 1))}, "loads.axis: a plane body turns about its normal"),
+        (
+            {"loads": VolumeLoads(acceleration=(0, 1, 2))},
+            "loads.acceleration: the body has 2 dimensions, got 3 components",
+        ),
+        (
+            {"loads": VolumeLoads(angular_velocity=1.0, axis=(0, 0, 1))},
+            "loads.axis: a plane body turns about its normal",
+        ),
         ({"loads": VolumeLoads(force=(0, "nx"))}, r"loads.force\[1\]: unknown name 'nx'"),
-        ({"geometry": quarter_disc(1.0), "boundary": [Contact("bottom"), Symmetry("rim"), Traction("left", (0, 0))]},
-         "rim.condition: symmetry needs a straight side or a plane face"),
-        ({"geometry": SideBySide(loops=[{"part": "hole", "center": (0, 0), "radius": 1.0}], exterior=True),
-          "boundary": [Contact("hole", friction_bound=1.0)]}, "an infinite plate has no volume loads"),
+        (
+            {
+                "geometry": quarter_disc(1.0),
+                "boundary": [Contact("bottom"), Symmetry("rim"), Traction("left", (0, 0))],
+            },
+            "rim.condition: symmetry needs a straight side or a plane face",
+        ),
+        (
+            {
+                "geometry": SideBySide(
+                    loops=[{"part": "hole", "center": (0, 0), "radius": 1.0}], exterior=True
+                ),
+                "boundary": [Contact("hole", friction_bound=1.0)],
+            },
+            "an infinite plate has no volume loads",
+        ),
     ],
-)  # fmt: skip
+)
 def test_mistakes_are_one_line(changes, told):
     boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
     loads = VolumeLoads(acceleration=(0, -1))
@@ -352,19 +527,35 @@ def test_mistakes_are_one_line(changes, told):
     ("material", "loads", "told"),
     [
         ({"density": -1.0}, {}, "density: must be greater than or equal to 0, got -1.0"),
-        ({}, {"acceleration": [0.0, -1.0]}, "loads.acceleration: the material of body 'body' has no density"),
+        (
+            {},
+            {"acceleration": [0.0, -1.0]},
+            "loads.acceleration: the material of body 'body' has no density",
+        ),
         (
             {"density": 0.0},
             {"acceleration": [0.0, -1.0]},
             "loads.acceleration: does nothing, the density of body 'body' is 0",
         ),
-        ({}, {"angular_velocity": 1.0}, "loads.angular_velocity: the material of body 'body' has no density"),
-        ({}, {"temperature": "x"}, "loads.temperature: the material of body 'body' has no thermal_expansion"),
+        (
+            {},
+            {"angular_velocity": 1.0},
+            "loads.angular_velocity: the material of body 'body' has no density",
+        ),
+        (
+            {},
+            {"temperature": "x"},
+            "loads.temperature: the material of body 'body' has no thermal_expansion",
+        ),
         ({}, {"axis": [0.0, 0.0, 0.0]}, "loads.axis: must be a vector other than zero"),
         ({}, {"force": [0.0, [1.0, 2.0]]}, r"loads.force\[1\]: must be a number or an expression"),
     ],
 )
 def test_keys_that_do_not_fit_are_one_line(material, loads, told):
     with pytest.raises(InputError, match=told):
-        Problem(material={"young_modulus": E, "poisson_ratio": NU, **material}, geometry=Rectangle((0, 0), (1, 1)),
-                boundary=[Contact("bottom")], loads=loads)  # fmt: skip
+        Problem(
+            material={"young_modulus": E, "poisson_ratio": NU, **material},
+            geometry=Rectangle((0, 0), (1, 1)),
+            boundary=[Contact("bottom")],
+            loads=loads,
+        )

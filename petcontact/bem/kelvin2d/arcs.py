@@ -1,13 +1,14 @@
 """Circular-arc elements: geometry, preimages of targets, and the moments of both kernels.
 
-With half the angle α (signed like the curvature κ), half the arc length a = α/κ, and the tangent τ at the middle of the
-arc (unit complex numbers), x(s) = x(0) + τ (exp(iαs) - 1)/(iκ). A target y has the preimage z = ξ + ih, exp(iαz) =
-1 + iκ (y - x(0))/τ, and the kernels are trigonometric functions of α(s-z)/2:
+With half the angle α (signed like the curvature κ), half the arc length a = α/κ, and the tangent τ
+at the middle of the arc (unit complex numbers), x(s) = x(0) + τ (exp(iαs) - 1)/(iκ). A target y has
+the preimage z = ξ + ih, exp(iαz) = 1 + iκ (y - x(0))/τ, and the kernels are trigonometric functions
+of α(s-z)/2:
 
     dx/(x-y) = [α/2 cot(α(s-z)/2) + iα/2] ds,  |x-y| = a |s-z| exp(-αh/2) |sin/α(s-z)/2|
 
-so each is that of a straight element in the coordinate s, in closed form, plus a smooth remainder, for which a few
-Gauss points suffice at every distance.
+so each is that of a straight element in the coordinate s, in closed form, plus a smooth remainder,
+for which a few Gauss points suffice at every distance.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from .moments import RULES, Moments, Parts
 
 Pairs = tuple[Index, Index]
 MIDDLE, CLOSE_SUM = 24, 2.9
-"""As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks for."""
+"""As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks
+for."""
 
 
 @frozen
@@ -70,9 +72,14 @@ class Arcs:
     def take(self, index: Index | slice) -> Arcs:
         """The arcs with these numbers."""
         return Arcs(
-            self.start[index], self.end[index], self.middle[index], self.tangent[index], self.angle[index],
-            self.half[index], self.curvature[index],
-        )  # fmt: skip
+            self.start[index],
+            self.end[index],
+            self.middle[index],
+            self.tangent[index],
+            self.angle[index],
+            self.half[index],
+            self.curvature[index],
+        )
 
     def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
         """ξ+1, ξ-1 and h of one target an arc, each accurate close to the ends of the arc, (n,)."""
@@ -92,7 +99,8 @@ class Arcs:
         return np.arctan2(u.imag, 1.0 + u.real) / self.angle, -log_modulus / self.angle
 
     def far_points(self, order: int) -> int:
-        """Gauss points for far targets: those of a straight element, or more to resolve the arc itself."""
+        """Gauss points for far targets: those of a straight element, or more to resolve the arc
+        itself."""
         return _far_points(order, float(np.max(np.abs(self.angle))))
 
     def close_sum(self, order: int) -> float:
@@ -100,23 +108,33 @@ class Arcs:
         return CLOSE_SUM
 
     def reach(self, radius: float) -> Array:
-        """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >= ln(1+|u|)."""
+        """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >=
+        ln(1+|u|)."""
         stretched = np.minimum(radius * np.abs(self.angle), 300.0)
         distance: Array = np.expm1(stretched) / np.abs(self.curvature)
         return distance
 
-    def far(self, order: int, point: Complex, off_line: Array | None) -> tuple[Moments, Complex, Pairs]:
-        """Moments (n, p+1, m) of all targets in the global frame, its squared tangent 1 for each element, and the pairs
-        that are not far enough for them."""
+    def far(
+        self, order: int, point: Complex, off_line: Array | None
+    ) -> tuple[Moments, Complex, Pairs]:
+        """Moments (n, p+1, m) of all targets in the global frame, its squared tangent 1 for each
+        element, and the pairs that are not far enough for them."""
         dx, dy = point.real - self.middle.real[:, None], point.imag - self.middle.imag[:, None]
-        element, column = np.nonzero(dx * dx + dy * dy < self.reach(RULES[order].far_radius)[:, None] ** 2)
+        element, column = np.nonzero(
+            dx * dx + dy * dy < self.reach(RULES[order].far_radius)[:, None] ** 2
+        )
         with np.errstate(divide="ignore", invalid="ignore"):  # of pairs that are taken once more
             x, tangent = self.nodes(self.far_points(order))
-            part = self._distant(order, x.T[:, :, None], tangent.T[:, :, None], point, self.half[:, None, None])
+            part = self._distant(
+                order, x.T[:, :, None], tangent.T[:, :, None], point, self.half[:, None, None]
+            )
         return part, np.ones(len(self.half), dtype=np.complex128), (element, column)
 
-    def middle_range(self, order: int, point: Complex, xi: Array, h: Array) -> tuple[Moments, Complex]:
-        """Moments (p+1, n) of one target an arc that is neither far nor close, in the global frame, and 1 for each."""
+    def middle_range(
+        self, order: int, point: Complex, xi: Array, h: Array
+    ) -> tuple[Moments, Complex]:
+        """Moments (p+1, n) of one target an arc that is neither far nor close, in the global frame,
+        and 1 for each."""
         part = self._distant(order, *self.nodes(MIDDLE), point, self.half)
         return part, np.ones(len(self.half), dtype=np.complex128)
 
@@ -142,13 +160,18 @@ class Arcs:
         tangential = (rx * tangent.real + ry * tangent.imag) * inverse
         shear_re, shear_im = (rx * rx - ry * ry) * inverse, (2.0 * rx * ry) * inverse
         return Moments(
-            log=log, tangential=product @ tangential, normal=product @ normal,
-            shear_re=0.5 * (product @ shear_re), shear_im=0.5 * (product @ shear_im),
-            dipole_re=product @ (normal * shear_re), dipole_im=product @ (normal * shear_im),
-        )  # fmt: skip
+            log=log,
+            tangential=product @ tangential,
+            normal=product @ normal,
+            shear_re=0.5 * (product @ shear_re),
+            shear_im=0.5 * (product @ shear_im),
+            dipole_re=product @ (normal * shear_re),
+            dipole_im=product @ (normal * shear_im),
+        )
 
     def close(self, order: int, left: Array, right: Array, h: Array, on_line: Mask) -> Moments:
-        """Moments (p+1, n) of one close target an arc, in the frames of the middles; see `moments.powers`."""
+        """Moments (p+1, n) of one close target an arc, in the frames of the middles; see
+        `moments.powers`."""
         parts = self.powers(order, left, right, h, on_line, 2)
         weight = gauss(order)[1][:, None]
         cauchy = parts.first + 0.5j * self.angle * weight
@@ -156,27 +179,37 @@ class Arcs:
         shear = phase * (0.5 * parts.wave + lift * (cauchy - 1j * angle * weight))
         dipole = phase * (0.5 * angle * parts.wave - 1j * lift * parts.second)
         return Moments(
-            log=parts.log, tangential=cauchy.real, normal=cauchy.imag,
-            shear_re=shear.real, shear_im=-shear.imag, dipole_re=dipole.real, dipole_im=-dipole.imag,
-        )  # fmt: skip
+            log=parts.log,
+            tangential=cauchy.real,
+            normal=cauchy.imag,
+            shear_re=shear.real,
+            shear_im=-shear.imag,
+            dipole_re=dipole.real,
+            dipole_im=-dipole.imag,
+        )
 
-    def powers(self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int) -> Parts:
-        """Integrals of the trigonometric kernels for one close target an arc: those of a straight element in the
-        coordinate s, and a smooth remainder by Gauss quadrature; see `moments.powers`."""
+    def powers(
+        self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
+    ) -> Parts:
+        """Integrals of the trigonometric kernels for one close target an arc: those of a straight
+        element in the coordinate s, and a smooth remainder by Gauss quadrature; see
+        `moments.powers`."""
         log, straight = moments.powers(order, left, right, h, on_line, highest)
         widest = float(np.max(np.abs(self.angle)))
         s, product = product_weights(order, _points(order, widest))
         z = 0.5 * (left + right) + 1j * h
         # α(s-z)/2π: the remainders are power series of its square.
         offset = (0.5 / np.pi) * self.angle * (s[:, None] - z)
-        rest = np.polynomial.polynomial.polyval(offset * offset, series(_terms(widest)))  # type: ignore[no-untyped-call]
+        rest = np.polynomial.polynomial.polyval(offset * offset, series(_terms(widest)))
         half_angle = 0.5 * self.angle
         weight = gauss(order)[1][:, None]
         return Parts(
             log=log + product @ rest[0].real - (half_angle * h) * weight,
             first=straight[0] + half_angle * (product @ (offset * rest[1])),
             second=straight[1] + half_angle**2 * (product @ rest[2]),
-            third=straight[2] + half_angle**3 * (product @ (offset * rest[3])) if highest > 2 else None,
+            third=straight[2] + half_angle**3 * (product @ (offset * rest[3]))
+            if highest > 2
+            else None,
             wave=product @ np.exp(-1j * np.multiply.outer(s, self.angle)),
         )
 
@@ -200,7 +233,8 @@ def _far_points(order: int, angle: float) -> int:
 
 @functools.cache
 def counts(order: int, angle: float) -> tuple[int, int, int]:
-    """For arcs of at most half that angle: Gauss points for far targets and for the remainders, terms of their series."""
+    """For arcs of at most half that angle: Gauss points for far targets and for the remainders,
+    terms of their series."""
     return _far_points(order, angle), _points(order, angle), _terms(angle)
 
 
@@ -216,18 +250,35 @@ def _terms(angle: float) -> int:
 
 
 def _zeta(s: Array) -> Array:
-    """Riemann's ζ(s) for s >= 2 to round-off: 29 terms, and Euler and Maclaurin's for the others (DLMF 25.2.9)."""
+    """Riemann's ζ(s) for s >= 2 to round-off: 29 terms, and Euler and Maclaurin's for the others
+    (DLMF 25.2.9)."""
     n = 30.0
-    rest = n / (s - 1.0) + 0.5 + s / (12.0 * n) * (
-        1.0 - (s + 1.0) * (s + 2.0) / (60.0 * n**2) * (1.0 - (s + 3.0) * (s + 4.0) / (42.0 * n**2) * (
-            1.0 - (s + 5.0) * (s + 6.0) / (40.0 * n**2)))
-    )  # fmt: skip
+    rest = (
+        n / (s - 1.0)
+        + 0.5
+        + s
+        / (12.0 * n)
+        * (
+            1.0
+            - (s + 1.0)
+            * (s + 2.0)
+            / (60.0 * n**2)
+            * (
+                1.0
+                - (s + 3.0)
+                * (s + 4.0)
+                / (42.0 * n**2)
+                * (1.0 - (s + 5.0) * (s + 6.0) / (40.0 * n**2))
+            )
+        )
+    )
     return np.asarray(np.power.outer(np.arange(1.0, n), -s)[::-1].sum(axis=0) + n**-s * rest)
 
 
 @functools.cache
 def series(terms: int) -> Array:
-    """Power series in (x/π)² of ln(sin x/x), (cot x - 1/x)/(x/π), 1/sin² x - 1/x² and (cos x/sin³ x - 1/x³)/(x/π).
+    """Power series in (x/π)² of ln(sin x/x), (cot x - 1/x)/(x/π), 1/sin² x - 1/x² and (cos x/sin³ x
+    - 1/x³)/(x/π).
 
     Their coefficients are values ζ(2k) of Riemann's function (DLMF 4.19 and 25.6).
     """

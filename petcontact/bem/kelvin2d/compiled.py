@@ -1,4 +1,5 @@
-"""Both kernels over elements of the plane by compiled code: at targets as `integrals`, or whole columns of the operators."""
+"""Both kernels over elements of the plane by compiled code: at targets as `integrals`, or whole
+columns of the operators."""
 
 from __future__ import annotations
 
@@ -32,10 +33,11 @@ _columns = native.function("petcontact_plane_columns", native.FILLER)
 
 @functools.cache
 def _rule(order: int) -> Array:
-    """How elements of one order are integrated at each distance, as native/plane/elements.h reads it.
+    """How elements of one order are integrated at each distance, as native/plane/elements.h reads
+    it.
 
-    From |z| on the integrands are analytic inside the ellipse of ρ = |z| + sqrt(|z|² - 1) with its foci at the ends, and n
-    points leave ρ^(p-2n).
+    From |z| on the integrands are analytic inside the ellipse of ρ = |z| + sqrt(|z|² - 1) with its
+    foci at the ends, and n points leave ρ^(p-2n).
     """
     rule = RULES[order]
     tiers = [(rule.middle, 0.0), (rule.far, rule.far_radius)]
@@ -52,7 +54,9 @@ def _rule(order: int) -> Array:
     to_basis = np.zeros((NODES, NODES))
     to_basis[: order + 1, : order + 1] = lagrange_coefficients(order)
     room = np.zeros((POINTS + 1) * (1 + NODES) * POINTS)
-    result = np.concatenate([[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room])
+    result = np.concatenate(
+        [[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room]
+    )
     for count, _ in tiers:
         _add_points(result, order, count)
     return result
@@ -60,7 +64,9 @@ def _rule(order: int) -> Array:
 
 def _add_points(rule: Array, order: int, count: int) -> None:
     """Gauss points into their place in a rule, where they are not yet."""
-    table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[count]
+    table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[
+        count
+    ]
     if not table.any():
         table[0, :count], table[1 : order + 2, :count] = product_weights(order, count)
 
@@ -84,10 +90,16 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         return None
     arcs = Arcs.through(of.start[curved], of.end[curved], of.curvature[curved])
     result = np.zeros((len(order), 13 + 2 * NODES))
-    result[curved, :9] = np.column_stack([
-        *(part for z in (arcs.middle, arcs.tangent) for part in (z.real, z.imag)), arcs.angle, arcs.half, arcs.curvature,
-        np.cos(arcs.angle), np.sin(arcs.angle),
-    ])  # fmt: skip
+    result[curved, :9] = np.column_stack(
+        [
+            *(part for z in (arcs.middle, arcs.tangent) for part in (z.real, z.imag)),
+            arcs.angle,
+            arcs.half,
+            arcs.curvature,
+            np.cos(arcs.angle),
+            np.sin(arcs.angle),
+        ]
+    )
     for p in np.unique(order[curved]).tolist():
         mine = np.flatnonzero(order[curved] == p)
         some = arcs.take(mine)
@@ -104,18 +116,29 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
     return result
 
 
-def _elements(of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float) -> list[Any]:
+def _elements(
+    of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float
+) -> list[Any]:
     """Members of a struct Elements."""
     order = np.broadcast_to(of.order, len(index))
     whole = [native.contiguous(array, np.int64) for array in (order, of.line, index)]
-    shape = [native.contiguous(of.start), native.contiguous(of.end), *whole, _rules(order), _arcs(of, order), _series()]
+    shape = [
+        native.contiguous(of.start),
+        native.contiguous(of.end),
+        *whole,
+        _rules(order),
+        _arcs(of, order),
+        _series(),
+    ]
     return [*shape, poisson_ratio, length, unit]
 
 
 def _points(targets: Targets) -> list[Any]:
     """Members of a struct Points."""
-    whole = [None if array is None else native.contiguous(array, np.int64)
-             for array in (targets.line, targets.element, targets.before, targets.after)]  # fmt: skip
+    whole = [
+        None if array is None else native.contiguous(array, np.int64)
+        for array in (targets.line, targets.element, targets.before, targets.after)
+    ]
     return [native.contiguous(targets.point), native.contiguous(targets.xi), *whole]
 
 
@@ -125,16 +148,25 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    targets: Targets, elements: Elements, poisson_ratio: float, length: float, kernel_g: Array, kernel_h: Array
+    targets: Targets,
+    elements: Elements,
+    poisson_ratio: float,
+    length: float,
+    kernel_g: Array,
+    kernel_h: Array,
 ) -> None:
     """Fill `integrals`' results (2, 2, n, p+1, m)."""
     assert _integrals is not None
     record = native.Record(*_elements(elements, elements.index, poisson_ratio, length, 1.0))
     points = native.Record(*_points(targets))
     _integrals(
-        record.address, len(elements.index), points.address, len(targets.line), native.pointer(kernel_g),
+        record.address,
+        len(elements.index),
+        points.address,
+        len(targets.line),
+        native.pointer(kernel_g),
         native.pointer(kernel_h),
-    )  # fmt: skip
+    )
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller | None:
@@ -142,7 +174,12 @@ def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> Compiled
     if _columns is None:
         return None
     ratio, length = kernel.material.plane_strain_ratio, kernel.unit_length
-    return CompiledFiller("petcontact_plane_columns", [
-        *_elements(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length), *_points(mesh.targets(slice(None))),
-        native.contiguous(mesh.first_node, np.int64),
-    ], data)  # fmt: skip
+    return CompiledFiller(
+        "petcontact_plane_columns",
+        [
+            *_elements(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length),
+            *_points(mesh.targets(slice(None))),
+            native.contiguous(mesh.first_node, np.int64),
+        ],
+        data,
+    )

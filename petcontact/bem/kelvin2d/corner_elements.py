@@ -1,9 +1,11 @@
-"""Elements at corners whose unknowns are powers of the distance r to the corner, instead of polynomials.
+"""Elements at corners whose unknowns are powers of the distance r to the corner, instead of
+polynomials.
 
-Where two sides that slide meet at nearly 180°, displacements behave like r^λ and tractions like r^(λ-1) with a small λ, and
-what lies within r of the corner matters like r^(2λ): no element is small enough. One whose shape functions are these powers
-leaves what the next terms, of the order r, do. It has one node, at r_0 = λ^(1/(1-λ)) of its length a, where a r^(λ-1) is
-its own mean: weights are those of a constant element. Knowns (friction, loads) stay constant.
+Where two sides that slide meet at nearly 180°, displacements behave like r^λ and tractions like
+r^(λ-1) with a small λ, and what lies within r of the corner matters like r^(2λ): no element is
+small enough. One whose shape functions are these powers leaves what the next terms, of the order r,
+do. It has one node, at r_0 = λ^(1/(1-λ)) of its length a, where a r^(λ-1) is its own mean: weights
+are those of a constant element. Knowns (friction, loads) stay constant.
 """
 
 from __future__ import annotations
@@ -22,14 +24,17 @@ from ..kernel import Kernel
 ORDER = 5
 """Of the pieces on which the powers are integrated."""
 OWN, RATIO, NEAREST = 0.25, 0.4, 0.01
-"""Half the length of the node's own piece over r_0, ratio of the pieces' ends, and r/r_0 below which the traction is a force
-at its centroid."""
+"""Half the length of the node's own piece over r_0, ratio of the pieces' ends, and r/r_0 below
+which the traction is a force at its centroid."""
 ELSEWHERE = -9
 """Number of no element."""
 
 
-def corner_columns(kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index) -> Iterator[tuple[int, Array, Array]]:
-    """Nodes of such elements, and what G and H at other nodes gain from the powers, (d, d, m) each, over constants.
+def corner_columns(
+    kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index
+) -> Iterator[tuple[int, Array, Array]]:
+    """Nodes of such elements, and what G and H at other nodes gain from the powers, (d, d, m) each,
+    over constants.
 
     Parameters
     ----------
@@ -60,7 +65,9 @@ def corner_columns(kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index) -
         at = mesh.on_element(number, np.array([_xi(mesh, number, place)]))[0]
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]
         for j, unit in enumerate(np.eye(kernel.dim)):
-            gain_g[:, j] += kernel.point_displacement(targets.point, at, kernel.traction_scale * force * unit[None]).T
+            gain_g[:, j] += kernel.point_displacement(
+                targets.point, at, kernel.traction_scale * force * unit[None]
+            ).T
         yield (
             int(mesh.first_node[number]),
             gain_g,
@@ -69,16 +76,21 @@ def corner_columns(kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index) -
 
 
 def _pieces(mesh: CurveMesh, number: int, own: float) -> tuple[Array, Elements]:
-    """Ends of the pieces as shares of the element's length from the corner, increasing from 0 to 1, and the pieces."""
+    """Ends of the pieces as shares of the element's length from the corner, increasing from 0 to 1,
+    and the pieces."""
     inward = (1.0 - OWN) * RATIO ** np.arange(np.ceil(np.log(NEAREST) / np.log(RATIO)), -1.0, -1.0)
     first = (1.0 + OWN) * own
     count = int(np.ceil(np.log(first) / np.log(RATIO)))
     outward = first ** (1.0 - np.arange(count + 1) / count)
     ends = np.concatenate([[0.0], own * inward, outward])
     points = mesh.on_element(number, _xi(mesh, number, ends))[0]
-    start, end = (points[:-1], points[1:]) if mesh.power[number] > 0.0 else (points[1:], points[:-1])
+    start, end = (
+        (points[:-1], points[1:]) if mesh.power[number] > 0.0 else (points[1:], points[:-1])
+    )
     index = np.where(np.arange(len(start)) == len(inward), number, ELSEWHERE)
-    curvature, line = (np.full(len(start), values[number]) for values in (mesh.curvature, mesh.line))
+    curvature, line = (
+        np.full(len(start), values[number]) for values in (mesh.curvature, mesh.line)
+    )
     return ends, Elements(start, end, curvature, ORDER, line, index)
 
 

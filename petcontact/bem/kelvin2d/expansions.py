@@ -1,4 +1,5 @@
-"""What a group of elements adds to displacement and stress far from it: the series of its complex potentials.
+"""What a group of elements adds to displacement and stress far from it: the series of its complex
+potentials.
 
 With Goursat's potentials about the group's centre c, z = y - c (κ = 3-4ν, units in which 2µ = 1):
 
@@ -9,7 +10,8 @@ Somigliana's identity gives, t, u and s = x - c complex at x, ζ = s - z and C =
     φ' =  C/2 ∫ t ds/ζ - iC/2 ∫ u dx/ζ²
     χ' = -C/2 ∫ (κ t̄ ds/ζ + s̄ t ds/ζ²) - iC/2 ∫ ((u dx̄ - ū dx)/ζ² - 2 s̄ u dx/ζ³)
 
-and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of u is C ∫ t ds (κ ln ℓ + ½).
+and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of u is C ∫ t ds (κ ln ℓ
++ ½).
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ TERMS = 44
 REACH = 2.5
 """Radii from the centre beyond which the series serve: TERMS of them are exact to 1e-14 there."""
 POINTS = 32
-"""Gauss points an element: the moments are polynomials of degree TERMS on a group that is one straight element."""
+"""Gauss points an element: the moments are polynomials of degree TERMS on a group that is one
+straight element."""
 
 
 @frozen
@@ -59,10 +62,13 @@ class Expansion:
 
     def near(self, points: Array) -> Array:
         """Which points (m, 2) are too near for `at`, (m,)."""
-        return np.asarray(np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < REACH * self.radius)
+        return np.asarray(
+            np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < REACH * self.radius
+        )
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
-        """Displacement (m, 2), stress over `traction_scale` (m, 3), and the turns of the group round each point (m,)."""
+        """Displacement (m, 2), stress over `traction_scale` (m, 3), and the turns of the group
+        round each point (m,)."""
         z: Complex = (points[:, 0] + 1j * points[:, 1] - self.centre) / self.radius
         k = np.arange(TERMS)
         powers = np.empty((TERMS, len(z)), dtype=np.complex128)
@@ -79,7 +85,11 @@ class Expansion:
         mean = 2.0 * rate.real
         deviator = -(z.conj() * powers[0] * second + other)
         stress = np.stack([mean + deviator.real, mean - deviator.real, -deviator.imag], axis=1)
-        return np.stack([u.real, u.imag], axis=1), self.unit_length * stress, winding.imag / (2.0 * np.pi)
+        return (
+            np.stack([u.real, u.imag], axis=1),
+            self.unit_length * stress,
+            winding.imag / (2.0 * np.pi),
+        )
 
 
 def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> Expansion:
@@ -91,7 +101,8 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
     elements : Elements
         Straight and bent.
     u, scaled : (n(p+1), 2) arrays
-        Displacement [length] at their nodes, and traction over the kernel's `traction_scale` [length].
+        Displacement [length] at their nodes, and traction over the kernel's `traction_scale`
+        [length].
     """
     order = elements.order
     x, dx = np.empty((2, POINTS, len(elements.index)), dtype=np.complex128)
@@ -101,17 +112,31 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
     _, product = product_weights(order, POINTS)
     # values at the points, times the weights
     u_x, t = (
-        np.einsum("bq,nb->qn", product, (values[:, 0] + 1j * values[:, 1]).reshape(-1, order + 1)).ravel()
+        np.einsum(
+            "bq,nb->qn", product, (values[:, 0] + 1j * values[:, 1]).reshape(-1, order + 1)
+        ).ravel()
         for values in (u, scaled / kernel.unit_length)
     )
     ends = np.concatenate([elements.start, elements.end])
     centre = complex(*(0.5 * (ends.min(axis=0) + ends.max(axis=0))))
-    radius = float(max(np.abs(x - centre).max(), np.hypot(*(ends - [centre.real, centre.imag]).T).max()))
+    radius = float(
+        max(np.abs(x - centre).max(), np.hypot(*(ends - [centre.real, centre.imag]).T).max())
+    )
     s: Complex = ((x - centre) / radius).ravel()
     weight, dx = np.repeat(gauss(POINTS - 1)[1], len(elements.index)), dx.ravel() / radius
     ds = np.abs(dx)
     mixed = u_x * dx.conj() - u_x.conj() * dx
-    densities = np.stack([t * ds, t.conj() * ds, s.conj() * t * ds, u_x * dx, mixed, s.conj() * u_x * dx, weight * dx])
+    densities = np.stack(
+        [
+            t * ds,
+            t.conj() * ds,
+            s.conj() * t * ds,
+            u_x * dx,
+            mixed,
+            s.conj() * u_x * dx,
+            weight * dx,
+        ]
+    )
     moments = np.empty((len(densities), TERMS), dtype=np.complex128)
     power = np.ones_like(s)
     for i in range(TERMS):
@@ -133,4 +158,6 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
     other = 0.5 * scale * (factor * conjugate - squared(lifted))
     other = other - 0.5j * scale * (squared(other_double) - 2.0 * cubed(lifted_double)) / radius
     constant = scale * radius * single[0] * (factor * np.log(kernel.unit_length) + 0.5)
-    return Expansion(centre, radius, rate, other, -winding, complex(constant), factor, kernel.unit_length)
+    return Expansion(
+        centre, radius, rate, other, -winding, complex(constant), factor, kernel.unit_length
+    )

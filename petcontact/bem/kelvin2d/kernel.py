@@ -1,4 +1,5 @@
-"""Kelvin's solution in the plane as a `Kernel`: here ν, plane strain or stress, and the length of the logarithm end."""
+"""Kelvin's solution in the plane as a `Kernel`: here ν, plane strain or stress, and the length of
+the logarithm end."""
 
 from __future__ import annotations
 
@@ -36,7 +37,9 @@ class Kelvin2D(KelvinSolution):
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
-    def corner_columns(self, mesh: CurveMesh, rows: Index, nodes: Index) -> Iterator[tuple[int, Array, Array]]:
+    def corner_columns(
+        self, mesh: CurveMesh, rows: Index, nodes: Index
+    ) -> Iterator[tuple[int, Array, Array]]:
         """As in `Kernel`."""
         return corner_columns(self, mesh, rows, nodes)
 

@@ -1,7 +1,8 @@
 """Moments of the kernels against the Lagrange basis, in an element's own complex coordinate.
 
-The element is s in [-1, 1] and the target z = ξ + ih, h > 0 on the left of the direction start -> end (inside the body).
-Every integral over a straight element is a linear combination of ∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1, 2, 3.
+The element is s in [-1, 1] and the target z = ξ + ih, h > 0 on the left of the direction start ->
+end (inside the body). Every integral over a straight element is a linear combination of ∫ L_b
+ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1, 2, 3.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ class PointCounts:
     far, far_radius
         Gauss points for targets with |z| > far_radius.
     middle, close_sum
-        Gauss points for the others with |z+1| + |z-1| > close_sum; closed form inside, where its recursion keeps its
-        digits.
+        Gauss points for the others with |z+1| + |z-1| > close_sum; closed form inside, where its
+        recursion keeps its digits.
     """
 
     far: int
@@ -33,24 +34,29 @@ class PointCounts:
 
 
 RULES = {
-    0: PointCounts(6, 11.0, 11, 5.5), 1: PointCounts(6, 11.0, 12, 5.5), 2: PointCounts(7, 11.0, 12, 5.5),
-    3: PointCounts(7, 12.0, 14, 4.6), 4: PointCounts(8, 11.0, 18, 3.6), 5: PointCounts(8, 12.0, 22, 3.0),
-}  # fmt: skip
+    0: PointCounts(6, 11.0, 11, 5.5),
+    1: PointCounts(6, 11.0, 12, 5.5),
+    2: PointCounts(7, 11.0, 12, 5.5),
+    3: PointCounts(7, 12.0, 14, 4.6),
+    4: PointCounts(8, 11.0, 18, 3.6),
+    5: PointCounts(8, 12.0, 22, 3.0),
+}
 
 
 @frozen
 class Moments:
     """What both kernels ask of an element, arrays of one shape (..., p+1, m).
 
-    With ζ = (x-y)/τ, τ the unit complex tangent of the moments' frame, and a half the length of the element:
+    With ζ = (x-y)/τ, τ the unit complex tangent of the moments' frame, and a half the length of the
+    element:
 
     Attributes
     ----------
     log
         ∫ L_b ln(|x-y|/a) ds/a.
     tangential, normal
-        Real and imaginary part of ∫ L_b dx/(x-y): weighted with L_b = 1, the logarithm of the ratio of the distances to
-        the ends, and the angle under which the element is seen.
+        Real and imaginary part of ∫ L_b dx/(x-y): weighted with L_b = 1, the logarithm of the ratio
+        of the distances to the ends, and the angle under which the element is seen.
     shear_re, shear_im
         ½ ∫ L_b ζ/ζ̄ ds/a: the deviator of r r/r².
     dipole_re, dipole_im
@@ -75,7 +81,8 @@ class Parts:
     log
         ∫ L_b ln(|x-y|/a) ds.
     first, second, third
-        ∫ L_b α/2 cot x ds, ∫ L_b (α/2)²/sin² x ds, ∫ L_b (α/2)³ cos x/sin³ x ds; ∫ L_b/(s-z)^k ds for α = 0.
+        ∫ L_b α/2 cot x ds, ∫ L_b (α/2)²/sin² x ds, ∫ L_b (α/2)³ cos x/sin³ x ds; ∫ L_b/(s-z)^k ds
+        for α = 0.
     wave
         ∫ L_b exp(-iαs) ds.
     """
@@ -87,14 +94,21 @@ class Parts:
     wave: Complex
 
 
-def straight(log: Array, cauchy: tuple[Array, Array], dipole: tuple[Array, Array], h: Array, weight: Array) -> Moments:
-    """Moments of a straight element from cauchy = ∫ L_b/(s-z) and dipole = h ∫ L_b/(s-z)², real and imaginary parts."""
+def straight(
+    log: Array, cauchy: tuple[Array, Array], dipole: tuple[Array, Array], h: Array, weight: Array
+) -> Moments:
+    """Moments of a straight element from cauchy = ∫ L_b/(s-z) and dipole = h ∫ L_b/(s-z)², real and
+    imaginary parts."""
     tangential, normal = cauchy
     return Moments(
-        log=log, tangential=tangential, normal=normal,
-        shear_re=0.5 * weight - h * normal, shear_im=-h * tangential,
-        dipole_re=dipole[0], dipole_im=-dipole[1],
-    )  # fmt: skip
+        log=log,
+        tangential=tangential,
+        normal=normal,
+        shear_re=0.5 * weight - h * normal,
+        shear_im=-h * tangential,
+        dipole_re=dipole[0],
+        dipole_im=-dipole[1],
+    )
 
 
 def distant(order: int, points: int, xi: Array, h: Array) -> Moments:
@@ -103,8 +117,8 @@ def distant(order: int, points: int, xi: Array, h: Array) -> Moments:
     Parameters
     ----------
     order, points : int
-        Order p of the basis and number q of Gauss points; the error is about ρ^(p-2q), ρ being the sum of the
-        half-axes of the ellipse with foci ±1 through z.
+        Order p of the basis and number q of Gauss points; the error is about ρ^(p-2q), ρ being the
+        sum of the half-axes of the ellipse with foci ±1 through z.
     xi, h : (..., m) arrays
         Targets, in half-lengths.
     """
@@ -133,12 +147,15 @@ def distant(order: int, points: int, xi: Array, h: Array) -> Moments:
     return straight(log, (tangential, first), (square_re, square_im), h, weight)
 
 
-def powers(order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int) -> tuple[Array, list[Complex]]:
+def powers(
+    order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
+) -> tuple[Array, list[Complex]]:
     """∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1 ... highest, in closed form for close targets.
 
-    With Legendre polynomials in place of L_b the integrals of 1/(s-z) are -2Q_k(z), from the three-term recursion (DLMF
-    14.10.3); those of the logarithm and of the higher powers follow from (2k+1) P_k = (P_{k+1} - P_{k-1})'. The
-    recursion loses digits like ρ^k, which is why there are `RULES`.
+    With Legendre polynomials in place of L_b the integrals of 1/(s-z) are -2Q_k(z), from the
+    three-term recursion (DLMF 14.10.3); those of the logarithm and of the higher powers follow from
+    (2k+1) P_k = (P_{k+1} - P_{k-1})'. The recursion loses digits like ρ^k, which is why there are
+    `RULES`.
 
     Parameters
     ----------
@@ -147,8 +164,8 @@ def powers(order: int, left: Array, right: Array, h: Array, on_line: Mask, highe
         ξ+1 and ξ-1, each as accurate as a target close to that end asks for.
     h : (m,) array
     on_line : (m,) bool array
-        Targets on the element's line, where h = 0 exactly; on the element itself the principal value is taken, and the
-        higher powers mean nothing.
+        Targets on the element's line, where h = 0 exactly; on the element itself the principal
+        value is taken, and the higher powers mean nothing.
     highest : int
         At most 3.
 
@@ -188,6 +205,8 @@ def _first(left: Array, right: Array, h: Array, on_line: Mask) -> tuple[Complex,
     angle = np.arctan2(2.0 * h, left * right + h * h)
     angle[on_line] = 0.0
     total = left + right
-    ratio = np.copysign(0.5 * np.log1p(2.0 * np.abs(total) / np.minimum(square_1, square_2)), -total)
+    ratio = np.copysign(
+        0.5 * np.log1p(2.0 * np.abs(total) / np.minimum(square_1, square_2)), -total
+    )
     log = 0.5 * (np.log(square_1) + np.log(square_2)) - 0.5 * total * ratio + h * angle - 2.0
     return ratio + 1j * angle, log

@@ -1,4 +1,5 @@
-"""Straight elements: geometry, local coordinates of targets, and the moments of both kernels at every distance."""
+"""Straight elements: geometry, local coordinates of targets, and the moments of both kernels at
+every distance."""
 
 from __future__ import annotations
 
@@ -44,7 +45,13 @@ class Segments:
 
     def take(self, index: Index | slice) -> Segments:
         """The segments with these numbers."""
-        return Segments(self.start[index], self.end[index], self.middle[index], self.tangent[index], self.half[index])
+        return Segments(
+            self.start[index],
+            self.end[index],
+            self.middle[index],
+            self.tangent[index],
+            self.half[index],
+        )
 
     def reach(self, radius: float) -> Array:
         """Distance from the middle beyond which |z| > radius."""
@@ -53,7 +60,9 @@ class Segments:
     def nodes(self, points: int) -> tuple[Complex, Complex]:
         """Points of Gauss quadrature and dx/ds there, (q, n)."""
         step: Complex = self.tangent * self.half
-        return self.middle + gauss(points - 1)[0][:, None] * step, np.broadcast_to(step, (points, len(step)))
+        return self.middle + gauss(points - 1)[0][:, None] * step, np.broadcast_to(
+            step, (points, len(step))
+        )
 
     def far_points(self, order: int) -> int:
         """Gauss points for far targets."""
@@ -63,9 +72,11 @@ class Segments:
         """Targets with |z+1| + |z-1| below this are close."""
         return RULES[order].close_sum
 
-    def far(self, order: int, point: Complex, off_line: Array | None) -> tuple[Moments, Complex, Pairs]:
-        """Moments (n, p+1, m) of all targets, the square of their frames' tangents (n,), and the pairs that are not far
-        enough for them; `off_line` is 0 for pairs on one line, else 1."""
+    def far(
+        self, order: int, point: Complex, off_line: Array | None
+    ) -> tuple[Moments, Complex, Pairs]:
+        """Moments (n, p+1, m) of all targets, the square of their frames' tangents (n,), and the
+        pairs that are not far enough for them; `off_line` is 0 for pairs on one line, else 1."""
         dx, dy = point.real - self.middle.real[:, None], point.imag - self.middle.imag[:, None]
         scaled: Complex = self.tangent / self.half
         tx, ty = scaled.real[:, None], scaled.imag[:, None]
@@ -82,19 +93,28 @@ class Segments:
         xi[element, column] = rule.far_radius
         return moments.distant(order, rule.far, xi, h), self.tangent**2, (element, column)
 
-    def middle_range(self, order: int, point: Complex, xi: Array, h: Array) -> tuple[Moments, Complex]:
-        """Moments (p+1, n) of one target an element that is neither far nor close, and the square of their frames."""
+    def middle_range(
+        self, order: int, point: Complex, xi: Array, h: Array
+    ) -> tuple[Moments, Complex]:
+        """Moments (p+1, n) of one target an element that is neither far nor close, and the square
+        of their frames."""
         return moments.distant(order, RULES[order].middle, xi, h), self.tangent**2
 
     def close(self, order: int, left: Array, right: Array, h: Array, on_line: Mask) -> Moments:
-        """Moments (p+1, n) of one close target an element, in the elements' frames; see `moments.powers`."""
+        """Moments (p+1, n) of one close target an element, in the elements' frames; see
+        `moments.powers`."""
         log, (cauchy, square) = moments.powers(order, left, right, h, on_line, 2)
         square = square * h
         weight = gauss(order)[1][:, None]
-        return moments.straight(log, (cauchy.real, cauchy.imag), (square.real, square.imag), h, weight)
+        return moments.straight(
+            log, (cauchy.real, cauchy.imag), (square.real, square.imag), h, weight
+        )
 
-    def powers(self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int) -> Parts:
-        """Integrals of the powers of 1/(s-z) for one close target an element; see `moments.powers`."""
+    def powers(
+        self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
+    ) -> Parts:
+        """Integrals of the powers of 1/(s-z) for one close target an element; see
+        `moments.powers`."""
         log, found = moments.powers(order, left, right, h, on_line, highest)
         weight = gauss(order)[1][:, None].astype(np.complex128)
         return Parts(log, found[0], found[1], found[2] if highest > 2 else None, weight)

@@ -1,11 +1,15 @@
-"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over boundary elements.
+"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over
+boundary elements.
 
-With ζ = x - y as a complex number and t, u complex at x (Kolosov's form of the kernels, C = 1/(4π(1-ν))):
+With ζ = x - y as a complex number and t, u complex at x (Kolosov's form of the kernels, C =
+1/(4π(1-ν))):
 
     σ_xx + σ_yy           = 2C Re ∫ t ds/ζ + 2µ 2C Im ∫ u dx/ζ²
-    conj((σ_xx - σ_yy)/2 + iσ_xy) = C/2 ∫ [(3-4ν) t̄ + t ζ̄/ζ] ds/ζ + 2µ iC/2 ∫ [u (dx̄ - 2ζ̄ dx/ζ)/ζ² - ū dx/ζ²]
+    conj((σ_xx - σ_yy)/2 + iσ_xy) = C/2 ∫ [(3-4ν) t̄ + t ζ̄/ζ] ds/ζ + 2µ iC/2 ∫ [u (dx̄ - 2ζ̄
+    dx/ζ)/ζ² - ū dx/ζ²]
 
-Four complex integrals an element and basis function, analytic in 1/ζ and in closed form as in `moments`.
+Four complex integrals an element and basis function, analytic in 1/ζ and in closed form as in
+`moments`.
 """
 
 from __future__ import annotations
@@ -20,14 +24,18 @@ from .integrals import shape_of
 from .segments import Segments
 
 FAR_RADIUS, FAR, MIDDLE, CLOSE_SUM = 12.0, 1, 24, 2.9
-"""As in `moments.Rule`; FAR is added to the far points of G and H, whose kernels are less singular."""
+"""As in `moments.Rule`; FAR is added to the far points of G and H, whose kernels are less
+singular."""
 POINT_CHUNK = 1 << 17
 
 Integrals = tuple[Complex, ...]
 
 
-def stress_integrals(points: Array, elements: Elements, poisson_ratio: float) -> tuple[Array, Array]:
-    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ S u.
+def stress_integrals(
+    points: Array, elements: Elements, poisson_ratio: float
+) -> tuple[Array, Array]:
+    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ
+    S u.
 
     Parameters
     ----------
@@ -41,7 +49,8 @@ def stress_integrals(points: Array, elements: Elements, poisson_ratio: float) ->
     Returns
     -------
     D : (3, 2, n(p+1), m) array
-        ∫ D_ij L_b ds [-], i = xx, yy, xy of the stress at the point, j the component of the traction.
+        ∫ D_ij L_b ds [-], i = xx, yy, xy of the stress at the point, j the component of the
+        traction.
     S : (3, 2, n(p+1), m) array
         ∫ S_ij L_b ds [1/length], j the component of the displacement.
     """
@@ -72,18 +81,25 @@ def _stress(out: Array, mean: Array, conjugate_deviator: AnyArray) -> None:
 
 
 def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point: Complex) -> None:
-    """The four integrals of elements `place`, (n, p+1, m): Gauss quadrature, then what is not far once more."""
+    """The four integrals of elements `place`, (n, p+1, m): Gauss quadrature, then what is not far
+    once more."""
     points = shape.far_points(order) + FAR
     step = max(1, POINT_CHUNK // (points * len(point)))
     for first in range(0, len(place), step):
         rows = slice(first, min(first + step, len(place)))
         some = shape.take(rows)
         x, dx = some.nodes(points)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # of pairs that are taken once more
-            values = _quadrature(order, x.T[:, :, None], dx.T[:, :, None], some.half[:, None, None], point)
+        with np.errstate(
+            divide="ignore", invalid="ignore", over="ignore"
+        ):  # of pairs that are taken once more
+            values = _quadrature(
+                order, x.T[:, :, None], dx.T[:, :, None], some.half[:, None, None], point
+            )
         for whole, part in zip(out, values, strict=True):
             whole[place[rows]] = part
-        element, column = np.nonzero(np.abs(point - some.middle[:, None]) < some.reach(FAR_RADIUS)[:, None])
+        element, column = np.nonzero(
+            np.abs(point - some.middle[:, None]) < some.reach(FAR_RADIUS)[:, None]
+        )
         near = some.take(element)
         left, right, h = near.coordinates(point[column])
         is_close = np.sqrt(left * left + h * h) + np.sqrt(right * right + h * h) < CLOSE_SUM
@@ -104,7 +120,8 @@ def _scatter(out: Complex, element: Index, column: Index, values: Integrals) -> 
 
 
 def _quadrature(order: int, x: Complex, dx: Complex, half: Array, point: Complex) -> Integrals:
-    """∫ ds/ζ, ∫ ζ̄ ds/ζ², ∫ dx/ζ², ∫ (dx̄ - 2ζ̄ dx/ζ)/ζ² against the basis, over the second axis from the end."""
+    """∫ ds/ζ, ∫ ζ̄ ds/ζ², ∫ dx/ζ², ∫ (dx̄ - 2ζ̄ dx/ζ)/ζ² against the basis, over the second axis
+    from the end."""
     _, product = product_weights(order, x.shape[-2])
     zeta: Complex = x - point
     inverse: Complex = 1.0 / zeta
@@ -115,12 +132,14 @@ def _quadrature(order: int, x: Complex, dx: Complex, half: Array, point: Complex
     return product @ line, product @ (ratio * line), product @ scaled, product @ triple
 
 
-def _closed_form(shape: Segments | Arcs, order: int, left: Array, right: Array, h: Array) -> Integrals:
+def _closed_form(
+    shape: Segments | Arcs, order: int, left: Array, right: Array, h: Array
+) -> Integrals:
     """The integrals of `_quadrature` for one close point an element, (p+1, k).
 
     With x = α(s-z)/2, P = exp(-iαz) and Q = i exp(-iαξ) sinh(αh), 1/ζ = κP/(2τ) (cot x - i) and
-    ζ̄ = 2/(κτ) [P exp(-ix) sin x + Q] on an arc; exp(-2ix) = 1 - 2i exp(-ix) sin x leads everything back to the integrals
-    of cot x, 1/sin² x and cos x/sin³ x.
+    ζ̄ = 2/(κτ) [P exp(-ix) sin x + Q] on an arc; exp(-2ix) = 1 - 2i exp(-ix) sin x leads everything
+    back to the integrals of cot x, 1/sin² x and cos x/sin³ x.
     """
     parts = shape.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
     angle, phase, lift = shape.bend(0.5 * (left + right), h)
@@ -132,8 +151,12 @@ def _closed_form(shape: Segments | Arcs, order: int, left: Array, right: Array, 
     first: Complex = parts.first - 0.5j * angle * weight
     # exp(-2ix) against the basis
     wave: Complex = parts.wave / phase
-    bent: Complex = phase * (first - 1j * angle * wave) + 2.0 * lift * (parts.second - 1j * angle * first)
+    bent: Complex = phase * (first - 1j * angle * wave) + 2.0 * lift * (
+        parts.second - 1j * angle * first
+    )
     conjugate: Complex = phase * (parts.second - 2j * angle * first - angle**2 * wave)
-    triple: Complex = phase * (parts.second - 1j * angle * first) + lift * (2.0 * parts.third - 1j * angle * parts.second)
+    triple: Complex = phase * (parts.second - 1j * angle * first) + lift * (
+        2.0 * parts.third - 1j * angle * parts.second
+    )
     double: Complex = turn / shape.half * parts.second
     return turn * first, frame * bent, double, frame / shape.half * (conjugate - 2.0 * triple)

@@ -1,4 +1,5 @@
-"""G and H from the moments of elements: a multiple of I, a deviator turned into the global frame, a rotation."""
+"""G and H from the moments of elements: a multiple of I, a deviator turned into the global frame, a
+rotation."""
 
 from __future__ import annotations
 
@@ -23,10 +24,26 @@ class Result:
     def write(self, rows: slice, part: Moments, half: Array, turn: Complex, weight: Array) -> None:
         """Moments (k, p+1, m) of elements `rows`; half and turn (k,), see `_combine_g`."""
         half, turn = half[:, None, None], turn[:, None, None]
-        _combine_g(self.kernel_g[:, :, rows], part, self.poisson_ratio, half, turn, weight, np.log(half / self.length))
+        _combine_g(
+            self.kernel_g[:, :, rows],
+            part,
+            self.poisson_ratio,
+            half,
+            turn,
+            weight,
+            np.log(half / self.length),
+        )
         _combine_h(self.kernel_h[:, :, rows], part, self.poisson_ratio, turn)
 
-    def scatter(self, element: Index, column: Index, part: Moments, half: Array, turn: Complex, weight: Array) -> None:
+    def scatter(
+        self,
+        element: Index,
+        column: Index,
+        part: Moments,
+        half: Array,
+        turn: Complex,
+        weight: Array,
+    ) -> None:
         """Moments (p+1, k) of k pairs of an element and a target; half and turn (k,)."""
         g, h = np.empty((2, 2, 2, *part.log.shape))
         _combine_g(g, part, self.poisson_ratio, half, turn, weight, np.log(half / self.length))
@@ -38,10 +55,17 @@ class Result:
                 whole[i, j].reshape(-1)[place] = values[i, j]
 
 
-def _combine_g(out: Array, part: Moments, poisson_ratio: float, half: Array, turn: Complex, weight: Array,
-               log_unit: Array) -> None:  # fmt: skip
-    """G (2, 2, ...) from moments (...): half the length, squared complex tangent of the moments' frame, ∫ L_b, and
-    what has to be added to the logarithm."""
+def _combine_g(
+    out: Array,
+    part: Moments,
+    poisson_ratio: float,
+    half: Array,
+    turn: Complex,
+    weight: Array,
+    log_unit: Array,
+) -> None:
+    """G (2, 2, ...) from moments (...): half the length, squared complex tangent of the moments'
+    frame, ∫ L_b, and what has to be added to the logarithm."""
     scale = half / (4.0 * np.pi * (1.0 - poisson_ratio))
     factor = 3.0 - 4.0 * poisson_ratio
     turn_re, turn_im = scale * turn.real, scale * turn.imag

@@ -1,4 +1,5 @@
-"""Both kernels over panels by compiled code: at points as `integrals`, or whole blocks of the boundary operators."""
+"""Both kernels over panels by compiled code: at points as `integrals`, or whole blocks of the
+boundary operators."""
 
 from __future__ import annotations
 
@@ -29,23 +30,34 @@ _columns = native.function("petcontact_panel_columns", native.FILLER)
 
 @functools.lru_cache(maxsize=16)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
-    """The limits of the choice of Gauss points and their rules as native/space/panel.h reads them."""
+    """The limits of the choice of Gauss points and their rules as native/space/panel.h reads
+    them."""
     # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
-    least = [np.cosh(np.minimum(least_log_rho(degree, tolerance), 700.0)) for degree in range(2 * HIGHEST_ORDER + 2)]
+    least = [
+        np.cosh(np.minimum(least_log_rho(degree, tolerance), 700.0))
+        for degree in range(2 * HIGHEST_ORDER + 2)
+    ]
     points = np.zeros((2, len(COUNTS), COUNTS[-1]))
     for row, count in enumerate(COUNTS):
         points[:, row, :count] = gauss(count - 1)
-    return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(np.float64)
+    return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(
+        np.float64
+    )
 
 
 def _weights(kind: int, tolerance: float) -> Array:
-    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 256, 16), zero beyond.
+    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 256,
+    16), zero beyond.
 
-    Of curved panels on the reference element; then follow the coefficients of the basis, the digits wanted near a panel, and
-    Gauss points and weights by their number.
+    Of curved panels on the reference element; then follow the coefficients of the basis, the digits
+    wanted near a panel, and Gauss points and weights by their number.
     """
     order, corners = kind % TRIANGLE, 3 if kind & TRIANGLE else 4
-    return _curved_weights(order, corners, tolerance) if kind & CURVED else _flat_weights(order, corners)
+    return (
+        _curved_weights(order, corners, tolerance)
+        if kind & CURVED
+        else _flat_weights(order, corners)
+    )
 
 
 @functools.cache
@@ -56,7 +68,9 @@ def _flat_weights(order: int, corners: int) -> Array:
     for i, j in itertools.product(range(len(COUNTS)), repeat=2):
         points = COUNTS[i] * COUNTS[j]
         if points <= ROOM:
-            table[i, j, :points, : panels.n_nodes] = panels.rule((COUNTS[i], COUNTS[j]))[1][0].T / weight.sum()
+            table[i, j, :points, : panels.n_nodes] = (
+                panels.rule((COUNTS[i], COUNTS[j]))[1][0].T / weight.sum()
+            )
     return table
 
 
@@ -70,14 +84,21 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
             table[i, j, :points, : panels.n_nodes] = panels.basis(local[None])[0] * weight[:, None]
     coefficients = np.zeros(((HIGHEST_ORDER + 1) ** 2,) * 2)
     coefficients[: panels.n_nodes, : panels.n_nodes] = panels.coefficients.T
-    return np.concatenate([table.ravel(), coefficients.ravel(), [digits(tolerance)], *(part.ravel() for part in tables())])
+    return np.concatenate(
+        [
+            table.ravel(),
+            coefficients.ravel(),
+            [digits(tolerance)],
+            *(part.ravel() for part in tables()),
+        ]
+    )
 
 
 def _records(panels: AnyPanels, tolerance: float) -> Array:
     """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
 
-    Instead of the last of curved ones the warp 1, the place of the fewest points 1, the box 6, the shape 27, and position
-    and local coordinates of the nodes 5 k.
+    Instead of the last of curved ones the warp 1, the place of the fewest points 1, the box 6, the
+    shape 27, and position and local coordinates of the nodes 5 k.
     """
     chord = panels.chord
     n, corners = chord.corners.shape[:2]
@@ -104,23 +125,33 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array,
+    points: Array,
+    panels: AnyPanels,
+    poisson_ratio: float,
+    tolerance: float,
+    most: tuple[int, ...],
+    kernel_g: Array,
     kernel_h: Array,
-) -> None:  # fmt: skip
+) -> None:
     """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels, tolerance), _kind(panels)
     family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
     _panels(
-        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        family.address,
+        len(records),
+        native.pointer(records),
+        records.shape[1],
+        len(points),
         *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
-    )  # fmt: skip
+    )
 
 
 def compiled_field(
     points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float | None, data: Array
 ) -> tuple[Array, tuple[Index, Index]] | None:
-    """What panels add to displacement and stress at points inside the body, contracted with the boundary data.
+    """What panels add to displacement and stress at points inside the body, contracted with the
+    boundary data.
 
     Parameters
     ----------
@@ -137,21 +168,35 @@ def compiled_field(
     Returns
     -------
     field : (m, 10) array
-        Displacement [length], stress over 2µ, and the share of the solid angle that the panels take.
+        Displacement [length], stress over 2µ, and the share of the solid angle that the panels
+        take.
     close : pair of arrays
-        Panels and points too near for Gauss points, whose stress is missing. Nothing where nothing was compiled.
+        Panels and points too near for Gauss points, whose stress is missing. Nothing where nothing
+        was compiled.
     """
     if _field is None:
         return None
     tolerance = tolerance_of(panels, tolerance)
     points, data = native.contiguous(points), native.contiguous(data)
     records, kind = _records(panels, tolerance), _kind(panels)
-    family = native.Record(kind, _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)), _weights(kind, tolerance), poisson_ratio)
-    field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
+    family = native.Record(
+        kind,
+        _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)),
+        _weights(kind, tolerance),
+        poisson_ratio,
+    )
+    field, close = (
+        np.empty((len(points), 10)),
+        np.zeros((len(records), len(points)), dtype=np.bool_),
+    )
     _field(
-        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        family.address,
+        len(records),
+        native.pointer(records),
+        records.shape[1],
+        len(points),
         *(native.pointer(a) for a in (points, data, field, close)),
-    )  # fmt: skip
+    )
     element, column = np.nonzero(close)
     return field, (element, column)
 
@@ -160,7 +205,10 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
     """The compiled filler of columns for a `Kelvin3D`; None where nothing was compiled."""
     if _columns is None:
         return None
-    kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
+    kind, first = (
+        np.zeros(mesh.n_elements, dtype=np.int64),
+        np.zeros(mesh.n_elements, dtype=np.int64),
+    )
     records, start = [], 0
     for panels in (batch.elements for batch in mesh.batches()):
         part = _records(panels, tolerance_of(panels, kernel.tolerance))
@@ -171,11 +219,27 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
     kinds: dict[int, tuple[Array, Array]] = {}
     for panels in (batch.elements for batch in mesh.batches()):
         tolerance = tolerance_of(panels, kernel.tolerance)
-        kinds[_kind(panels)] = _rules(tolerance, MOST_POINTS[type(panels)]), _weights(_kind(panels), tolerance)
-    rules, weights = (np.array([native.pointer(kinds[k][part]) if k in kinds else 0 for k in range(2 * CURVED)])
-                      for part in range(2))  # fmt: skip
-    return CompiledFiller("petcontact_panel_columns", [
-        native.contiguous(mesh.x), *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)), kind,
-        np.concatenate(records), first, rules, weights, kernel.material.poisson_ratio,
-        kernel.unit_length,
-    ], data, kinds)  # fmt: skip
+        kinds[_kind(panels)] = (
+            _rules(tolerance, MOST_POINTS[type(panels)]),
+            _weights(_kind(panels), tolerance),
+        )
+    rules, weights = (
+        np.array([native.pointer(kinds[k][part]) if k in kinds else 0 for k in range(2 * CURVED)])
+        for part in range(2)
+    )
+    return CompiledFiller(
+        "petcontact_panel_columns",
+        [
+            native.contiguous(mesh.x),
+            *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)),
+            kind,
+            np.concatenate(records),
+            first,
+            rules,
+            weights,
+            kernel.material.poisson_ratio,
+            kernel.unit_length,
+        ],
+        data,
+        kinds,
+    )

@@ -1,4 +1,5 @@
-"""Both kernels over curved panels, by quadrature throughout: Gauss points from afar, `polar` ones near them and on them."""
+"""Both kernels over curved panels, by quadrature throughout: Gauss points from afar, `polar` ones
+near them and on them."""
 
 from __future__ import annotations
 
@@ -18,9 +19,16 @@ COINCIDE = 1e-10
 """Points this close to a node, over the size of the panel, are it."""
 
 
-def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterator[tuple[int, Index, Rule]]:
-    """Rules for all panels and points (m, 3): the panel, the points, and what stands for the panel there."""
-    nodes, wanted, least = panels.at(panels.nodes)[0], digits(tolerance) * warp(panels), fewest(panels, tolerance)
+def quadrature(
+    points: Array, panels: CurvedPanels, tolerance: float
+) -> Iterator[tuple[int, Index, Rule]]:
+    """Rules for all panels and points (m, 3): the panel, the points, and what stands for the panel
+    there."""
+    nodes, wanted, least = (
+        panels.at(panels.nodes)[0],
+        digits(tolerance) * warp(panels),
+        fewest(panels, tolerance),
+    )
     for number in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, number, tolerance, int(least[number]))
         close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
@@ -35,11 +43,16 @@ def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterato
             apart = np.linalg.norm(nodes[number] - points[row], axis=1)
             if apart.min() < COINCIDE * panels.chord.size[number]:
                 foot, distance = panels.nodes[number, apart.argmin()], 0.0
-            yield number, np.array([row]), polar_rule(panels, number, points[row], foot, distance, float(wanted[number]))
+            yield (
+                number,
+                np.array([row]),
+                polar_rule(panels, number, points[row], foot, distance, float(wanted[number])),
+            )
 
 
 def sources(panels: CurvedPanels, number: int, rule: Rule) -> tuple[Array, Array, Array]:
-    """Points (q, 3) and unit normals (q, 3) of a rule, and weights times area times basis, (k, q)."""
+    """Points (q, 3) and unit normals (q, 3) of a rule, and weights times area times basis, (k,
+    q)."""
     panel = panels.take(slice(number, number + 1))
     y, along = panel.at(rule.local[None])
     normal = np.cross(along[0, :, 0], along[0, :, 1])
@@ -55,8 +68,10 @@ def fill(points: Array, panels: CurvedPanels, tolerance: float, result: Result) 
         for first in range(0, len(rows), step):
             some = rows[first : first + step]
             r = y[:, None] - points[some]
-            g, h = (np.einsum("bq,ijqm->ijbm", weight, kernel, optimize=True)
-                    for kernel in kernels(r, normal[:, None], result.poisson_ratio))  # fmt: skip
+            g, h = (
+                np.einsum("bq,ijqm->ijbm", weight, kernel, optimize=True)
+                for kernel in kernels(r, normal[:, None], result.poisson_ratio)
+            )
             if rule.foot is not None:
                 h[..., 0] += _principal_value(panels, number, rule, result.poisson_ratio)
             result.write(number, some, g, h)
@@ -70,4 +85,6 @@ def _principal_value(panels: CurvedPanels, number: int, rule: Rule, poisson_rati
     normal = np.cross(along[0], along[1])
     twist = np.outer(rule.end, normal / np.linalg.norm(normal))
     scale = (1.0 - 2.0 * poisson_ratio) / (8.0 * np.pi * (1.0 - poisson_ratio))
-    return np.asarray(scale * (twist - twist.T)[..., None] * panel.basis(rule.foot[None, None])[0, 0])
+    return np.asarray(
+        scale * (twist - twist.T)[..., None] * panel.basis(rule.foot[None, None])[0, 0]
+    )

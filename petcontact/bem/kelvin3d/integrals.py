@@ -1,13 +1,14 @@
-"""Kelvin's solution in space and its traction, integrated over panels (the kernels of 4.10 in three dimensions).
+"""Kelvin's solution in space and its traction, integrated over panels (the kernels of 4.10 in three
+dimensions).
 
 With r = y - x from the target x to the source y, n the outward normal at y and w = n·r:
 
     U = 1/(16πµ(1-ν)) [(3-4ν) I/r + r r/r³]
     T = -1/(8π(1-ν)) [w ((1-2ν) I/r³ + 3 r r/r⁵) - (1-2ν)(r n - n r)/r³]
 
-U[i, j] and T[i, j] take component j at the source to component i at the target. Near flat panels are integrated in closed
-form (`moments`), near curved ones by polar coordinates (`curved`); from afar Gauss points serve as sources, as many as a
-bound of their error asks for.
+U[i, j] and T[i, j] take component j at the source to component i at the target. Near flat panels
+are integrated in closed form (`moments`), near curved ones by polar coordinates (`curved`); from
+afar Gauss points serve as sources, as many as a bound of their error asks for.
 """
 
 from __future__ import annotations
@@ -34,7 +35,11 @@ FAR_CHUNK = 1 << 16
 
 
 def integrals(
-    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float, *, tolerance: float | None = None
+    points: Array,
+    panels: Panels | CurvedPanels,
+    poisson_ratio: float,
+    *,
+    tolerance: float | None = None,
 ) -> tuple[Array, Array]:
     """Both kernels integrated over panels against their bases, at target points.
 
@@ -51,16 +56,19 @@ def integrals(
     Returns
     -------
     G : (3, 3, n k, m) array
-        2µ ∫ U_ij L_b dS [length], i the component at the target, j the component at the panel; panel after panel on the
-        third axis.
+        2µ ∫ U_ij L_b dS [length], i the component at the target, j the component at the panel;
+        panel after panel on the third axis.
     H : (3, 3, n k, m) array
-        ∫ T_ij L_b dS [-]; the principal value, without the free term, at a node of the panel itself.
+        ∫ T_ij L_b dS [-]; the principal value, without the free term, at a node of the panel
+        itself.
     """
     shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
     kernel_g, kernel_h = (np.empty((3, 3, shape[2] * shape[3], shape[4])) for _ in range(2))
     tolerance = tolerance_of(panels, tolerance)
     if available():
-        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS[type(panels)], kernel_g, kernel_h)
+        compiled_integrals(
+            points, panels, poisson_ratio, tolerance, MOST_POINTS[type(panels)], kernel_g, kernel_h
+        )
         return kernel_g, kernel_h
     whole = Result(kernel_g.reshape(shape), kernel_h.reshape(shape), poisson_ratio)
     BY_NUMPY[type(panels)](points, panels, tolerance, whole)
@@ -78,25 +86,41 @@ def _fill(points: Array, panels: Panels, tolerance: float, result: Result) -> No
         counts[close] = 0
         code = counts[:, 0] * 64 + counts[:, 1]
         for number in np.unique(code[~close]).tolist():
-            _far(points, panels, element, np.flatnonzero(code == number), divmod(number, 64), result)
+            _far(
+                points, panels, element, np.flatnonzero(code == number), divmod(number, 64), result
+            )
     elements, columns = (np.concatenate(part) for part in zip(*near, strict=True))
     for first in range(0, len(elements), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
         _near(points[columns[some]], panels, elements[some], columns[some], result)
 
 
-BY_NUMPY: dict[type, Callable[[Array, Any, float, Result], None]] = {Panels: _fill, CurvedPanels: curved.fill}
+BY_NUMPY: dict[type, Callable[[Array, Any, float, Result], None]] = {
+    Panels: _fill,
+    CurvedPanels: curved.fill,
+}
 """What fills the results where nothing was compiled, by the kind of panel."""
 
 
-def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Result) -> None:
+def _far(
+    points: Array,
+    panels: Panels,
+    element: int,
+    target: Index,
+    counts: tuple[int, int],
+    result: Result,
+) -> None:
     """Gauss points of one panel as sources."""
     x, weight = panels.take(slice(element, element + 1)).rule(counts)
     step = max(1, FAR_CHUNK // x.shape[1])
     for first in range(0, len(target), step):
         rows = target[first : first + step]
         g, h = kernels(x[0][:, None] - points[rows], panels.frame[element, 2], result.poisson_ratio)
-        result.write(element, rows, *(np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True) for kernel in (g, h)))
+        result.write(
+            element,
+            rows,
+            *(np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True) for kernel in (g, h)),
+        )
 
 
 def _near(x: Array, panels: Panels, element: Index, target: Index, result: Result) -> None:
@@ -108,25 +132,35 @@ def _near(x: Array, panels: Panels, element: Index, target: Index, result: Resul
     basis = to_basis(panels, element, local[:2])
     built = []
     for build, power in ((_displacement, 1), (_traction, 0)):
-        values = np.array([build(moments, w, int(a), int(b), result.poisson_ratio) for a, b in panels.exponents])
+        values = np.array(
+            [build(moments, w, int(a), int(b), result.poisson_ratio) for a, b in panels.exponents]
+        )
         nodal = np.einsum("nbq,qijn->ijnb", basis, values, optimize=True) * (size**power)[:, None]
         built.append(np.einsum("nai,abnk,nbj->ijnk", frame, nodal, frame, optimize=True))
     result.write(element, target, *built)
 
 
 def local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Array]:
-    """Targets x (n, 3) in the coordinates of a panel each, (3, n), and the height of the panel's plane over them, (n,)."""
-    local = np.einsum("nij,nj->in", panels.frame[element], x - panels.centre[element]) / panels.size[element]
+    """Targets x (n, 3) in the coordinates of a panel each, (3, n), and the height of the panel's
+    plane over them, (n,)."""
+    local = (
+        np.einsum("nij,nj->in", panels.frame[element], x - panels.centre[element])
+        / panels.size[element]
+    )
     return local, np.where(np.abs(local[2]) <= FLAT, 0.0, -local[2])
 
 
 def to_basis(panels: Panels, element: Index, origin: Array) -> Array:
-    """Coefficients (n, k, monomials) of the basis of a panel each by monomials about the origin (2, n)."""
-    return np.asarray(np.einsum("nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, origin)))
+    """Coefficients (n, k, monomials) of the basis of a panel each by monomials about the origin (2,
+    n)."""
+    return np.asarray(
+        np.einsum("nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, origin))
+    )
 
 
 def _shift(exponents: Array, origin: Array) -> Array:
-    """ξ^a η^b of the panel's coordinates by monomials about the origin (2, n): shift[m, q] the factor of monomial q in m."""
+    """ξ^a η^b of the panel's coordinates by monomials about the origin (2, n): shift[m, q] the
+    factor of monomial q in m."""
     highest = int(exponents.max(initial=0))
     x, y = (np.array([c**k for k in range(highest + 1)]) for c in origin)
     shift = np.zeros((len(exponents), len(exponents), origin.shape[1]))
@@ -142,7 +176,11 @@ def _displacement(moments: Moments, w: Array, a: int, b: int, poisson_ratio: flo
     m_3, p = moments.m_3, moments.p
     part = (3.0 - 4.0 * poisson_ratio) * moments.m_1[a, b]
     uv, uw, vw = m_3[a + 1, b + 1], p[a + 1, b], p[a, b + 1]
-    rows = [[part + m_3[a + 2, b], uv, uw], [uv, part + m_3[a, b + 2], vw], [uw, vw, part + w * p[a, b]]]
+    rows = [
+        [part + m_3[a + 2, b], uv, uw],
+        [uv, part + m_3[a, b + 2], vw],
+        [uw, vw, part + w * p[a, b]],
+    ]
     return np.array(rows) / (8.0 * np.pi * (1.0 - poisson_ratio))
 
 
@@ -152,7 +190,15 @@ def _traction(moments: Moments, w: Array, a: int, b: int, poisson_ratio: float) 
     one_2nu = 1.0 - 2.0 * poisson_ratio
     part, uv = one_2nu * p[a, b], q[a + 1, b + 1]
     ww = moments.w_q if a + b == 0 else w * w * q[a, b]
-    uw, vw, turn_u, turn_v = w * q[a + 1, b], w * q[a, b + 1], one_2nu * m_3[a + 1, b], one_2nu * m_3[a, b + 1]
-    rows = [[part + q[a + 2, b], uv, uw - turn_u], [uv, part + q[a, b + 2], vw - turn_v],
-            [uw + turn_u, vw + turn_v, part + ww]]  # fmt: skip
+    uw, vw, turn_u, turn_v = (
+        w * q[a + 1, b],
+        w * q[a, b + 1],
+        one_2nu * m_3[a + 1, b],
+        one_2nu * m_3[a, b + 1],
+    )
+    rows = [
+        [part + q[a + 2, b], uv, uw - turn_u],
+        [uv, part + q[a, b + 2], vw - turn_v],
+        [uw + turn_u, vw + turn_v, part + ww],
+    ]
     return -np.array(rows) / (8.0 * np.pi * (1.0 - poisson_ratio))

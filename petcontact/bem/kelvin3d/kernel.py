@@ -14,7 +14,8 @@ from .stress import near_stress, stress_integrals
 
 
 class Kelvin3D(KelvinSolution):
-    """Kelvin's solution of a material in space (see `bem.kernel.Kernel`); `plane` of the material says nothing here."""
+    """Kelvin's solution of a material in space (see `bem.kernel.Kernel`); `plane` of the material
+    says nothing here."""
 
     dim = 3
 
@@ -29,11 +30,15 @@ class Kelvin3D(KelvinSolution):
 
     def integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
         """Both kernels integrated over panels at points (m, 3)."""
-        kernel_g, kernel_h = integrals(targets, elements, self.poisson_ratio, tolerance=self.tolerance)
+        kernel_g, kernel_h = integrals(
+            targets, elements, self.poisson_ratio, tolerance=self.tolerance
+        )
         kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
-    def stress_integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
+    def stress_integrals(
+        self, targets: Array, elements: Panels | CurvedPanels
+    ) -> tuple[Array, Array]:
         """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""
         kernel_d, kernel_s = stress_integrals(targets, elements, self.poisson_ratio)
         return kernel_d, kernel_s * self.unit_length
@@ -49,5 +54,7 @@ class Kelvin3D(KelvinSolution):
         field, (element, column) = found
         stress = field[:, 3:9]
         if isinstance(elements, Panels):
-            stress = stress + near_stress(targets, elements, element, column, self.poisson_ratio, data)
+            stress = stress + near_stress(
+                targets, elements, element, column, self.poisson_ratio, data
+            )
         return field[:, :3], self.unit_length * stress, field[:, 9]

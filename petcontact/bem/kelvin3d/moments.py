@@ -1,15 +1,16 @@
-"""Moments ∫ u^a v^b / r^k over flat polygons in closed form, by recursion from integrals along edges.
+"""Moments ∫ u^a v^b / r^k over flat polygons in closed form, by recursion from integrals along
+edges.
 
-Origin of u, v: the projection of the target on the plane of the polygon, over the target by w; r² = u² + v² + w². On an edge
-with outward normal ν, at distance s from the origin: c² = s² + w², I_k[a, b] = ∮ u^a v^b / r^k. With M_k the moments,
-div(u^a v^b (1, 0)/r^k) and div(u^a v^b (u, v)/r^k) give
+Origin of u, v: the projection of the target on the plane of the polygon, over the target by w; r² =
+u² + v² + w². On an edge with outward normal ν, at distance s from the origin: c² = s² + w², I_k[a,
+b] = ∮ u^a v^b / r^k. With M_k the moments, div(u^a v^b (1, 0)/r^k) and div(u^a v^b (u, v)/r^k) give
 
     k M_{k+2}[a, b] = -Σ ν_u I_k[a-1, b] + (a-1) M_k[a-2, b]          (and alike in v)
     (a+b+1) M_1[a, b] = Σ s I_1[a, b] - w P[a, b],                    P = w M_3
     3w³ M_5[0, 0] = P[0, 0] + w Σ s I_3[0, 0]
 
-P[0, 0] is the solid angle, in the plane its principal value 0. All digits are there near the polygon; far from it they are
-lost like (distance/shortest height)^(a+b).
+P[0, 0] is the solid angle, in the plane its principal value 0. All digits are there near the
+polygon; far from it they are lost like (distance/shortest height)^(a+b).
 """
 
 from __future__ import annotations
@@ -47,14 +48,20 @@ class Edges:
         return cls(side[:, 1], -side[:, 0], distance, start, end, w)
 
     def powers(self, exponents: tuple[int, ...], degree: int) -> list[Array]:
-        """∫ t^j / r^k along the edges for odd k = 1, 3, ... and j = 0 ... degree, each (degree + 1, c, n)."""
+        """∫ t^j / r^k along the edges for odd k = 1, 3, ... and j = 0 ... degree, each (degree + 1,
+        c, n)."""
         t_1, t_2, square = self.start, self.end, self.distance**2 + self.w**2
         r_1, r_2 = np.sqrt(square + t_1**2), np.sqrt(square + t_2**2)
         same = t_1 * t_2 > 0.0
         # where t keeps its sign, ln(t + r) and t/r from the side where nothing cancels
-        with np.errstate(divide="ignore"):  # on the line of an edge the side that is not taken has ln 0
-            log = np.where(t_1 + t_2 > 0.0, np.log((t_2 + r_2) / np.where(same & (t_1 < 0.0), 1.0, t_1 + r_1)),
-                           np.log((r_1 - t_1) / np.where(same & (t_2 > 0.0), 1.0, r_2 - t_2)))  # fmt: skip
+        with np.errstate(
+            divide="ignore"
+        ):  # on the line of an edge the side that is not taken has ln 0
+            log = np.where(
+                t_1 + t_2 > 0.0,
+                np.log((t_2 + r_2) / np.where(same & (t_1 < 0.0), 1.0, t_1 + r_1)),
+                np.log((r_1 - t_1) / np.where(same & (t_2 > 0.0), 1.0, r_2 - t_2)),
+            )
         first: Array = np.empty((degree + 1, *square.shape))
         first[0] = log
         if degree:
@@ -94,12 +101,17 @@ class Edges:
         return sums
 
 
-def _inverse_power(k: int, t_1: Array, t_2: Array, r_1: Array, r_2: Array, square: Array, same: Mask) -> Array:
+def _inverse_power(
+    k: int, t_1: Array, t_2: Array, r_1: Array, r_2: Array, square: Array, same: Mask
+) -> Array:
     """∫ dt / r^k for k = 3, 5, 7: in x = t/r it is ∫ (1-x²)^((k-3)/2) dx / c^(k-1)."""
     x_1, x_2 = t_1 / r_1, t_2 / r_2
     # x_2 - x_1 without cancellation where t keeps its sign: (x_2² - x_1²)/(x_2 + x_1), over c²
-    over = np.where(same, (t_2 - t_1) * (t_2 + t_1) / np.where(same, r_1 * r_2 * (t_2 * r_1 + t_1 * r_2), 1.0),
-                    (x_2 - x_1) / np.where(same | (square == 0.0), 1.0, square))  # fmt: skip
+    over = np.where(
+        same,
+        (t_2 - t_1) * (t_2 + t_1) / np.where(same, r_1 * r_2 * (t_2 * r_1 + t_1 * r_2), 1.0),
+        (x_2 - x_1) / np.where(same | (square == 0.0), 1.0, square),
+    )
     if k == 3:
         return np.asarray(over)
     mean = x_1 * x_1 + x_1 * x_2 + x_2 * x_2
@@ -122,7 +134,8 @@ def solid_angle(edges: Edges) -> Array:
 
 @frozen
 class Moments:
-    """M_1, M_3 (without [0, 0]), P = w M_3 and Q = 3w M_5 (without [0, 0], but w² Q[0, 0]), each {(a, b): (n,)}."""
+    """M_1, M_3 (without [0, 0]), P = w M_3 and Q = 3w M_5 (without [0, 0], but w² Q[0, 0]), each
+    {(a, b): (n,)}."""
 
     m_1: Table
     m_3: Table

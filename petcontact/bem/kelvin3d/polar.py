@@ -1,11 +1,14 @@
-"""Gauss points on curved panels for points on them and near them: polar coordinates about the nearest point of the panel.
+"""Gauss points on curved panels for points on them and near them: polar coordinates about the
+nearest point of the panel.
 
-The map ζ = M(ξ - ξ_0), MᵀM the metric at the foot ξ_0, makes |y - y_0| = ρ + O(ρ²) in every direction. From 0 to a side at
-the distance h its coordinate is t = h sinh s, dφ = ds/cosh s and the length of the ray h cosh s, so that Gauss points in s
-do not feel how flat the angle is. Along the rays ρ itself serves on the panel; beside it |y - x|² ≈ d² + 2bρ + ρ², and with
-ρ = -b + c sinh v, c² = max(d² - b², d²/100), the integrand is smooth in v. Their numbers follow from Bernstein's ellipses
-through the zeros of |y - y_0| and of the area factor on the true panel. Compare Guiggiani et al. (J. Appl. Mech. 59, 1992)
-for the principal value, and Johnston, Johnston and Elliott (J. Comput. Appl. Math. 245, 2013) for sinh.
+The map ζ = M(ξ - ξ_0), MᵀM the metric at the foot ξ_0, makes |y - y_0| = ρ + O(ρ²) in every
+direction. From 0 to a side at the distance h its coordinate is t = h sinh s, dφ = ds/cosh s and the
+length of the ray h cosh s, so that Gauss points in s do not feel how flat the angle is. Along the
+rays ρ itself serves on the panel; beside it |y - x|² ≈ d² + 2bρ + ρ², and with ρ = -b + c sinh v,
+c² = max(d² - b², d²/100), the integrand is smooth in v. Their numbers follow from Bernstein's
+ellipses through the zeros of |y - y_0| and of the area factor on the true panel. Compare Guiggiani
+et al. (J. Appl. Mech. 59, 1992) for the principal value, and Johnston, Johnston and Elliott (J.
+Comput. Appl. Math. 245, 2013) for sinh.
 """
 
 from __future__ import annotations
@@ -39,7 +42,8 @@ STRAIGHT = 1e-6
 ON_PANEL = 1e-10
 """Distance over the panel's size below which a point lies on it."""
 CENTRE = 0.5
-"""1 less the distance over the radius of curvature, below which that counts for the zeros of |y - x|²."""
+"""1 less the distance over the radius of curvature, below which that counts for the zeros of |y -
+x|²."""
 TOGETHER = 4
 """Rays that take the same number of points: a vector of the compiled code."""
 Powers = tuple[Array, Array, Array]
@@ -61,7 +65,8 @@ class Rule:
     foot : (2,) array, optional
         Where on the panel the target lies.
     end : (3,) array
-        There, ∫ e ln ρ̂ dφ less what the points make of it, of which the principal value of 1/r² is made.
+        There, ∫ e ln ρ̂ dφ less what the points make of it, of which the principal value of 1/r² is
+        made.
     """
 
     local: Array
@@ -78,14 +83,17 @@ def digits(tolerance: float) -> float:
 def warp(panels: CurvedPanels) -> Array:
     """By how much more digits than flat ones curved panels are integrated, (n,) [-].
 
-    Zeros are sought along rays to the second order only, which is next to enough for triangles of 6 nodes, but of |y - x|²
-    to the fourth about a centre of curvature. Tried on 600 random panels, half of them triangles, whose points were moved by
-    15 % of their size, the area factors varying by up to 2, orders 0 to 3, at seven heights from .0005 to 4 sizes (4200
-    points): both kernels are within 1e-8, but for one point (2e-8, .0005 above the panel and a tenth of that from a side),
-    and where the tolerance is 1e-11 within 1e-10 but for that one (8e-10).
+    Zeros are sought along rays to the second order only, which is next to enough for triangles of 6
+    nodes, but of |y - x|² to the fourth about a centre of curvature. Tried on 600 random panels,
+    half of them triangles, whose points were moved by 15 % of their size, the area factors varying
+    by up to 2, orders 0 to 3, at seven heights from .0005 to 4 sizes (4200 points): both kernels
+    are within 1e-8, but for one point (2e-8, .0005 above the panel and a tenth of that from a
+    side), and where the tolerance is 1e-11 within 1e-10 but for that one (8e-10).
     """
     if "warp" not in panels.found:
-        panels.found["warp"] = 1.0 + STRETCH[panels.n_corners] * np.maximum(panels.bend - GENTLE, 0.0)
+        panels.found["warp"] = 1.0 + STRETCH[panels.n_corners] * np.maximum(
+            panels.bend - GENTLE, 0.0
+        )
     return np.asarray(panels.found["warp"])
 
 
@@ -98,7 +106,9 @@ def tables() -> tuple[Array, Array]:
     return result[0], result[1]
 
 
-def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distance: float, wanted: float) -> Rule:
+def polar_rule(
+    panels: CurvedPanels, number: int, x: Array, foot: Array, distance: float, wanted: float
+) -> Rule:
     """Points of a panel for a point x (3,) at a distance from its foot (2,), `wanted` being D."""
     panel, order = panels.take(slice(number, number + 1)), panels.order
     y, along = panel.at(foot[None, None])
@@ -127,11 +137,16 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
             continue
         ends = np.array([side @ start, side @ stop])
         true = panel.at(
-            (reference[k] + 0.5 * np.arange(3)[:, None] * (reference[k - len(corners) + 1] - reference[k]))[None]
+            (
+                reference[k]
+                + 0.5 * np.arange(3)[:, None] * (reference[k - len(corners) + 1] - reference[k])
+            )[None]
         )
         s_1, s_2 = np.arcsinh(ends / h)
         parts = [(s_1, s_2)]
-        if wanted > 2.0 * (MOST - AROUND) * _around_side(h, ends, parts[0], true[0][0] - y[0, 0]):  # cut above the foot
+        if wanted > 2.0 * (MOST - AROUND) * _around_side(
+            h, ends, parts[0], true[0][0] - y[0, 0]
+        ):  # cut above the foot
             cut = 0.0 if s_1 * s_2 < 0.0 else 0.5 * (s_1 + s_2)
             parts = [(s_1, cut), (cut, s_2)]
         for low, high in parts:
@@ -165,7 +180,10 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
             end += (share[some] * (np.log(reach[some]) - np.sum(w / rho, axis=1))) @ ray[some]
         else:
             v = middle[some, None] + half[some, None] * xi
-            rho, w = c[some, None] * np.sinh(v) - b[some, None], half[some, None] * w * c[some, None] * np.cosh(v)
+            rho, w = (
+                c[some, None] * np.sinh(v) - b[some, None],
+                half[some, None] * w * c[some, None] * np.cosh(v),
+            )
         local.append((foot + rho[..., None] * slope[some, None]).reshape(-1, 2))
         total.append((share[some, None] * w * rho).ravel() / (m_00 * m_11))
     return Rule(np.concatenate(local), np.concatenate(total), foot if own else None, end @ frame)
@@ -190,11 +208,15 @@ def _around_side(height: float, ends: Array, part: tuple[float, float], side: Ar
 
 
 def _along_rays(panel: CurvedPanels, foot: Array, slope: Array) -> tuple[Powers, Powers]:
-    """(y - y_0) / ρ and the normal times the area factor by powers of ρ, (n, 3) each, along rays of slopes (n, 2)."""
+    """(y - y_0) / ρ and the normal times the area factor by powers of ρ, (n, 3) each, along rays of
+    slopes (n, 2)."""
     shift = (np.array([[1.0, z, z * z], [0.0, 1.0, 2.0 * z], [0.0, 0.0, 1.0]]) for z in foot)
     c = np.einsum("ai,bj,ijk->abk", *shift, panel.shape[0].reshape(3, 3, 3))
     xi, eta = slope.T[..., None]
-    y_1, y_2 = xi * c[1, 0] + eta * c[0, 1], xi * xi * c[2, 0] + xi * eta * c[1, 1] + eta * eta * c[0, 2]
+    y_1, y_2 = (
+        xi * c[1, 0] + eta * c[0, 1],
+        xi * xi * c[2, 0] + xi * eta * c[1, 1] + eta * eta * c[0, 2],
+    )
     y_3 = xi * eta * (xi * c[2, 1] + eta * c[1, 2])
     a_1, b_1 = 2.0 * xi * c[2, 0] + eta * c[1, 1], xi * c[1, 1] + 2.0 * eta * c[0, 2]
     a_2, b_2 = eta * (2.0 * xi * c[2, 1] + eta * c[1, 2]), xi * (xi * c[2, 1] + 2.0 * eta * c[1, 2])
@@ -204,8 +226,11 @@ def _along_rays(panel: CurvedPanels, foot: Array, slope: Array) -> tuple[Powers,
     return (y_1, y_2, y_3), (n_0, n_1, n_2)
 
 
-def _about_centres(away: Array, flat: Array, slope: Array, position: Powers, straight: float) -> Array:
-    """Zeros of |y - x|² to its fourth order, (2, n), on rays that curve about the target; on others the flat panel's."""
+def _about_centres(
+    away: Array, flat: Array, slope: Array, position: Powers, straight: float
+) -> Array:
+    """Zeros of |y - x|² to its fourth order, (2, n), on rays that curve about the target; on others
+    the flat panel's."""
     y_1, y_2, y_3 = position
     second, third = 1.0 + 2.0 * y_2 @ away, 2.0 * (np.sum(y_1 * y_2, axis=1) + y_3 @ away)
     fourth = np.maximum(np.sum(y_2 * y_2, axis=1) + 2.0 * np.sum(y_1 * y_3, axis=1), straight)
@@ -222,9 +247,15 @@ def _nearest_zero(a: Array, b: Array, c: Array, straight: float) -> Array:
     bend, slope = (np.sum(b * b, axis=1) + 2.0 * np.sum(a * c, axis=1)) / size, slope / size
     square = np.where(np.abs(bend) > straight, bend, straight)
     root = np.sqrt((slope * slope - square).astype(complex))
-    return np.asarray((np.where(root.imag > 0.0, 1.0, np.copysign(1.0, slope)) * root - slope) / square)
+    return np.asarray(
+        (np.where(root.imag > 0.0, 1.0, np.copysign(1.0, slope)) * root - slope) / square
+    )
 
 
 def _count(wanted: float, log_rho: float, more: int, least: int) -> int:
     """Gauss points for an integrand that is analytic in Bernstein's ellipse of ln ρ."""
-    return int(min(max(math.ceil(wanted / (2.0 * log_rho)) + more, least), MOST)) if log_rho > 0.0 else MOST
+    return (
+        int(min(max(math.ceil(wanted / (2.0 * log_rho)) + more, least), MOST))
+        if log_rho > 0.0
+        else MOST
+    )

@@ -1,9 +1,12 @@
-"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over panels.
+"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over
+panels.
 
-With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebbia, Telles and Wrobel, 1984, section 5.6):
+With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebbia, Telles and Wrobel,
+1984, section 5.6):
 
     D_kij = C [(1-2ν)(δ_ki r_j + δ_kj r_i - δ_ij r_k)/r³ + 3 r_i r_j r_k/r⁵]
-    S_kij = -C [3w ((1-2ν) δ_ij r_k + ν(δ_ik r_j + δ_jk r_i))/r⁵ - 15 w r_i r_j r_k/r⁷ + 3ν(n_i r_j + n_j r_i) r_k/r⁵
+    S_kij = -C [3w ((1-2ν) δ_ij r_k + ν(δ_ik r_j + δ_jk r_i))/r⁵ - 15 w r_i r_j r_k/r⁷ + 3ν(n_i r_j
+    + n_j r_i) r_k/r⁵
                + 3(1-2ν) n_k r_i r_j/r⁵ + ((1-2ν)(n_j δ_ik + n_i δ_jk) - (1-4ν) n_k δ_ij)/r³]
 """
 
@@ -28,15 +31,19 @@ from .rules import MOST_POINTS, point_counts, tolerance_of
 TOLERANCE = 1e-10
 """Relative quadrature error of far panels."""
 LOW = 0.3
-"""Below this fraction of the distance the height over the plane is small, and the recursion for [0, 0] runs backward."""
+"""Below this fraction of the distance the height over the plane is small, and the recursion for [0,
+0] runs backward."""
 BACKWARD = 14
 """Steps of that."""
 Integral = Callable[[int, tuple[int, ...]], Array]
 """∫ r_i r_j .../r^k times what is to be integrated, by k and the indices."""
 
 
-def stress_integrals(points: Array, panels: Panels | CurvedPanels, poisson_ratio: float) -> tuple[Array, Array]:
-    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ S u.
+def stress_integrals(
+    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float
+) -> tuple[Array, Array]:
+    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ
+    S u.
 
     Parameters
     ----------
@@ -49,7 +56,8 @@ def stress_integrals(points: Array, panels: Panels | CurvedPanels, poisson_ratio
     Returns
     -------
     D : (6, 3, n k, m) array
-        [-], xx, yy, zz, xy, xz, yz of the stress at the point first, then the component of the traction.
+        [-], xx, yy, zz, xy, xz, yz of the stress at the point first, then the component of the
+        traction.
     S : (6, 3, n k, m) array
         [1/length], the component of the displacement second.
     """
@@ -60,7 +68,9 @@ def stress_integrals(points: Array, panels: Panels | CurvedPanels, poisson_ratio
     return kernel_d.reshape(flat), kernel_s.reshape(flat)
 
 
-def _fill_curved(points: Array, panels: CurvedPanels, poisson_ratio: float, kernel_d: Array, kernel_s: Array) -> None:
+def _fill_curved(
+    points: Array, panels: CurvedPanels, poisson_ratio: float, kernel_d: Array, kernel_s: Array
+) -> None:
     """Pairs of a curved panel and a point."""
     for number, rows, rule in quadrature(points, panels, tolerance_of(panels, None)):
         y, normal, weight = sources(panels, number, rule)
@@ -69,7 +79,9 @@ def _fill_curved(points: Array, panels: CurvedPanels, poisson_ratio: float, kern
             kernel[:, :, number, :, rows] = np.einsum("bq,ckqm->mckb", weight, part, optimize=True)
 
 
-def _fill(points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, kernel_s: Array) -> None:
+def _fill(
+    points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, kernel_s: Array
+) -> None:
     """Pairs of a flat panel and a point."""
     elements, columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     for element in range(len(panels.index) if len(points) else 0):
@@ -80,9 +92,13 @@ def _fill(points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, 
         for count in np.unique(counts[~close], axis=0).tolist():
             rows = np.flatnonzero(~close & np.all(counts == count, axis=1))
             x, weight = panels.take(slice(element, element + 1)).rule((count[0], count[1]))
-            d, s = _tensors(_at_points(x[0][:, None] - points[rows]), panels.frame[element, 2], poisson_ratio)
+            d, s = _tensors(
+                _at_points(x[0][:, None] - points[rows]), panels.frame[element, 2], poisson_ratio
+            )
             for kernel, part in ((kernel_d, d), (kernel_s, s)):
-                kernel[:, :, element, :, rows] = np.einsum("bq,ckqm->mckb", weight[0], part, optimize=True)
+                kernel[:, :, element, :, rows] = np.einsum(
+                    "bq,ckqm->mckb", weight[0], part, optimize=True
+                )
     owner, column = np.concatenate(elements), np.concatenate(columns)
     for first in range(0, len(owner), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
@@ -91,18 +107,27 @@ def _fill(points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, 
         kernel_s[:, :, owner[some], :, column[some]] = s
 
 
-BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {Panels: _fill, CurvedPanels: _fill_curved}
+BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {
+    Panels: _fill,
+    CurvedPanels: _fill_curved,
+}
 """What fills D and S, by the kind of panel."""
 
 
-def near_stress(points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array) -> Array:
-    """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a point in closed form."""
+def near_stress(
+    points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array
+) -> Array:
+    """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a
+    point in closed form."""
     result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 2, 3)
     for first in range(0, len(element), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
         chosen = element[some]
         moments, basis, w = _near_moments(points[column[some]], panels, chosen)
-        frame, scale = panels.frame[chosen], np.array([np.ones(len(chosen)), 1.0 / panels.size[chosen]])
+        frame, scale = (
+            panels.frame[chosen],
+            np.array([np.ones(len(chosen)), 1.0 / panels.size[chosen]]),
+        )
         # tractions and displacements along the panel's axes, as coefficients of the monomials
         both = np.einsum("nbq,nbsi,nai,sn->sqan", basis, data[chosen], frame, scale, optimize=True)
         local = _contracted(moments, panels.exponents, w, both, poisson_ratio)
@@ -111,9 +136,16 @@ def near_stress(points: Array, panels: Panels, element: Index, column: Index, po
     return result
 
 
-def _contracted(moments: dict[int, Table], exponents: AnyArray, w: Array, data: Array, poisson_ratio: float) -> Array:
-    """Stress (3, 3, n) along the axes of panels by traction and displacement: coefficients (2, q, 3, n) of the monomials."""
-    nu, scale, one_2nu = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio)), 1.0 - 2.0 * poisson_ratio
+def _contracted(
+    moments: dict[int, Table], exponents: AnyArray, w: Array, data: Array, poisson_ratio: float
+) -> Array:
+    """Stress (3, 3, n) along the axes of panels by traction and displacement: coefficients (2, q,
+    3, n) of the monomials."""
+    nu, scale, one_2nu = (
+        poisson_ratio,
+        1.0 / (8.0 * np.pi * (1.0 - poisson_ratio)),
+        1.0 - 2.0 * poisson_ratio,
+    )
     axes, result = range(3), np.empty((3, 3, len(w)))
 
     @functools.cache
@@ -127,11 +159,15 @@ def _contracted(moments: dict[int, Table], exponents: AnyArray, w: Array, data: 
         return np.asarray(values * w ** indices.count(2))
 
     force, jump = functools.partial(of, 0), functools.partial(of, 1)
-    bulk_force, bulk_jump = (sum(some(k, power, k, *more) for k in axes)
-                             for some, power, more in ((force, 3, ()), (jump, 5, (2,))))  # fmt: skip
+    bulk_force, bulk_jump = (
+        sum(some(k, power, k, *more) for k in axes)
+        for some, power, more in ((force, 3, ()), (jump, 5, (2,)))
+    )
     bend = [sum(jump(k, 5, j, k) for k in axes) for j in axes]
     for i, j in COMPONENTS[3]:
-        pushed = one_2nu * (force(i, 3, j) + force(j, 3, i)) + 3.0 * sum(force(k, 5, i, j, k) for k in axes)
+        pushed = one_2nu * (force(i, 3, j) + force(j, 3, i)) + 3.0 * sum(
+            force(k, 5, i, j, k) for k in axes
+        )
         moved = 3.0 * one_2nu * jump(2, 5, i, j) + 3.0 * nu * (jump(i, 5, j, 2) + jump(j, 5, i, 2))
         moved = moved - 15.0 * sum(jump(k, 7, i, j, k, 2) for k in axes)
         for one, other in ((i, j), (j, i)):
@@ -145,19 +181,29 @@ def _contracted(moments: dict[int, Table], exponents: AnyArray, w: Array, data: 
 
 
 def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """D and S (6, 3, ...) from integrals of products of r over powers of r, and normals (3, ...), all in one frame."""
+    """D and S (6, 3, ...) from integrals of products of r over powers of r, and normals (3, ...),
+    all in one frame."""
     nu, scale = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio))
     one_2nu = 1.0 - 2.0 * nu
     axes = [c for c in range(3) if np.any(normal[c] != 0.0)]
     d, s = [], []
     for (i, j), k in itertools.product(COMPONENTS[3], range(3)):
         d_ki, d_kj, d_ij = float(k == i), float(k == j), float(i == j)
-        d.append(scale * (one_2nu * (d_ki * integral(3, (j,)) + d_kj * integral(3, (i,)) - d_ij * integral(3, (k,)))
-                          + 3.0 * integral(5, (i, j, k))))  # fmt: skip
+        d.append(
+            scale
+            * (
+                one_2nu
+                * (d_ki * integral(3, (j,)) + d_kj * integral(3, (i,)) - d_ij * integral(3, (k,)))
+                + 3.0 * integral(5, (i, j, k))
+            )
+        )
         n_i, n_j, n_k = normal[i], normal[j], normal[k]
-        value = (3.0 * nu * (n_i * integral(5, (j, k)) + n_j * integral(5, (i, k)))
-                 + 3.0 * one_2nu * n_k * integral(5, (i, j))
-                 + (one_2nu * (n_j * d_ki + n_i * d_kj) - (1.0 - 4.0 * nu) * n_k * d_ij) * integral(3, ()))  # fmt: skip
+        value = (
+            3.0 * nu * (n_i * integral(5, (j, k)) + n_j * integral(5, (i, k)))
+            + 3.0 * one_2nu * n_k * integral(5, (i, j))
+            + (one_2nu * (n_j * d_ki + n_i * d_kj) - (1.0 - 4.0 * nu) * n_k * d_ij)
+            * integral(3, ())
+        )
         for c in axes:
             near = one_2nu * d_ij * integral(5, (k, c))
             near = near + nu * (d_ki * integral(5, (j, c)) + d_kj * integral(5, (i, c)))
@@ -194,18 +240,29 @@ def _near(x: Array, panels: Panels, element: Index, poisson_ratio: float) -> tup
             return np.asarray(table * w ** indices.count(2))
 
         parts.append(_tensors(integral, np.array([0.0, 0.0, 1.0]), poisson_ratio))
-    values = [np.einsum("nbq,qckn->ckbn", basis, np.array(part), optimize=True) for part in zip(*parts, strict=True)]
+    values = [
+        np.einsum("nbq,qckn->ckbn", basis, np.array(part), optimize=True)
+        for part in zip(*parts, strict=True)
+    ]
     full = [np.empty((3, 3, 3, *value.shape[2:])) for value in values]
     for whole, value in zip(full, values, strict=True):
         for c, (i, j) in enumerate(COMPONENTS[3]):
             whole[i, j] = whole[j, i] = value[c]
-    rotated = [np.einsum("nai,nbj,nck,abcmn->ijknm", frame, frame, frame, whole, optimize=True) for whole in full]
-    d, s = (np.array([whole[i, j] for i, j in COMPONENTS[3]]).transpose(2, 0, 1, 3) for whole in rotated)
+    rotated = [
+        np.einsum("nai,nbj,nck,abcmn->ijknm", frame, frame, frame, whole, optimize=True)
+        for whole in full
+    ]
+    d, s = (
+        np.array([whole[i, j] for i, j in COMPONENTS[3]]).transpose(2, 0, 1, 3) for whole in rotated
+    )
     return d, s / size[:, None, None, None]
 
 
-def _near_moments(x: Array, panels: Panels, element: Index) -> tuple[dict[int, Table], Array, Array]:
-    """Moments of pairs of a panel and a point, its basis in their monomials (n, k, q), and the height of its plane (n,)."""
+def _near_moments(
+    x: Array, panels: Panels, element: Index
+) -> tuple[dict[int, Table], Array, Array]:
+    """Moments of pairs of a panel and a point, its basis in their monomials (n, k, q), and the
+    height of its plane (n,)."""
     local, w = local_targets(x, panels, element)
     highest = int(panels.exponents.sum(axis=1).max()) + 4
     return (
@@ -215,11 +272,15 @@ def _near_moments(x: Array, panels: Panels, element: Index) -> tuple[dict[int, T
     )
 
 
-def _moments(polygon: Array, origin: Array, w: Array, highest: int, degree: int) -> dict[int, Table]:
+def _moments(
+    polygon: Array, origin: Array, w: Array, highest: int, degree: int
+) -> dict[int, Table]:
     """M_3, M_5 and M_7 off the polygons, a, b <= highest, a + b <= degree."""
     edges = Edges.of(polygon, origin, w)
     powers = edges.powers((1, 3, 5, 7), degree)
-    tables = {k: edges.tables(power, highest, degree) for k, power in zip((1, 3, 5), powers, strict=False)}
+    tables = {
+        k: edges.tables(power, highest, degree) for k, power in zip((1, 3, 5), powers, strict=False)
+    }
     result: dict[int, Table] = {1: {}, **_bases(edges, powers)}
     for total in range(degree + 1):
         for a in range(max(0, total - highest), min(total, highest) + 1):
@@ -227,20 +288,27 @@ def _moments(polygon: Array, origin: Array, w: Array, highest: int, degree: int)
             for k in (1, 3, 5):
                 u, v, _ = tables[k]
                 if total and a:
-                    result[k + 2][a, b] = (-u[a - 1, b] + ((a - 1) * result[k][a - 2, b] if a > 1 else 0.0)) / k
+                    result[k + 2][a, b] = (
+                        -u[a - 1, b] + ((a - 1) * result[k][a - 2, b] if a > 1 else 0.0)
+                    ) / k
                 elif total:
-                    result[k + 2][a, b] = (-v[a, b - 1] + ((b - 1) * result[k][a, b - 2] if b > 1 else 0.0)) / k
+                    result[k + 2][a, b] = (
+                        -v[a, b - 1] + ((b - 1) * result[k][a, b - 2] if b > 1 else 0.0)
+                    ) / k
             result[1][a, b] = (tables[1][2][a, b] - w * w * result[3][a, b]) / (total + 1)
     return result
 
 
 def _bases(edges: Edges, powers: list[Array]) -> dict[int, Table]:
-    """M_k[0, 0], k = 3, 5, 7: k w² M_{k+2} = Σ s I_k - (2-k) M_k, forward from the solid angle or backward from M_k = 0."""
+    """M_k[0, 0], k = 3, 5, 7: k w² M_{k+2} = Σ s I_k - (2-k) M_k, forward from the solid angle or
+    backward from M_k = 0."""
     w, s = edges.w, edges.distance
     t_1, t_2, square = edges.start, edges.end, s**2 + edges.w**2
     r_1, r_2 = np.sqrt(square + t_1**2), np.sqrt(square + t_2**2)
     inside = np.min(s, axis=0) > 0.0
-    reach = np.minimum(r_1.min(axis=0), np.min(np.where(t_1 * t_2 < 0.0, np.sqrt(square), np.inf), axis=0))
+    reach = np.minimum(
+        r_1.min(axis=0), np.min(np.where(t_1 * t_2 < 0.0, np.sqrt(square), np.inf), axis=0)
+    )
     low = ~inside & (np.abs(w) < LOW * reach)
     outer = [np.sum(s * power[0], axis=0) for power in powers]
     safe = np.where(low, 1.0, w)

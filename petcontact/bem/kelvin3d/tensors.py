@@ -24,8 +24,8 @@ class Result:
 
 
 def kernels(r: Array, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """2µU [1/length] and T [1/length²], (3, 3, ...), for vectors r (..., 3) from targets to sources and the
-    normal (3,) or normals (..., 3) there."""
+    """2µU [1/length] and T [1/length²], (3, 3, ...), for vectors r (..., 3) from targets to sources
+    and the normal (3,) or normals (..., 3) there."""
     inverse = 1.0 / np.sqrt(np.sum(r * r, axis=-1))
     e = np.moveaxis(r, -1, 0) * inverse
     n = np.moveaxis(np.broadcast_to(normal, r.shape), -1, 0)

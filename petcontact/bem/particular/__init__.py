@@ -1,1 +1,2 @@
-"""Volume loads without a volume mesh: solutions of Navier's equations for polynomial forces and temperatures."""
+"""Volume loads without a volume mesh: solutions of Navier's equations for polynomial forces and
+temperatures."""

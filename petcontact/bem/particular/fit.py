@@ -1,4 +1,5 @@
-"""Polynomials that follow an expression in a body: least squares on points of the body, not of the box around it."""
+"""Polynomials that follow an expression in a body: least squares on points of the body, not of the
+box around it."""
 
 from __future__ import annotations
 
@@ -26,23 +27,28 @@ PAIRS = 2_000_000
 OVERSAMPLED = 3
 """Points of a fit for each of its coefficients."""
 CUT = 1e-9
-"""Singular values, over the largest, that are left out: what a body of another shape than its box does not show."""
+"""Singular values, over the largest, that are left out: what a body of another shape than its box
+does not show."""
 SEED = 2019
 
 
 def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
-    """Points (m, d) of a body: of a grid, dense at the sides of its box, those inside; and nodes of the boundary."""
+    """Points (m, d) of a body: of a grid, dense at the sides of its box, those inside; and nodes of
+    the boundary."""
     d = mesh.dim
     line = np.cos(np.pi * (np.arange(GRID[d]) + 0.5) / GRID[d])
     grid = np.stack(np.meshgrid(*[line] * d, indexing="ij"), axis=-1).reshape(-1, d)
     grid = box.centre + (grid * box.half) @ box.axes
     step = max(1, PAIRS // mesh.n_nodes)
-    inside = np.concatenate([_wound(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)])
+    inside = np.concatenate(
+        [_wound(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)]
+    )
     return np.concatenate([grid[inside], mesh.x[:: math.ceil(mesh.n_nodes / NODES)]])
 
 
 def _wound(mesh: BoundaryMesh, x: Array) -> Array:
-    """The part of the full angle under which the boundary is seen from x, by the weights of the nodes: 1 inside."""
+    """The part of the full angle under which the boundary is seen from x, by the weights of the
+    nodes: 1 inside."""
     away = mesh.x - x[:, None]
     distance = np.linalg.norm(away, axis=2)
     seen = np.einsum("mnd,nd->mn", away, mesh.normal) / np.maximum(distance, 1e-300) ** mesh.dim
@@ -50,9 +56,11 @@ def _wound(mesh: BoundaryMesh, x: Array) -> Array:
 
 
 def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> tuple[Array, float]:
-    """Coefficients on a box, and the largest error over the largest value, at points some of which are left out of the fit.
+    """Coefficients on a box, and the largest error over the largest value, at points some of which
+    are left out of the fit.
 
-    Of the degrees tried it is the one whose error and round-off, ε times the sum of its coefficients, are least together.
+    Of the degrees tried it is the one whose error and round-off, ε times the sum of its
+    coefficients, are least together.
 
     Parameters
     ----------
@@ -64,7 +72,7 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     wanted, d = function(points), points.shape[1]
     size = float(np.abs(wanted).max(initial=0.0)) or 1.0
     xi = np.clip(box.local(points), -1.0, 1.0)
-    along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]  # type: ignore[no-untyped-call]
+    along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]
     mixed = np.random.default_rng(SEED).permutation(len(points))
     best, error = np.zeros((1,) * d), np.inf
     for degree in TRIED[d]:
@@ -74,7 +82,12 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
             break
         basis = np.prod([table[:, k] for table, k in zip(along, exponents, strict=True)], axis=0)
         solved = scipy.linalg.lstsq(basis[used], wanted[used], cond=CUT, lapack_driver="gelsy")[0]
-        missed = float(np.abs(basis @ solved - wanted).max() + np.finfo(float).eps * np.abs(solved).sum()) / size
+        missed = (
+            float(
+                np.abs(basis @ solved - wanted).max() + np.finfo(float).eps * np.abs(solved).sum()
+            )
+            / size
+        )
         if missed < error:
             error, best = missed, np.zeros((degree + 1,) * d)
             best[tuple(exponents)] = solved

@@ -27,37 +27,48 @@ class InsideLoads:
 
     @classmethod
     def of(
-        cls, problem: Problem, number: int, mesh: BoundaryMesh, volume: VolumeSolution | None, shares: dict[int, float]
+        cls,
+        problem: Problem,
+        number: int,
+        mesh: BoundaryMesh,
+        volume: VolumeSolution | None,
+        shares: dict[int, float],
     ) -> InsideLoads:
-        """Of the body of a number, with the solution for its volume loads; state 0 is unloaded, state k the end of step k,
-        each with its share."""
+        """Of the body of a number, with the solution for its volume loads; state 0 is unloaded,
+        state k the end of step k, each with its share."""
         forces = forces_by_step(problem, number)
         point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
         force = np.zeros_like(point)
         for state, share in shares.items():
             if state > 0:
                 force += share * np.array([f.force for f in forces[state - 1]]).reshape(force.shape)
-        return cls(mesh, kernel_for(mesh, problem.body[number].material), point, force, volume, shares)
+        return cls(
+            mesh, kernel_for(mesh, problem.body[number].material), point, force, volume, shares
+        )
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d) on the boundary without what volume loads add there, `at` to be added inside."""
+        """Displacement and traction (n, d) on the boundary without what volume loads add there,
+        `at` to be added inside."""
         if self.volume is None:
             return u, traction
         u_p, stress, _ = self.volume.at(self.mesh.x, self.shares)
         return u - u_p, traction - np.einsum("nij,nj->ni", stress, self.mesh.normal)
 
     def at(self, x: Array) -> tuple[Array, Array, Array]:
-        """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what temperature adds to
-        ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
+        """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what
+        temperature adds to ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
         (u, stress, normal), (pushed, stressed) = self.volume_at(x), self.points_at(x)
         return u + pushed, stress + stressed, normal
 
     def points_at(self, x: Array) -> tuple[Array, Array]:
-        """u and σ of point forces alone, which `without` leaves in: the boundary stress has them, the integrals have not."""
+        """u and σ of point forces alone, which `without` leaves in: the boundary stress has them,
+        the integrals have not."""
         m, d = x.shape
         if not len(self.point):
             return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))
-        return self.kernel.point_displacement(x, self.point, self.force), self.kernel.point_stress(x, self.point, self.force)
+        return self.kernel.point_displacement(x, self.point, self.force), self.kernel.point_stress(
+            x, self.point, self.force
+        )
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
         """The same of volume loads alone, which is what `without` leaves out on the boundary."""

@@ -1,7 +1,8 @@
-"""Chebyshev polynomials on the box around a body, along its principal axes: sizes of coefficients are sizes of values.
+"""Chebyshev polynomials on the box around a body, along its principal axes: sizes of coefficients
+are sizes of values.
 
-A polynomial is an array (D+1,)*d of coefficients, whose indices are the degrees along the axes. Operations keep the shape;
-the caller leaves room for what rises in degree (see `padded`).
+A polynomial is an array (D+1,)*d of coefficients, whose indices are the degrees along the axes.
+Operations keep the shape; the caller leaves room for what rises in degree (see `padded`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 
 LONG = 2.0
-"""Ratio of the largest to the smallest extent from which on a box lies along the principal axes of its body."""
+"""Ratio of the largest to the smallest extent from which on a box lies along the principal axes of
+its body."""
 NODES = 250
 """Nodes of the boundary at which inverse Laplacians are kept small, at most about."""
 
@@ -34,7 +36,8 @@ def degree(p: Array) -> int:
 
 
 def padded(p: Array, size: int) -> Array:
-    """The same with `size` coefficients an axis; what is cut off is of higher degree than there is."""
+    """The same with `size` coefficients an axis; what is cut off is of higher degree than there
+    is."""
     result = np.zeros((size,) * p.ndim)
     kept = tuple(slice(0, min(size, count)) for count in p.shape)
     result[kept] = p[kept]
@@ -73,7 +76,8 @@ class BodyBox:
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> BodyBox:
-        """Along the principal axes of the boundary where it is long, else along those of the coordinates."""
+        """Along the principal axes of the boundary where it is long, else along those of the
+        coordinates."""
         weight = mesh.weight / mesh.weight.sum()
         away = mesh.x - weight @ mesh.x
         moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
@@ -82,7 +86,14 @@ class BodyBox:
         low, high = along.min(axis=0), along.max(axis=0)
         few = slice(None, None, -(-mesh.n_nodes // NODES))
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        return cls(middle @ axes, axes, half, (along[few] - middle) / half, weight[few], float(np.sqrt(moments[0])))
+        return cls(
+            middle @ axes,
+            axes,
+            half,
+            (along[few] - middle) / half,
+            weight[few],
+            float(np.sqrt(moments[0])),
+        )
 
     def local(self, x: Array) -> Array:
         """ξ (m, d) at x (m, d)."""
@@ -93,46 +104,55 @@ class BodyBox:
         slope = np.zeros_like(p)
         if len(p) > 1:
             kept = tuple(slice(0, len(p) - (k == axis)) for k in range(p.ndim))
-            slope[kept] = chebyshev.chebder(p, axis=axis) / self.half[axis]  # type: ignore[no-untyped-call]
+            slope[kept] = chebyshev.chebder(p, axis=axis) / self.half[axis]
         return slope
 
     def laplacian(self, p: Array) -> Array:
         """The sum of the second derivatives [1/length²]."""
-        return np.asarray(sum(self.derivative(self.derivative(p, axis), axis) for axis in range(p.ndim)))
+        return np.asarray(
+            sum(self.derivative(self.derivative(p, axis), axis) for axis in range(p.ndim))
+        )
 
     def inverse_laplacian(self, p: Array, orders: tuple[int, ...] = (1, 2)) -> Array:
         """q with lap q = p, two degrees higher [length²].
 
-        Of all these it is that of mean 0 with the smallest derivatives of some orders on the boundary: it depends on the
-        body, not on its axes, and is about as large as p makes it. Where those of order 1 alone are small it is rougher.
+        Of all these it is that of mean 0 with the smallest derivatives of some orders on the
+        boundary: it depends on the body, not on its axes, and is about as large as p makes it.
+        Where those of order 1 alone are small it is rougher.
         """
         result, n = np.zeros_like(p), degree(p)
         if p.any():
             if (n, orders) not in self.inverses:
                 self.inverses[n, orders] = self._inverse(n, orders)
-            result[tuple(total_degrees(n + 2, p.ndim))] = self.inverses[n, orders] @ p[tuple(total_degrees(n, p.ndim))]
+            result[tuple(total_degrees(n + 2, p.ndim))] = (
+                self.inverses[n, orders] @ p[tuple(total_degrees(n, p.ndim))]
+            )
         return result
 
     def _inverse(self, n: int, orders: tuple[int, ...]) -> Array:
-        """The matrix of `inverse_laplacian` from coefficients of total degree n to those of n + 2."""
+        """The matrix of `inverse_laplacian` from coefficients of total degree n to those of n +
+        2."""
         d, unit = len(self.half), self.half.min()
         half = self.half / unit
         given, found = total_degrees(n, d), total_degrees(n + 2, d)
-        slope = np.pad(chebyshev.chebder(np.eye(n + 3)), ((0, 1), (0, 0)))  # type: ignore[no-untyped-call]
-        tables = [chebyshev.chebvander(xi, n + 2) for xi in self.nodes.T]  # type: ignore[no-untyped-call]
+        slope = np.pad(chebyshev.chebder(np.eye(n + 3)), ((0, 1), (0, 0)))
+        tables = [chebyshev.chebvander(xi, n + 2) for xi in self.nodes.T]
         size = 1.0 / (1.0 + np.sum((found / half[:, None]) ** 2, axis=0))
         laplacian = np.zeros((given.shape[1], found.shape[1]))
         for axis, h in enumerate(half):
             others = [k for k in range(d) if k != axis]
             same = np.all(given[others][:, :, None] == found[others][:, None], axis=0)
             laplacian += same * (slope @ slope)[np.ix_(given[axis], found[axis])] / h**2
-        # the mean of q, which derivatives leave open; all derivatives of an order together turn with the axes
+        # the mean of q, which derivatives leave open; all derivatives of an order together turn
+        # with the axes
         rows = list[Array]()
         for times in total_degrees(max(orders), d).T:
             if (order := int(times.sum())) not in (0, *orders):
                 continue
-            along = [(table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
-                     for table, k, h, number in zip(tables, times, half, found, strict=True)]  # fmt: skip
+            along = [
+                (table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
+                for table, k, h, number in zip(tables, times, half, found, strict=True)
+            ]
             at_nodes = np.prod(along, axis=0)
             ways = math.factorial(order) / math.prod(map(math.factorial, times))
             share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
@@ -141,28 +161,35 @@ class BodyBox:
         q, r = scipy.linalg.qr((laplacian * size).T)
         particular, harmonic = np.split(q, [len(laplacian)], axis=1)
         steep = np.vstack(rows) * size
-        particular = particular - harmonic @ np.linalg.lstsq(steep @ harmonic, steep @ particular, rcond=None)[0]
+        particular = (
+            particular
+            - harmonic @ np.linalg.lstsq(steep @ harmonic, steep @ particular, rcond=None)[0]
+        )
         inverse = scipy.linalg.solve_triangular(r[: len(laplacian)], particular.T).T
         inverse = size[:, None] * inverse
         # one step of refinement, for bodies that are thin
-        return np.asarray(unit**2 * (inverse + inverse @ (np.eye(len(laplacian)) - laplacian @ inverse)))
+        return np.asarray(
+            unit**2 * (inverse + inverse @ (np.eye(len(laplacian)) - laplacian @ inverse))
+        )
 
     def integral_of_strain(self, p: Array) -> list[Array]:
-        """u whose strain is p I, by the components along the axes, for p that are linear or, in the plane, harmonic.
+        """u whose strain is p I, by the components along the axes, for p that are linear or, in the
+        plane, harmonic.
 
-        E. Cesàro's line integral from the centre, u = ∫ (p x + (1-s) ((x·grad p) x - r² grad p)) ds, p at s x.
+        E. Cesàro's line integral from the centre, u = ∫ (p x + (1-s) ((x·grad p) x - r² grad p))
+        ds, p at s x.
         """
         d, m = p.ndim, degree(p)
         line = np.cos(np.pi * (np.arange(m + 2) + 0.5) / (m + 2))
         x = np.stack(np.meshgrid(*(h * line for h in self.half), indexing="ij"))
         slopes, u = [self.derivative(p, axis) for axis in range(d)], np.zeros_like(x)
-        for s, weight in zip(*legendre.leggauss(m // 2 + 2), strict=True):  # type: ignore[no-untyped-call]
-            at = chebyshev.chebvander(0.5 * (1.0 + s) * line, len(p) - 1)  # type: ignore[no-untyped-call]
+        for s, weight in zip(*legendre.leggauss(m // 2 + 2), strict=True):
+            at = chebyshev.chebvander(0.5 * (1.0 + s) * line, len(p) - 1)
             slope = np.stack([_along_axes(at, component) for component in slopes])
             turned = np.sum(x * slope, axis=0) * x - np.sum(x * x, axis=0) * slope
             u += 0.5 * weight * (_along_axes(at, p) * x + 0.5 * (1.0 - s) * turned)
         # coefficients from values at the points where Chebyshev polynomials are orthogonal
-        back = chebyshev.chebvander(line, m + 1).T / (0.5 * (m + 2))  # type: ignore[no-untyped-call]
+        back = chebyshev.chebvander(line, m + 1).T / (0.5 * (m + 2))
         back[0] *= 0.5
         return [padded(up_to(_along_axes(back, component), m + 1), len(p)) for component in u]
 
@@ -178,5 +205,5 @@ def values(p: Array, xi: Array) -> Array:
     """Values (m,) at ξ (m, d), by Clenshaw's rule along each axis."""
     result = p[..., None]
     for along in xi.T:
-        result = chebyshev.chebval(along, result, tensor=False)  # type: ignore[no-untyped-call]
+        result = chebyshev.chebval(along, result, tensor=False)
     return result

@@ -1,4 +1,5 @@
-"""A displacement that is in equilibrium with a polynomial force and temperature in a volume, a polynomial itself."""
+"""A displacement that is in equilibrium with a polynomial force and temperature in a volume, a
+polynomial itself."""
 
 from __future__ import annotations
 
@@ -12,12 +13,14 @@ from ...model.problem import Material
 from .polynomials import BodyBox, degree, padded, up_to, values
 
 STRESS_FREE = {2: np.inf, 3: 1}
-"""Degrees up to which a harmonic temperature strains a free body without stress, by the number of dimensions."""
+"""Degrees up to which a harmonic temperature strains a free body without stress, by the number of
+dimensions."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParticularSolution:
-    """u and σ of Navier's equations μ lap u + (λ+μ) grad div u + b - β grad T = 0, σ = 2μ ε + (λ div u - βT) I.
+    """u and σ of Navier's equations μ lap u + (λ+μ) grad div u + b - β grad T = 0, σ = 2μ ε + (λ
+    div u - βT) I.
 
     Attributes
     ----------
@@ -40,7 +43,10 @@ class ParticularSolution:
     def displacement(self, x: Array) -> Array:
         """At points (m, d), (m, d) [length]."""
         xi = self.box.local(x)
-        return np.stack([values(component, xi) for component in self.u + self.free], axis=1) @ self.box.axes
+        return (
+            np.stack([values(component, xi) for component in self.u + self.free], axis=1)
+            @ self.box.axes
+        )
 
     def stress(self, x: Array) -> Array:
         """At points (m, d), (m, d, d) [stress]."""
@@ -61,15 +67,22 @@ class ParticularSolution:
         du = [[self.box.derivative(self.u[i], j) for j in range(d)] for i in range(d)]
         even = 2.0 * mu * ratio / (1.0 - 2.0 * ratio) * sum(du[i][i] for i in range(d))
         even = even - self.material.thermal_stress * self.straining
-        return {(i, j): mu * (du[i][j] + du[j][i]) + (even if i == j else 0.0) for i in range(d) for j in range(i, d)}
+        return {
+            (i, j): mu * (du[i][j] + du[j][i]) + (even if i == j else 0.0)
+            for i in range(d)
+            for j in range(i, d)
+        }
 
 
-def particular_solution(force: list[Array], temperature: Array, material: Material, box: BodyBox) -> ParticularSolution:
+def particular_solution(
+    force: list[Array], temperature: Array, material: Material, box: BodyBox
+) -> ParticularSolution:
     """A particular solution for polynomials on the box around a body.
 
-    Of the force it is Galerkin's, 2μ u = 2(1-ν) lap F - grad div F with lap lap F = -b/(1-ν); of a temperature that leaves a
-    free body without stress (linear; in the plane harmonic) it is that strain; of the rest of it grad Φ with
-    (λ+2μ) lap Φ = βT. Harmonic parts of F and Φ are such that its stresses are about as large as the loads make them.
+    Of the force it is Galerkin's, 2μ u = 2(1-ν) lap F - grad div F with lap lap F = -b/(1-ν); of a
+    temperature that leaves a free body without stress (linear; in the plane harmonic) it is that
+    strain; of the rest of it grad Φ with (λ+2μ) lap Φ = βT. Harmonic parts of F and Φ are such that
+    its stresses are about as large as the loads make them.
 
     Parameters
     ----------
@@ -85,8 +98,15 @@ def particular_solution(force: list[Array], temperature: Array, material: Materi
     heat = padded(temperature, size)
     # lap F, then div F
     h = [box.inverse_laplacian(padded(b, size) / (ratio - 1.0)) for b in force]
-    div = np.asarray(sum(box.derivative(box.inverse_laplacian(component), i) for i, component in enumerate(h)))
-    u = np.array([(2.0 * (1.0 - ratio) * component - box.derivative(div, i)) / (2.0 * mu) for i, component in enumerate(h)])
+    div = np.asarray(
+        sum(box.derivative(box.inverse_laplacian(component), i) for i, component in enumerate(h))
+    )
+    u = np.array(
+        [
+            (2.0 * (1.0 - ratio) * component - box.derivative(div, i)) / (2.0 * mu)
+            for i, component in enumerate(h)
+        ]
+    )
     scale = material.thermal_stress * (1.0 - 2.0 * ratio) / (2.0 * mu)
     harmonic = up_to(heat - box.inverse_laplacian(box.laplacian(heat), (1,)), STRESS_FREE[d])
     phi = box.inverse_laplacian(heat - harmonic)

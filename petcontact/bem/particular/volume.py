@@ -39,17 +39,21 @@ class VolumeSolution:
     notes: tuple[str, ...]
 
     def on(self, mesh: BoundaryMesh) -> Array:
-        """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3, K, n, d)."""
+        """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3,
+        K, n, d)."""
         known: dict[ParticularSolution | None, Array] = {None: np.zeros((2, *mesh.x.shape))}
         for state in {*self.states, *self.forces} - {None}:
             assert state is not None
             traction = np.einsum("nij,nj->ni", state.stress(mesh.x), mesh.normal)
             known[state] = np.array([state.displacement(mesh.x), traction])
         pairs = zip(self.states, self.forces, strict=True)
-        return np.stack([np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1)
+        return np.stack(
+            [np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1
+        )
 
     def at(self, points: Array, shares: dict[int, float]) -> tuple[Array, Array, Array]:
-        """At points (m, d), with shares of states by their number: u (m, d), σ (m, d, d), and βT (m,) [stress]."""
+        """At points (m, d), with shares of states by their number: u (m, d), σ (m, d, d), and βT
+        (m,) [stress]."""
         m, d = points.shape
         u, stress, heat = np.zeros((m, d)), np.zeros((m, d, d)), np.zeros(m)
         for number, share in shares.items():
@@ -61,7 +65,8 @@ class VolumeSolution:
 
 
 def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> VolumeSolution | None:
-    """Of the body of a number; None where no step has volume loads. State 0 is unloaded, state k the end of step k.
+    """Of the body of a number; None where no step has volume loads. State 0 is unloaded, state k
+    the end of step k.
 
     Raises
     ------
@@ -72,7 +77,10 @@ def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> Volume
     if all(loads.is_none for loads in steps):
         return None
     posed, cold = _Posed(f"body {body.name!r}: loads", body.material, mesh), {"temperature": 0.0}
-    states, forces = ([None, *map(posed.solution, each)] for each in (steps, [s.model_copy(update=cold) for s in steps]))
+    states, forces = (
+        [None, *map(posed.solution, each)]
+        for each in (steps, [s.model_copy(update=cold) for s in steps])
+    )
     return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes))
 
 
@@ -92,7 +100,8 @@ class _Posed:
         self._points: Array | None = None
 
     def solution(self, loads: VolumeLoads) -> ParticularSolution | None:
-        """For the loads of one state, None where there are none; of the same loads the same object."""
+        """For the loads of one state, None where there are none; of the same loads the same
+        object."""
         if loads not in self.solved:
             self.solved[loads] = None if loads.is_none else self._solution(loads)
         return self.solved[loads]
@@ -100,12 +109,26 @@ class _Posed:
     def _solution(self, loads: VolumeLoads) -> ParticularSolution:
         density = self.material.density or 0.0
         parts = [self._centrifugal(loads, density)]
-        for key, values, factor in (("acceleration", loads.acceleration, density), ("force", loads.force, 1.0)):
-            parts += [[factor * self._polynomial(f"{key}[{i}]", value) for i, value in enumerate(values)]] if values else []
+        for key, values, factor in (
+            ("acceleration", loads.acceleration, density),
+            ("force", loads.force, 1.0),
+        ):
+            parts += (
+                [
+                    [
+                        factor * self._polynomial(f"{key}[{i}]", value)
+                        for i, value in enumerate(values)
+                    ]
+                ]
+                if values
+                else []
+            )
         size = max(len(p) for part in parts for p in part)
         force = sum(np.array([padded(p, size) for p in part]) for part in parts)
         along = list(np.tensordot(self.box.axes, force, 1))
-        return particular_solution(along, self._polynomial("temperature", loads.temperature), self.material, self.box)
+        return particular_solution(
+            along, self._polynomial("temperature", loads.temperature), self.material, self.box
+        )
 
     def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
         """ρω² times the vector from the axis, a polynomial of degree 1 a component."""
@@ -135,6 +158,9 @@ class _Posed:
 
             self.known[key, value], missed = fitted(at, self._points, self.box)
             if missed > EXACT:
-                self.notes.append(f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its largest "
-                                  "value; stresses may be as far off")  # fmt: skip
+                self.notes.append(
+                    f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its "
+                    f"largest "
+                    "value; stresses may be as far off"
+                )
         return self.known[key, value]

@@ -1,9 +1,10 @@
 """Write what a result holds for other programs: petcontact export result.h5 --csv tables
 
---csv DIR writes a file each of pairs (contact nodes), boundary (all nodes), reactions (by part), resultants (by pair),
-obstacles, increments and history (iterations); --csv FILE.csv writes one table. --vtkhdf FILE.vtkhdf is one file with all
-increments, bodies and fields, for ParaView. --superelement FILE.npz condenses a body to its contact parts: its compliance,
-for petcontact and numpy; FILE.inp is the stiffness for Abaqus.
+--csv DIR writes a file each of pairs (contact nodes), boundary (all nodes), reactions (by part),
+resultants (by pair), obstacles, increments and history (iterations); --csv FILE.csv writes one
+table. --vtkhdf FILE.vtkhdf is one file with all increments, bodies and fields, for ParaView.
+--superelement FILE.npz condenses a body to its contact parts: its compliance, for petcontact and
+numpy; FILE.inp is the stiffness for Abaqus.
 """
 
 from __future__ import annotations
@@ -19,16 +20,42 @@ from ...errors import InputError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact export`."""
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument("--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv")
-    parser.add_argument("--table", metavar="NAME", action="append", default=[],
-                        help="of --csv: this table; may be repeated (default: all, of FILE.csv pairs)")  # fmt: skip
-    parser.add_argument("--step", metavar="K",
-                        help="of --csv: increment 1, 2, ..., or `last` (default: all, below one another)")  # fmt: skip
-    parser.add_argument("--vtkhdf", metavar="FILE.vtkhdf", help="all increments, bodies and fields for ParaView 5.12 on")
-    parser.add_argument("--grid", metavar="NXxNY", help="of --vtkhdf: grid cells along x and y, in space along z too")
-    parser.add_argument("--superelement", metavar="FILE.npz", help="a body condensed to its contact parts (.npz, .inp)")
-    parser.add_argument("--body", metavar="NAME", help="of --superelement: which body, where there are several")
-    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+    parser.add_argument(
+        "--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv"
+    )
+    parser.add_argument(
+        "--table",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="of --csv: this table; may be repeated (default: all, of FILE.csv pairs)",
+    )
+    parser.add_argument(
+        "--step",
+        metavar="K",
+        help="of --csv: increment 1, 2, ..., or `last` (default: all, below one another)",
+    )
+    parser.add_argument(
+        "--vtkhdf",
+        metavar="FILE.vtkhdf",
+        help="all increments, bodies and fields for ParaView 5.12 on",
+    )
+    parser.add_argument(
+        "--grid",
+        metavar="NXxNY",
+        help="of --vtkhdf: grid cells along x and y, in space along z too",
+    )
+    parser.add_argument(
+        "--superelement",
+        metavar="FILE.npz",
+        help="a body condensed to its contact parts (.npz, .inp)",
+    )
+    parser.add_argument(
+        "--body", metavar="NAME", help="of --superelement: which body, where there are several"
+    )
+    parser.add_argument(
+        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -37,14 +64,24 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...sweep.store.case_table import read_case
 
     if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
-        raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView, "
-                         "--superelement FILE.npz a condensed body")  # fmt: skip
-    for key, of in (("table", "csv"), ("step", "csv"), ("grid", "vtkhdf"), ("body", "superelement")):
+        raise InputError(
+            "export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for "
+            "ParaView, "
+            "--superelement FILE.npz a condensed body"
+        )
+    for key, of in (
+        ("table", "csv"),
+        ("step", "csv"),
+        ("grid", "vtkhdf"),
+        ("body", "superelement"),
+    ):
         if getattr(arguments, key) and not getattr(arguments, of):
             raise InputError(f"--{key}: is of --{of}, which is not given")
     if arguments.vtkhdf:
         if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
-            raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format")
+            raise InputError(
+                f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format"
+            )
         check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
     if arguments.superelement:
         from ...pipeline.superelement import superelement_format
@@ -55,7 +92,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if arguments.csv:
         from ...results.tables import write_tables
 
-        for path in write_tables(solution, arguments.csv, arguments.table, _steps(arguments.step, solution)):
+        for path in write_tables(
+            solution, arguments.csv, arguments.table, _steps(arguments.step, solution)
+        ):
             print(path)
     if arguments.vtkhdf:
         _fields(arguments, solution)
@@ -83,7 +122,9 @@ def _steps(word: str | None, solution: Any) -> list[int]:
     if word == "last":
         return [solution.tried.index(solution.last) + 1]
     if not (word.isascii() and word.isdigit()):
-        raise InputError(f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last")
+        raise InputError(
+            f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last"
+        )
     return [int(word)]
 
 
@@ -95,6 +136,11 @@ def _fields(arguments: argparse.Namespace, solution: Any) -> None:
     status = StatusLine(sys.stderr.isatty())
     resolution = grid(arguments.grid) if arguments.grid else None
     try:
-        write_vtkhdf(arguments.vtkhdf, solution, resolution, lambda share: status.show(f"fields: {share:.0%}"))
+        write_vtkhdf(
+            arguments.vtkhdf,
+            solution,
+            resolution,
+            lambda share: status.show(f"fields: {share:.0%}"),
+        )
     finally:
         status.clear()

@@ -1,6 +1,7 @@
 """Fatigue parameters over a cycle of load steps, on the surface of the bodies and below it.
 
-petcontact fatigue RESULT.h5 --first push --last pull --parameter smith-watson-topper --depth 0.5 -o out.csv
+petcontact fatigue RESULT.h5 --first push --last pull --parameter smith-watson-topper --depth 0.5 -o
+out.csv
 """
 
 from __future__ import annotations
@@ -17,21 +18,50 @@ from ...errors import InputError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact fatigue`."""
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument("--parameter", metavar="NAME", default="smith-watson-topper",
-                        help="smith-watson-topper (default), findley, crossland, dang-van, ruiz-1, ruiz-2")  # fmt: skip
-    parser.add_argument("--first", metavar="STEP", help="name of the step that the cycle begins with (default: [cycle]'s)")
-    parser.add_argument("--last", metavar="STEP", help="name of the step that it ends with (default: [cycle]'s)")
-    parser.add_argument("--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)")
-    parser.add_argument("--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van")
-    parser.add_argument("--limit", metavar="STRESS", help="what the parameter may be: the largest value is given over it")
-    parser.add_argument("--life", metavar="S,B,E,C",
-                        help="sigma_f', b, epsilon_f', c: cycles to failure by smith-watson-topper")  # fmt: skip
-    parser.add_argument("--body", metavar="NAME", action="append", help="only this body; may be repeated")
-    parser.add_argument("--part", metavar="NAME", action="append",
-                        help="this part of the surface instead of those in contact; may be repeated")  # fmt: skip
+    parser.add_argument(
+        "--parameter",
+        metavar="NAME",
+        default="smith-watson-topper",
+        help="smith-watson-topper (default), findley, crossland, dang-van, ruiz-1, ruiz-2",
+    )
+    parser.add_argument(
+        "--first",
+        metavar="STEP",
+        help="name of the step that the cycle begins with (default: [cycle]'s)",
+    )
+    parser.add_argument(
+        "--last", metavar="STEP", help="name of the step that it ends with (default: [cycle]'s)"
+    )
+    parser.add_argument(
+        "--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)"
+    )
+    parser.add_argument(
+        "--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van"
+    )
+    parser.add_argument(
+        "--limit",
+        metavar="STRESS",
+        help="what the parameter may be: the largest value is given over it",
+    )
+    parser.add_argument(
+        "--life",
+        metavar="S,B,E,C",
+        help="sigma_f', b, epsilon_f', c: cycles to failure by smith-watson-topper",
+    )
+    parser.add_argument(
+        "--body", metavar="NAME", action="append", help="only this body; may be repeated"
+    )
+    parser.add_argument(
+        "--part",
+        metavar="NAME",
+        action="append",
+        help="this part of the surface instead of those in contact; may be repeated",
+    )
     parser.add_argument("-o", "--output", metavar="FILE.csv", help="a table, a row a place")
     parser.add_argument("--figure", metavar="FILE.png", help="also draw it (.png, .pdf or .svg)")
-    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+    parser.add_argument(
+        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -43,7 +73,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
 
-    depth, sensitivity, limit = (_number(arguments, key) for key in ("depth", "sensitivity", "limit"))
+    depth, sensitivity, limit = (
+        _number(arguments, key) for key in ("depth", "sensitivity", "limit")
+    )
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
     if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
         raise InputError(f"{arguments.output}: a table is written as .csv")
@@ -53,14 +85,23 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_case(arguments.result, arguments.case)
     result = fatigue(
-        solution, arguments.parameter, first=arguments.first, last=arguments.last, depth=depth or 0.0,
-        sensitivity=sensitivity, bodies=arguments.body, parts=arguments.part,
-    )  # fmt: skip
+        solution,
+        arguments.parameter,
+        first=arguments.first,
+        last=arguments.last,
+        depth=depth or 0.0,
+        sensitivity=sensitivity,
+        bodies=arguments.body,
+        parts=arguments.part,
+    )
     found, k = result.largest
     sites, value = found.sites, float(found.value[k])
     places = sum(len(one.value) for one in result.found)
     print(f"{result.parameter}: {result.increments} increments, {places} places")
-    where = ", ".join(f"{c:.6g}" for c in np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k]))
+    where = ", ".join(
+        f"{c:.6g}"
+        for c in np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k])
+    )
     deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
     print(f"  largest {value:.6g} at ({where}), {sites.body}.{sites.part[k]}{deep}")
     if found.normal is not None:
@@ -99,5 +140,7 @@ def _life(text: str, parameter: str) -> tuple[float, float, float, float]:
     try:
         strength, b, ductility, c = (float(word) for word in text.split(","))
     except ValueError:
-        raise InputError(f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c") from None
+        raise InputError(
+            f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c"
+        ) from None
     return strength, b, ductility, c

@@ -1,7 +1,9 @@
-"""Displacement and stress in the bodies of a result: .vtu files for ParaView, a table at given points, and a figure.
+"""Displacement and stress in the bodies of a result: .vtu files for ParaView, a table at given
+points, and a figure.
 
-Of several bodies or increments: .vtu files of each increment and body, and a .pvd file that ties them together. --points
-FILE.csv evaluates points inside and on the boundary instead, and writes a table.
+Of several bodies or increments: .vtu files of each increment and body, and a .pvd file that ties
+them together. --points FILE.csv evaluates points inside and on the boundary instead, and writes a
+table.
 """
 
 from __future__ import annotations
@@ -20,22 +22,54 @@ from ...errors import InputError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact field`."""
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument("--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it")
-    parser.add_argument("--body", metavar="NAME", action="append", help="only this body; may be repeated")
-    parser.add_argument("--window", metavar="X", nargs="+", help="lower and upper corner of a box: only what is in it")
-    parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y, in space along z too (100x100, 16x16x16)")
-    parser.add_argument("--points", metavar="FILE.csv",
-                        help="points x, y (and z), a line each, in a body or on its boundary: write a table")  # fmt: skip
-    parser.add_argument("-o", "--output", metavar="FILE",
-                        help="the field (default: the result's stem + .vtu), or the table (-points.csv)")  # fmt: skip
-    parser.add_argument("--boundary", metavar="FILE.vtu",
-                        help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those of "
-                        "all increments always are)")  # fmt: skip
-    parser.add_argument("--figure", metavar="FILE.png",
-                        help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)")  # fmt: skip
-    parser.add_argument("--quantity", metavar="NAME",
-                        help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...")  # fmt: skip
-    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+    parser.add_argument(
+        "--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it"
+    )
+    parser.add_argument(
+        "--body", metavar="NAME", action="append", help="only this body; may be repeated"
+    )
+    parser.add_argument(
+        "--window",
+        metavar="X",
+        nargs="+",
+        help="lower and upper corner of a box: only what is in it",
+    )
+    parser.add_argument(
+        "--grid",
+        metavar="NXxNY",
+        help="grid cells along x and y, in space along z too (100x100, 16x16x16)",
+    )
+    parser.add_argument(
+        "--points",
+        metavar="FILE.csv",
+        help="points x, y (and z), a line each, in a body or on its boundary: write a table",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help="the field (default: the result's stem + .vtu), or the table (-points.csv)",
+    )
+    parser.add_argument(
+        "--boundary",
+        metavar="FILE.vtu",
+        help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those "
+        "of "
+        "all increments always are)",
+    )
+    parser.add_argument(
+        "--figure",
+        metavar="FILE.png",
+        help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)",
+    )
+    parser.add_argument(
+        "--quantity",
+        metavar="NAME",
+        help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...",
+    )
+    parser.add_argument(
+        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -57,14 +91,24 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     suffix = ".csv" if arguments.points else ".vtu"
     for name, wanted in ((output, suffix), (arguments.boundary, ".vtu")):
         if name and Path(name).suffix.lower() != wanted:
-            kind = "table is written as .csv" if wanted == ".csv" else "field is written as .vtu, for ParaView and VisIt"
+            kind = (
+                "table is written as .csv"
+                if wanted == ".csv"
+                else "field is written as .vtu, for ParaView and VisIt"
+            )
             raise InputError(f"{name}: a {kind}")
     if arguments.figure:
         figure_format(arguments.figure)
     for name in filter(None, (output, arguments.boundary, arguments.figure)):
-        check_target(Path(name), replace=True, inputs=[arguments.result, *([arguments.points] if arguments.points else [])])
+        check_target(
+            Path(name),
+            replace=True,
+            inputs=[arguments.result, *([arguments.points] if arguments.points else [])],
+        )
     whole = read_case(arguments.result, arguments.case)
-    solution = whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
+    solution = (
+        whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
+    )
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
@@ -85,22 +129,36 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         fields = _write_fields(output, solution, arguments, resolution, box)
     if arguments.figure:
         cells = (resolution[0], resolution[1]) if resolution else None
-        print(deformed_figure(solution, arguments.figure, resolution=cells, field=fields, quantity=shown,
-                              bodies=arguments.body, window=box))  # fmt: skip
+        print(
+            deformed_figure(
+                solution,
+                arguments.figure,
+                resolution=cells,
+                field=fields,
+                quantity=shown,
+                bodies=arguments.body,
+                window=box,
+            )
+        )
     return 0
 
 
 def _check_figure(arguments: argparse.Namespace) -> None:
     """Refuse options of a field or a figure where neither is made."""
     if arguments.quantity and not arguments.figure:
-        raise InputError(f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one")
+        raise InputError(
+            f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one"
+        )
     for key in ("grid", "window"):
         if getattr(arguments, key) and arguments.points and not arguments.figure:
             raise InputError(f"--{key}: a table of --points is of these points alone")
 
 
-def _write_fields(output: Path, solution: Any, arguments: Any, resolution: Any, box: Any) -> dict[str, Any]:
-    """One .vtu of one body and increment, else a collection; the fields that are there then, by body."""
+def _write_fields(
+    output: Path, solution: Any, arguments: Any, resolution: Any, box: Any
+) -> dict[str, Any]:
+    """One .vtu of one body and increment, else a collection; the fields that are there then, by
+    body."""
     from dataclasses import replace
 
     from ...results.vtu.collection import write_collection
@@ -111,17 +169,32 @@ def _write_fields(output: Path, solution: Any, arguments: Any, resolution: Any, 
     status = StatusLine(sys.stderr.isatty())
     try:
         if only_one:
-            return one_field(output, solution, bodies[0], resolution, box, lambda share: status.show(f"field: {share:.0%}"))
+            return one_field(
+                output,
+                solution,
+                bodies[0],
+                resolution,
+                box,
+                lambda share: status.show(f"field: {share:.0%}"),
+            )
         some = solution if arguments.step is None else replace(solution, steps=solution.steps[-1:])
-        for path in write_collection(output, some, resolution, lambda share: status.show(f"fields: {share:.0%}"),
-                                     bodies=arguments.body, window=box):  # fmt: skip
+        for path in write_collection(
+            output,
+            some,
+            resolution,
+            lambda share: status.show(f"fields: {share:.0%}"),
+            bodies=arguments.body,
+            window=box,
+        ):
             print(path)
     finally:
         status.clear()
     return {}
 
 
-def one_field(output: Path, solution: Any, name: str, resolution: Any, box: Any, progress: Any) -> dict[str, Any]:
+def one_field(
+    output: Path, solution: Any, name: str, resolution: Any, box: Any, progress: Any
+) -> dict[str, Any]:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
     from ...fields.peak import peak_of
     from ...results.vtu.inside import field_inside, grid_inside, write_vtu
@@ -141,21 +214,29 @@ def points_table(source: str, output: Path, solution: Any, bodies: list[str] | N
     from ...runtime.atomic_write import write_text
 
     if (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1:
-        raise InputError(f"--points: --body must name one body; there are {', '.join(solution.meshes)}")
+        raise InputError(
+            f"--points: --body must name one body; there are {', '.join(solution.meshes)}"
+        )
     dim = next(iter(solution.meshes.values())).dim
     state = solution.state_at(read_points(source, dim), bodies[0] if bodies else None)
     names = [name for name in quantities(dim) if name != "u"]
-    columns = {**dict(zip("xyz", state.x.T, strict=False)), **{name: quantity(state, name) for name in names}}
+    columns = {
+        **dict(zip("xyz", state.x.T, strict=False)),
+        **{name: quantity(state, name) for name in names},
+    }
     write_text(output, csv_text(columns))
     return output
 
 
 def read_points(path: str, dim: int) -> Any:
-    """Points (n, dim) of a CSV file; a first line of names is passed over, and so are columns after the coordinates."""
+    """Points (n, dim) of a CSV file; a first line of names is passed over, and so are columns after
+    the coordinates."""
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error.strerror if isinstance(error, OSError) else 'not text'}") from None
+        raise InputError(
+            f"{path}: {error.strerror if isinstance(error, OSError) else 'not text'}"
+        ) from None
     found = []
     for number, line in enumerate(lines, 1):
         words = line.replace(",", " ").replace(";", " ").split()
@@ -163,7 +244,9 @@ def read_points(path: str, dim: int) -> Any:
         if not words or (number == 1 and not any(map(math.isfinite, values))):
             continue
         if len(values) < dim or not all(map(math.isfinite, values)):
-            raise InputError(f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}")
+            raise InputError(
+                f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
+            )
         found.append(values)
     if not found:
         raise InputError(f"{path}: there are no points in it")
@@ -176,7 +259,10 @@ def window(words: list[str]) -> Any:
     half = len(values) // 2
     low, high = np.array(values[:half]), np.array(values[half:])
     if len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high):
-        raise InputError(f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such as 0 0 2 1")
+        raise InputError(
+            f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
+            f"as 0 0 2 1"
+        )
     return low, high
 
 
@@ -200,6 +286,10 @@ def _real(word: str) -> float:
 def grid(text: str) -> tuple[int, ...]:
     """`200x100` as two, or `20x10x10` as three numbers of cells."""
     words = text.split("x")
-    if len(words) not in (2, 3) or not all(word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words):
-        raise InputError(f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each")
+    if len(words) not in (2, 3) or not all(
+        word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words
+    ):
+        raise InputError(
+            f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each"
+        )
     return tuple(int(word) for word in words)

@@ -1,5 +1,5 @@
-"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history; an
-animation; or a page that turns the bodies (--html)."""
+"""Draw the figures of a result file: outline, displacement and traction on the contact parts,
+history; an animation; or a page that turns the bodies (--html)."""
 
 from __future__ import annotations
 
@@ -12,14 +12,31 @@ from ...runtime.figure_style import FORMATS
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact plot`."""
-    parser.add_argument("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep")
-    parser.add_argument("-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)")
-    parser.add_argument("--format", choices=FORMATS, action="append", help="png (default), pdf or svg; may be repeated")
-    parser.add_argument("--animate", metavar="FILE.gif",
-                        help="draw the deformed bodies through all increments instead (.gif, .mp4)")  # fmt: skip
-    parser.add_argument("--html", action="store_true",
-                        help="write one page STEM.html that turns the deformed bodies in a browser instead")  # fmt: skip
-    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+    parser.add_argument(
+        "result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"
+    )
+    parser.add_argument(
+        "-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)"
+    )
+    parser.add_argument(
+        "--format",
+        choices=FORMATS,
+        action="append",
+        help="png (default), pdf or svg; may be repeated",
+    )
+    parser.add_argument(
+        "--animate",
+        metavar="FILE.gif",
+        help="draw the deformed bodies through all increments instead (.gif, .mp4)",
+    )
+    parser.add_argument(
+        "--html",
+        action="store_true",
+        help="write one page STEM.html that turns the deformed bodies in a browser instead",
+    )
+    parser.add_argument(
+        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
+    )
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -28,7 +45,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...sweep.store.case_table import read_case
 
     drawn = "animate" if arguments.animate else "html"
-    unread = {"animate": ("figures", "format", "html"), "html": ("format",) if arguments.html else ()}[drawn]
+    unread = {
+        "animate": ("figures", "format", "html"),
+        "html": ("format",) if arguments.html else (),
+    }[drawn]
     for key in unread:
         if getattr(arguments, key):
             raise InputError(f"--{key}: is not used by --{drawn}; give one of them")
@@ -62,4 +82,6 @@ def _check_animation(arguments: argparse.Namespace) -> None:
     animation_format(arguments.animate)
     check_target(Path(arguments.animate), replace=True, inputs=arguments.result)
     if len(arguments.result) > 1:
-        raise InputError(f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given")
+        raise InputError(
+            f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given"
+        )

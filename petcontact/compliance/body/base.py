@@ -1,4 +1,5 @@
-"""A body whatever its operators are stored as: load states, rigid motions, and what follows from S."""
+"""A body whatever its operators are stored as: load states, rigid motions, and what follows from
+S."""
 
 from __future__ import annotations
 
@@ -16,15 +17,19 @@ from ..contact_compliance import ContactCompliance, MakeSurrogate
 PROBED = 24
 """Nodes at which the integral equations are checked."""
 SWALLOWED = 1e-8
-"""Least displacement, over a rigid motion that was taken out of the data, that residuals are measured by."""
+"""Least displacement, over a rigid motion that was taken out of the data, that residuals are
+measured by."""
 HELD = 1e-3
-"""Displacement over what the mean traction would do to a body that nothing holds, below which it is compared with that."""
+"""Displacement over what the mean traction would do to a body that nothing holds, below which it is
+compared with that."""
 PROBE_SEED = 20190
 ROUND_OFF = 1e-14
-"""Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
+"""Share of the forces on a body below which their resultant is round-off: such loads are in
+equilibrium by themselves."""
 VOLUME, CLOSED = 1e-6, 1e-4
-"""The same of loads in the volume, which are polynomials that are integrated over the boundary; and the resultant of the
-normals, over that of their sizes, up to which a boundary is closed and this an error of quadrature."""
+"""The same of loads in the volume, which are polynomials that are integrated over the boundary; and
+the resultant of the normals, over that of their sizes, up to which a boundary is closed and this an
+error of quadrature."""
 NEGLIGIBLE = 1e-8
 """Size of the solution of a body, over the largest of those solved jointly, that counts as none."""
 
@@ -40,19 +45,23 @@ class ElasticBody(abc.ABC):
     u_0 : (K, m, k) array
         Displacement there for each load state without contact tractions [length].
     compliance : (k m, k m) array or None
-        S, component c of node i being k i + c [length/stress]; None where it is known by its products only.
+        S, component c of node i being k i + c [length/stress]; None where it is known by its
+        products only.
     modes : (n, d, r) array
         R: rigid motions that no known displacement holds [-].
     resultant : (K, r) array
-        RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant -t_p has.
+        RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant
+        -t_p has.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
     takes_several : bool
-        Whether `unknowns` and `boundary` take several increments at once, along a first axis of all their arguments.
+        Whether `unknowns` and `boundary` take several increments at once, along a first axis of all
+        their arguments.
     is_solved_jointly : bool
         Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
-        Relative error of the elimination for a solution that is known; nan where that is not measured [-].
+        Relative error of the elimination for a solution that is known; nan where that is not
+        measured [-].
     """
 
     u_0: Array
@@ -64,7 +73,11 @@ class ElasticBody(abc.ABC):
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes
-        self.mesh, self.data, self.contact = operators.mesh, operators.data, operators.data.contact_nodes
+        self.mesh, self.data, self.contact = (
+            operators.mesh,
+            operators.data,
+            operators.data.contact_nodes,
+        )
         self.resultant = _resultant(operators, modes)
 
     @abc.abstractmethod
@@ -73,8 +86,8 @@ class ElasticBody(abc.ABC):
 
     @abc.abstractmethod
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """The unknowns of the operators and β, (d n + r,), for load states weighted by `shares` (K,) and t (m, k).
-        Collective."""
+        """The unknowns of the operators and β, (d n + r,), for load states weighted by `shares`
+        (K,) and t (m, k). Collective."""
 
     @abc.abstractmethod
     def describe(self) -> str:
@@ -84,8 +97,11 @@ class ElasticBody(abc.ABC):
         """The same body under other known values; None where that takes another elimination."""
         return None
 
-    def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance | None:
-        """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
+    def contact_compliance(
+        self, place: Index, surrogate: MakeSurrogate
+    ) -> ContactCompliance | None:
+        """S of this body alone, of contact nodes in another order, where it is not composed from
+        `compliance` or `apply`."""
         return None
 
     def close(self) -> None:  # noqa: B027 (most have none)
@@ -104,18 +120,27 @@ class ElasticBody(abc.ABC):
         return np.ascontiguousarray((self.contact_modes * weight[:, None]).T)
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d) for load states weighted by `shares` (K,), t (m, k) and α (r,)."""
+        """Displacement and traction (n, d) for load states weighted by `shares` (K,), t (m, k) and
+        α (r,)."""
         unknowns = self.unknowns(shares, traction)[..., : self.operators.n_unknowns]
         u, t = self.operators.split(unknowns, shares, traction)
         return (u + np.tensordot(alpha, self.modes, (-1, 2)) if alpha.size else u), t
 
-    def residual(self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
-        """Largest defect of the integral equations at some nodes, from exact entries, over the largest displacement.
+    def residual(
+        self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
+    ) -> float:
+        """Largest defect of the integral equations at some nodes, from exact entries, over the
+        largest displacement.
 
-        It sees what no solver can: a wrong or badly conditioned factorisation, a compression that missed its tolerance.
+        It sees what no solver can: a wrong or badly conditioned factorisation, a compression that
+        missed its tolerance.
         """
         rows = _probed(self.mesh.n_nodes)
-        rigid = np.zeros_like(u) if self.data.rigid is None else np.tensordot(shares, self.data.rigid, 1)
+        rigid = (
+            np.zeros_like(u)
+            if self.data.rigid is None
+            else np.tensordot(shares, self.data.rigid, 1)
+        )
         u = u - rigid
         held = u - self.modes @ alpha if alpha.size else u
         if self.data.volume is not None:
@@ -123,37 +148,51 @@ class ElasticBody(abc.ABC):
             held, traction = held - u_p, traction - t_p
         defect = self.operators.residual(rows, held, traction)
         if alpha.size:
-            defect = defect + self.modes[rows] @ self.unknowns(shares, sigma)[self.operators.n_unknowns :]
+            defect = (
+                defect
+                + self.modes[rows] @ self.unknowns(shares, sigma)[self.operators.n_unknowns :]
+            )
         if self.data.point.size:
-            defect = defect - self.operators.point_displacement(rows, np.tensordot(shares, self.data.force, 1))
+            defect = defect - self.operators.point_displacement(
+                rows, np.tensordot(shares, self.data.force, 1)
+            )
         # u has lost what is below the round-off of a rigid motion
         least = SWALLOWED * float(np.abs(rigid).max(initial=0.0))
         return float(np.abs(defect).max()) / (max(self.displaced(u, traction), least) or 1.0)
 
     def displaced(self, u: Array, traction: Array) -> float:
-        """The largest displacement, at least `HELD` of what the mean traction would do: where all nodes are held, u = 0.
+        """The largest displacement, at least `HELD` of what the mean traction would do: where all
+        nodes are held, u = 0.
 
         Parameters
         ----------
         u, traction : (n, d) arrays
             [length], [stress]
         """
-        mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(self.mesh.weight.sum())
+        mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(
+            self.mesh.weight.sum()
+        )
         return max(float(np.abs(u).max(initial=0.0)), HELD * mean / self.operators.traction_scale)
 
 
 def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
-    """Work (K, r) of all loads on motions (n, d, r), 0 where it is their round-off, or for volume loads the error of
-    quadrature: what normals, whose resultant is 0, leave on the same boundary."""
+    """Work (K, r) of all loads on motions (n, d, r), 0 where it is their round-off, or for volume
+    loads the error of quadrature: what normals, whose resultant is 0, leave on the same
+    boundary."""
     mesh, data = operators.mesh, operators.data
     if not modes.shape[2]:
         return np.zeros((data.states, 0))
-    weight, at_points = mesh.weight[:, None], _modes_at(mesh, modes, data.point) if data.point.size else modes[:0]
+    weight, at_points = (
+        mesh.weight[:, None],
+        _modes_at(mesh, modes, data.point) if data.point.size else modes[:0],
+    )
     loads = [(data.known_traction * weight, modes, ROUND_OFF), (data.force, at_points, ROUND_OFF)]
     if data.volume is not None:
         left, of_sizes = _works((weight * mesh.normal)[None], modes)
         error = float((np.abs(left) / of_sizes).max())
-        loads.append((-data.volume[2] * weight, modes, max(VOLUME, error if error < CLOSED else 0.0)))
+        loads.append(
+            (-data.volume[2] * weight, modes, max(VOLUME, error if error < CLOSED else 0.0))
+        )
     works, least = np.zeros((2, data.states, modes.shape[2]))
     for forces, motions, share in loads:
         work, size = _works(forces, motions)
@@ -163,7 +202,10 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
 
 def _works(forces: Array, motions: Array) -> tuple[Array, Array]:
     """Of forces (K, n, d) on motions (n, d, r), and of their sizes, (K, r)."""
-    work, size = (np.einsum("kic,icr->kr", f, m) for f, m in ((forces, motions), (np.abs(forces), np.abs(motions))))
+    work, size = (
+        np.einsum("kic,icr->kr", f, m)
+        for f, m in ((forces, motions), (np.abs(forces), np.abs(motions)))
+    )
     return np.asarray(work), np.asarray(size)
 
 
@@ -176,12 +218,19 @@ def _probed(n_nodes: int) -> Index:
 
 def gauge(mesh: BoundaryMesh, data: BoundaryData, modes: Array) -> Array:
     """RᵀW over the length of the boundary, on the unknown displacements, (r, d n)."""
-    weighted = data.components(modes) * (mesh.weight / mesh.weight.sum())[:, None, None] * data.traction_known[:, :, None]
+    weighted = (
+        data.components(modes)
+        * (mesh.weight / mesh.weight.sum())[:, None, None]
+        * data.traction_known[:, :, None]
+    )
     return np.ascontiguousarray(weighted.reshape(data.traction_known.size, modes.shape[2]).T)
 
 
 def _modes_at(mesh: BoundaryMesh, modes: Array, point: Array) -> Array:
-    """The rigid motions (f, d, r) at other points: affine functions are given by their values at the nodes."""
+    """The rigid motions (f, d, r) at other points: affine functions are given by their values at
+    the nodes."""
     affine = np.column_stack([np.ones(mesh.n_nodes), mesh.x])
     coefficients = np.linalg.lstsq(affine, modes.reshape(mesh.n_nodes, -1), rcond=None)[0]
-    return np.asarray(np.column_stack([np.ones(len(point)), point]) @ coefficients).reshape(*point.shape, -1)
+    return np.asarray(np.column_stack([np.ones(len(point)), point]) @ coefficients).reshape(
+        *point.shape, -1
+    )

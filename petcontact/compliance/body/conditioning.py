@@ -1,8 +1,9 @@
 """How many digits an elimination loses, seen on a solution that is known beforehand.
 
-The residual of an ill-conditioned system is small whatever its solution is. The error of a solution that is known is not:
-with unknowns of random sign that weigh the same in the equations it is about the round-off times the condition number of
-the system with columns of equal length (N. J. Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 7.3).
+The residual of an ill-conditioned system is small whatever its solution is. The error of a solution
+that is known is not: with unknowns of random sign that weigh the same in the equations it is about
+the round-off times the condition number of the system with columns of equal length (N. J. Higham,
+Accuracy and stability of numerical algorithms, 2nd ed., section 7.3).
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ SEED = 1912
 
 
 def known_solution(columns: Array, comm: Any) -> Array:
-    """Unknowns (q,) of random sign, inverse to the lengths of their columns; of each column (q, rows) this rank's rows."""
+    """Unknowns (q,) of random sign, inverse to the lengths of their columns; of each column (q,
+    rows) this rank's rows."""
     squares = np.einsum("ij,ij->i", columns, columns)
     length = np.sqrt(squares if comm.getSize() == 1 else comm.tompi4py().allreduce(squares))
     return np.asarray(_signs(len(columns)) / np.where(length > 0.0, length, 1.0))

@@ -1,4 +1,5 @@
-"""A body eliminated by a dense factorisation: LAPACK's on one rank, or the KSP of prefix `elastic_` over any number."""
+"""A body eliminated by a dense factorisation: LAPACK's on one rank, or the KSP of prefix `elastic_`
+over any number."""
 
 from __future__ import annotations
 
@@ -51,18 +52,22 @@ class DenseBody(ElasticBody):
         with stage("factor"):
             by_ksp = comm.getSize() > 1 or is_asked_for(PREFIX)
             self._solved: Elimination | _ByKSP = (
-                _ByKSP(system, comm) if by_ksp else Elimination(system.system.T, system.rhs.T, len(system.contact), kept)
+                _ByKSP(system, comm)
+                if by_ksp
+                else Elimination(system.system.T, system.rhs.T, len(system.contact), kept)
             )
             influence, at_rest = self._solved.influence, self._solved.at_rest
             if isinstance(self._solved, _ByKSP):
-                influence, at_rest = (self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest))
+                influence, at_rest = (
+                    self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest)
+                )
         self.compliance = influence / operators.traction_scale
         self.digits_lost = self._error_of_known(system.known)
         self.u_0 = self._at_rest(at_rest)
 
     def with_data(self, data: BoundaryData) -> DenseBody | None:
-        """The same body under other known values, by forward substitution of their loads; None where a KSP has eliminated
-        it, or the values are those of other components."""
+        """The same body under other known values, by forward substitution of their loads; None
+        where a KSP has eliminated it, or the values are those of other components."""
         if isinstance(self._solved, _ByKSP) or not data.has_matrix_of(self.data):
             return None
         body, (n, d) = copy.copy(self), self.mesh.x.shape
@@ -94,7 +99,9 @@ class DenseBody(ElasticBody):
         """What the last load, whose solution is known, comes to."""
         alone = np.zeros(self.data.states + 1)
         alone[-1] = 1.0
-        return forward_error(self._solved.unknowns(alone, np.zeros(self.data.contact_directions.size)), known)
+        return forward_error(
+            self._solved.unknowns(alone, np.zeros(self.data.contact_directions.size)), known
+        )
 
     def describe(self) -> str:
         """A line for the verdict: how the body is stored."""
@@ -102,7 +109,8 @@ class DenseBody(ElasticBody):
 
 
 class DenseRows:
-    """This rank's rows of the bordered system, its contact columns and loads; the rows of the border are the last rank's.
+    """This rank's rows of the bordered system, its contact columns and loads; the rows of the
+    border are the last rank's.
 
     Attributes
     ----------
@@ -128,7 +136,10 @@ class DenseRows:
         m, k = data.contact_shape
         self.rhs = np.zeros((m * k + data.states + 1, rows))
         self.contact, self.loads = self.rhs[: m * k], self.rhs[m * k :]
-        blocks = [array[:, :inner].reshape(len(array), last - first, d) for array in (self.contact, self.loads[:-1])]
+        blocks = [
+            array[:, :inner].reshape(len(array), last - first, d)
+            for array in (self.contact, self.loads[:-1])
+        ]
         inside = self.system[: d * n, :inner].reshape(n, d, last - first, d)
         fill_dense(operators, np.arange(first, last), inside, *blocks)
         blocks[1] += operators.point_loads[self._first : self._last].T.reshape(blocks[1].shape)
@@ -157,14 +168,20 @@ class _ByKSP:
         self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
         module, comm, local = petsc(), of_petsc(comm), rows.system.shape[1]
         columns = len(rows.rhs)
-        system = module.Mat().createDense(((local, rows.size), (local, rows.size)), array=rows.system.T, comm=comm)
-        right = module.Mat().createDense(((local, rows.size), (module.DECIDE, columns)), array=rows.rhs.T, comm=comm)
+        system = module.Mat().createDense(
+            ((local, rows.size), (local, rows.size)), array=rows.system.T, comm=comm
+        )
+        right = module.Mat().createDense(
+            ((local, rows.size), (module.DECIDE, columns)), array=rows.rhs.T, comm=comm
+        )
         system.assemble()
         right.assemble()
         solver = LinearSolver(comm, PREFIX, "factor", in_place=True)
         solver.set_operator(system)
         solution: Any = solver.solve_many(right)
-        self.influence, self.at_rest = np.split(np.array(solution.getDenseArray()), [rows.contact.shape[0]], axis=1)
+        self.influence, self.at_rest = np.split(
+            np.array(solution.getDenseArray()), [rows.contact.shape[0]], axis=1
+        )
         solver.close()
         for matrix in (solution, right, system):
             matrix.destroy()

@@ -1,4 +1,5 @@
-"""The formulation of the paper: nothing is eliminated; the whole matrix A(ρ) = A_0 + ρ G_Ct each time ρ changes."""
+"""The formulation of the paper: nothing is eliminated; the whole matrix A(ρ) = A_0 + ρ G_Ct each
+time ρ changes."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from .dense import DenseRows
 
 
 class FullBody(ElasticBody):
-    """A body that its conditions hold, refactored each time ρ changes, with the KSP without a prefix.
+    """A body that its conditions hold, refactored each time ρ changes, with the KSP without a
+    prefix.
 
     Raises
     ------
@@ -34,27 +36,39 @@ class FullBody(ElasticBody):
         self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
-            # the columns that ρ changes, kept: A(ρ) is written anew and not updated, which would lose digits
+            # the columns that ρ changes, kept: A(ρ) is written anew and not updated, which would
+            # lose digits
             self._places = operators.data.contact_unknowns
             self._displacement_columns = self._rows.system[self._places].copy()
             local, size = self._rows.system.shape[1], self._rows.size
             layout = (local, size)
-            self._matrix = petsc().Mat().createDense((layout, layout), array=self._rows.system.T, comm=comm)
+            self._matrix = (
+                petsc().Mat().createDense((layout, layout), array=self._rows.system.T, comm=comm)
+            )
             self._matrix.assemble()
         self.solver = LinearSolver(comm, "", "iterate")
         self.solver.set_operator(self._matrix)
         self._rho = np.zeros(len(self._places))
         with stage("factor"):
-            self._rest = np.column_stack([
-                self.solve(self._rho, load) if load.any() else np.zeros(size) for load in self._rows.loads[:-1]
-            ])  # fmt: skip
-        self.u_0 = self._rest[self._places].T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
+            self._rest = np.column_stack(
+                [
+                    self.solve(self._rho, load) if load.any() else np.zeros(size)
+                    for load in self._rows.loads[:-1]
+                ]
+            )
+        self.u_0 = (
+            self._rest[self._places].T.reshape(-1, *operators.data.contact_shape)
+            + operators.data.sliding
+        )
 
     def solve(self, rho: Array, rhs: Array) -> Array:
-        """A(ρ)⁻¹ times a right-hand side, this rank's rows of it; ρ (m k,), over all contact unknowns. Collective."""
+        """A(ρ)⁻¹ times a right-hand side, this rank's rows of it; ρ (m k,), over all contact
+        unknowns. Collective."""
         if not np.array_equal(rho, self._rho):
             each = rho[:, None] / self.operators.traction_scale
-            self._matrix.getDenseArray().T[self._places] = self._displacement_columns + each * self._rows.contact
+            self._matrix.getDenseArray().T[self._places] = (
+                self._displacement_columns + each * self._rows.contact
+            )
             self._matrix.assemble()
             self.solver.set_operator(self._matrix)
             self._rho = rho.copy()
@@ -68,8 +82,11 @@ class FullBody(ElasticBody):
         return own if self._mpi is None else np.concatenate(self._mpi.allgather(own))
 
     def influence(self, rho: Array, traction: Array) -> Array:
-        """Displacement in the contact directions (m k,) by tractions (m k,), those of the Robin condition among them."""
-        return self.solve(rho, traction / self.operators.traction_scale @ self._rows.contact)[self._places]
+        """Displacement in the contact directions (m k,) by tractions (m k,), those of the Robin
+        condition among them."""
+        return self.solve(rho, traction / self.operators.traction_scale @ self._rows.contact)[
+            self._places
+        ]
 
     def apply(self, traction: Array) -> Array:
         """S t by a solve with A(0), a column each."""
@@ -98,7 +115,8 @@ class FullBody(ElasticBody):
 
 
 class _FullCompliance(ContactCompliance):
-    """S of a body by solves with A(0), I + ρS by solves with A(ρ); nodes in the order of the contact system."""
+    """S of a body by solves with A(0), I + ρS by solves with A(ρ); nodes in the order of the
+    contact system."""
 
     def __init__(self, body: FullBody, place: Index, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
@@ -111,7 +129,9 @@ class _FullCompliance(ContactCompliance):
 
     def matrix(self) -> Array:
         """S, one solve with A(0) a column."""
-        return np.asarray(self._body.apply(np.eye(len(self._order)))[self._order[:, None], self._order])
+        return np.asarray(
+            self._body.apply(np.eye(len(self._order)))[self._order[:, None], self._order]
+        )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """A(ρ) δx = G_Ct r; there are no motions."""
@@ -127,5 +147,8 @@ class _FullCompliance(ContactCompliance):
         each, traction = np.empty(sigma.size), np.empty(sigma.size)
         each[self._order], traction[self._order] = rho, sigma.ravel()
         moved: Array = self._body.influence(each, traction)[self._order].reshape(sigma.shape)
-        self.ksp_iterations, self.ksp_reason = self._body.solver.iterations, self._body.solver.reason
+        self.ksp_iterations, self.ksp_reason = (
+            self._body.solver.iterations,
+            self._body.solver.reason,
+        )
         return moved

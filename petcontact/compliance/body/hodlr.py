@@ -1,4 +1,5 @@
-"""A plane body eliminated on HODLR operators: a product with S is one with G, a solve with A, and the rows of u."""
+"""A plane body eliminated on HODLR operators: a product with S is one with G, a solve with A, and
+the rows of u."""
 
 from __future__ import annotations
 
@@ -25,8 +26,9 @@ COLUMNS = 128
 class HodlrBody(ElasticBody):
     """HODLR operators of all ranks together; S by products, and formed where contact is small.
 
-    A of a body that is not held is singular. A + R P is not, P x being what r displacements say of the motions: one
-    factorisation serves the bordered system [[A, R], [C, 0]] with C = RᵀW, whose multipliers follow from r more solves.
+    A of a body that is not held is singular. A + R P is not, P x being what r displacements say of
+    the motions: one factorisation serves the bordered system [[A, R], [C, 0]] with C = RᵀW, whose
+    multipliers follow from r more solves.
 
     Parameters
     ----------
@@ -43,7 +45,9 @@ class HodlrBody(ElasticBody):
         As `CompressedOperators`.
     """
 
-    def __init__(self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any, formed: int) -> None:
+    def __init__(
+        self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any, formed: int
+    ) -> None:
         super().__init__(operators, modes)
         n, r = operators.n_unknowns, modes.shape[2]
         motions, rows = modes.reshape(n, r), gauge(self.mesh, self.data, modes)
@@ -52,13 +56,20 @@ class HodlrBody(ElasticBody):
         here = self._compressed.here
         self._gauge, self._pins = rows[:, here], pins[:, here]
         with one_blas_thread(), stage("factor"):
-            self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
+            self._moved = (
+                self._compressed.solve(motions[here])
+                if r
+                else np.zeros((here.stop - here.start, 0))
+            )
             self._seen = self._summed(self._gauge, self._moved)
             self._load(self._compressed.loads)
         size = operators.data.contact_directions.size
         self.compliance = None
         if size <= formed:
-            columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
+            columns = [
+                self.apply(np.eye(size, min(COLUMNS, size - k), -k))
+                for k in range(0, size, COLUMNS)
+            ]
             self.compliance = np.hstack(columns) if columns else np.zeros((0, 0))
 
     def _load(self, loads: Array) -> None:
@@ -69,9 +80,12 @@ class HodlrBody(ElasticBody):
         self.u_0 = at_rest.T.reshape(data.states, *data.contact_shape) + data.sliding
 
     def with_data(self, data: BoundaryData) -> HodlrBody | None:
-        """The same body under other known values whose right-hand sides differ in amplitude only; else None."""
+        """The same body under other known values whose right-hand sides differ in amplitude only;
+        else None."""
         body, operators = copy.copy(self), replace(self.operators, data=data)
-        if not data.has_matrix_of(self.data) or not operators.right_hand_sides.near(self.operators.right_hand_sides):
+        if not data.has_matrix_of(self.data) or not operators.right_hand_sides.near(
+            self.operators.right_hand_sides
+        ):
             return None
         ElasticBody.__init__(body, operators, self.modes)
         with one_blas_thread(), stage("factor"):
@@ -82,11 +96,15 @@ class HodlrBody(ElasticBody):
         """S t: a product with G, a solve with A."""
         if self.compliance is not None:
             return np.asarray(self.compliance @ traction)
-        return self._compressed.on_contact(self._bordered(self._compressed.traction_to_rhs(traction))[0])
+        return self._compressed.on_contact(
+            self._bordered(self._compressed.traction_to_rhs(traction))[0]
+        )
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """All unknowns of the body: one solve with A."""
-        unknowns, beta = self._bordered(self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel()))
+        unknowns, beta = self._bordered(
+            self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel())
+        )
         return np.concatenate([self._compressed.everywhere(unknowns), beta])
 
     def describe(self) -> str:
@@ -110,7 +128,8 @@ class HodlrBody(ElasticBody):
 
 
 def pinned(motions: Array, free: Mask) -> Array:
-    """P (r, d n) with P R = I, of r unknown displacements, for motions R (n, d, r) by components."""
+    """P (r, d n) with P R = I, of r unknown displacements, for motions R (n, d, r) by
+    components."""
     rows, result = motions[free], np.zeros((motions.shape[2], free.size))
     if len(result):
         _, chosen = scipy.linalg.qr(rows.T, mode="r", pivoting=True)

@@ -19,7 +19,8 @@ from ..contact_vectors import ContactVectors
 from .stretches import stretches_of
 
 ALLOWED_MISS = 100.0
-"""How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees all rows."""
+"""How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees
+all rows."""
 SCARCE = 200_000
 """Nodes from which memory is worth the page faults of asking for it again."""
 THREADED = 20_000
@@ -27,7 +28,8 @@ THREADED = 20_000
 
 
 class CompressedOperators:
-    """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods are collective.
+    """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods
+    are collective.
 
     Parameters
     ----------
@@ -43,7 +45,13 @@ class CompressedOperators:
         If a compressed operator misses its tolerance on a random probe of exact rows.
     """
 
-    def __init__(self, operators: BoundaryOperators, comm: Any, bem: Bem, border: tuple[Array, Array] | None = None) -> None:
+    def __init__(
+        self,
+        operators: BoundaryOperators,
+        comm: Any,
+        bem: Bem,
+        border: tuple[Array, Array] | None = None,
+    ) -> None:
         self.operators, self.comm, self.bem = operators, comm, bem
         self.contact = ContactVectors(operators, comm)
         self._units = column_units(operators)
@@ -52,20 +60,26 @@ class CompressedOperators:
             with stage("assemble"):
                 self._system, self._rhs_columns = self._compress(border)
                 own = self._rhs_columns.first_node, self._rhs_columns.last_node
-                self._beside = slice(*np.cumsum([0, *operators.right_hand_sides.count])[list(own)].tolist())
+                self._beside = slice(
+                    *np.cumsum([0, *operators.right_hand_sides.count])[list(own)].tolist()
+                )
                 self._is_contact = operators.of_contact[self._beside]
                 self.loads = self.loads_by(operators.amplitudes)
             with stage("factor"):
                 self._factor = factor(self._system, use_up=True)
                 self._spare()
-        self._here, self.here = slice(*own), slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
+        self._here, self.here = (
+            slice(*own),
+            slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1]),
+        )
 
     def _spare(self) -> None:
         if self.operators.mesh.n_nodes >= SCARCE:
             trim_heap()
 
     def loads_by(self, amplitudes: Array) -> Array:
-        """What right-hand sides times their amplitudes (q, K) add to the load of each state, on this rank's nodes."""
+        """What right-hand sides times their amplitudes (q, K) add to the load of each state, on
+        this rank's nodes."""
         return np.asarray(self._rhs_columns @ amplitudes[self._beside])
 
     def traction_to_rhs(self, sigma: Array) -> Array:
@@ -95,7 +109,8 @@ class CompressedOperators:
     def describe(self) -> str:
         """A line for the verdict: tolerance, leaf size, ranks and memory."""
         return (
-            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {self._system.rank}, "
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank "
+            f"{self._system.rank}, "
             f"{self.nbytes / 1e6:.1f} MB"
         )
 
@@ -107,7 +122,11 @@ class CompressedOperators:
             if border is None:
                 return entries
             left, right = (part.reshape(mesh.n_nodes, d, -1) for part in (border[0], border[1].T))
-            return entries + left[rows].reshape(d * len(rows), -1) @ right[columns].reshape(d * len(columns), -1).T
+            return (
+                entries
+                + left[rows].reshape(d * len(rows), -1)
+                @ right[columns].reshape(d * len(columns), -1).T
+            )
 
         def scaled(entries: Array, rows: Index, columns: Index) -> Array:
             whole = bordered(entries, rows, columns)
@@ -120,34 +139,52 @@ class CompressedOperators:
             system, outer = operators.all_entries(rows, columns)
             return [scaled(system, rows, columns), outer]
 
-        sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
-        apart = np.unique(np.nonzero(border[1])[1] // d) if border is not None else np.empty(0, dtype=np.int64)
+        sides = (
+            np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
+        )
+        apart = (
+            np.unique(np.nonzero(border[1])[1] // d)
+            if border is not None
+            else np.empty(0, dtype=np.int64)
+        )
         threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
         pairs = d * np.arange(mesh.n_nodes + 1)
         single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
         system = compress(
-            system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf,
-            breaks=np.union1d(sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)])),
-            threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
-            serve=(all_entries, [pairs, single]), stretches=stretches_of(mesh, operators, apart),
-        )  # fmt: skip
+            system_entries,
+            mesh.x,
+            pairs,
+            pairs,
+            self.bem.hodlr_tol,
+            self.bem.hodlr_leaf,
+            breaks=np.union1d(
+                sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)])
+            ),
+            threads=threads,
+            comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            serve=(all_entries, [pairs, single]),
+            stretches=stretches_of(mesh, operators, apart),
+        )
         self._spare()
         outer = system.beside(operators.outer_entries, single)
         for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
             worst = matrix.error_estimate(entries, np.random.default_rng(2019))
             if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
                 raise SolverError(
-                    "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
+                    "assemble",
+                    f"the compressed operator is off by {worst:.1e}, its tolerance is "
+                    f"{self.bem.hodlr_tol:g}",
                     "use another -bem_hodlr_tol or -bem_mat_type dense",
-                )  # fmt: skip
+                )
         return system, outer
 
 
 def column_units(operators: BoundaryOperators) -> Array | None:
-    """Powers of two (n, d) that make unknown tractions forces, about; None where all elements are of one size.
+    """Powers of two (n, d) that make unknown tractions forces, about; None where all elements are
+    of one size.
 
-    G of a tiny element is tiny beside H: where blocks are accurate relative to their rows, the digits of its columns would
-    be lost, and the factorisation would fail.
+    G of a tiny element is tiny beside H: where blocks are accurate relative to their rows, the
+    digits of its columns would be lost, and the factorisation would fail.
     """
     mesh = as_curve(operators.mesh)
     length = mesh.length[mesh.element]

@@ -1,4 +1,5 @@
-"""Straight stretches of equal elements under equal conditions, on which compressed operators need one set of blocks."""
+"""Straight stretches of equal elements under equal conditions, on which compressed operators need
+one set of blocks."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from ...mesh.curve_mesh import CurveMesh
 
 NONE = np.empty(0, dtype=np.int64)
 EQUAL = 1e-9
-"""Deviation of nodes from even spacing, over the length of an element: round-off of a million elements is 4e-11."""
+"""Deviation of nodes from even spacing, over the length of an element: round-off of a million
+elements is 4e-11."""
 COMPARED = 8
 """Elements at both ends of a stretch whose entries are compared."""
 SHORTEST = 2 * COMPARED
@@ -28,38 +30,53 @@ def repeated(mesh: CurveMesh) -> Mask:
 
 
 def runs(mesh: CurveMesh, same: Mask) -> list[tuple[int, int]]:
-    """First and last elements (exclusive) of more than `SHORTEST` of one size, each like the next and evenly spaced."""
+    """First and last elements (exclusive) of more than `SHORTEST` of one size, each like the next
+    and evenly spaced."""
     ends = np.flatnonzero(~same) + 1
     pairs = zip(np.append(0, ends).tolist(), np.append(ends, mesh.n_elements).tolist(), strict=True)
-    return [(first, last) for first, last in pairs if last - first > SHORTEST and _even(mesh, first, last)]
+    return [
+        (first, last)
+        for first, last in pairs
+        if last - first > SHORTEST and _even(mesh, first, last)
+    ]
 
 
-def stretches_of(mesh: CurveMesh, operators: BoundaryOperators, apart: Index = NONE) -> list[Stretch]:
-    """Stretches of equal elements under equal conditions, without those of some nodes; the entries at their ends are
-    compared."""
+def stretches_of(
+    mesh: CurveMesh, operators: BoundaryOperators, apart: Index = NONE
+) -> list[Stretch]:
+    """Stretches of equal elements under equal conditions, without those of some nodes; the entries
+    at their ends are compared."""
     nodes, element = np.arange(mesh.n_nodes), mesh.element
     following = np.minimum(nodes + mesh.order[element] + 1, mesh.n_nodes - 1)
     data, rhs = operators.data, operators.right_hand_sides
-    alike = np.all(data.traction_known == data.traction_known[following], axis=1) & (rhs.count == rhs.count[following])
+    alike = np.all(data.traction_known == data.traction_known[following], axis=1) & (
+        rhs.count == rhs.count[following]
+    )
     alike &= _near(data.frame, following) & ~np.isin(nodes, apart) & ~np.isin(following, apart)
     beside = np.ones(mesh.n_nodes, dtype=bool)
     for c in range(int(rhs.count.max(initial=0))):
         column = np.minimum(rhs.first + c, len(rhs.node) - 1)
         for vectors in (rhs.traction[column], rhs.displacement[column]):
             beside &= (rhs.count <= c) | _near(vectors, following)
-    equal, same = (np.logical_and.reduceat(which, mesh.first_node[:-1])[:-1] for which in (alike, beside))
+    equal, same = (
+        np.logical_and.reduceat(which, mesh.first_node[:-1])[:-1] for which in (alike, beside)
+    )
     found = []
     for first, last in runs(mesh, repeated(mesh) & equal):
         if _repeats(mesh, operators, first, last):
             bounds = int(mesh.first_node[first]), int(mesh.first_node[last])
-            found.append(Stretch(*bounds, int(mesh.order[first]) + 1, bool(same[first : last - 1].all())))
+            found.append(
+                Stretch(*bounds, int(mesh.order[first]) + 1, bool(same[first : last - 1].all()))
+            )
     return found
 
 
 def _near(vectors: Array, following: Index) -> Mask:
     """Whether each node's vectors are those of the following one, but for round-off, (n,)."""
     difference = np.abs(vectors - vectors[following]).reshape(len(vectors), -1)
-    return np.asarray(difference.max(axis=1, initial=0.0) <= EQUAL * np.abs(vectors).max(initial=0.0))
+    return np.asarray(
+        difference.max(axis=1, initial=0.0) <= EQUAL * np.abs(vectors).max(initial=0.0)
+    )
 
 
 def _even(mesh: CurveMesh, first: int, last: int) -> bool:
@@ -72,6 +89,8 @@ def _even(mesh: CurveMesh, first: int, last: int) -> bool:
 def _repeats(mesh: CurveMesh, operators: BoundaryOperators, first: int, last: int) -> bool:
     """Whether entries between the first elements are those between the last ones."""
     count = COMPARED * (int(mesh.order[first]) + 1)
-    one, two = (np.arange(a, a + count) for a in (mesh.first_node[first], mesh.first_node[last] - count))
+    one, two = (
+        np.arange(a, a + count) for a in (mesh.first_node[first], mesh.first_node[last] - count)
+    )
     entries, others = operators.system_entries(one, one), operators.system_entries(two, two)
     return bool(np.abs(entries - others).max() <= 10.0 * EQUAL * np.abs(entries).max())

@@ -1,13 +1,16 @@
 """A body given by a condensed stiffness or compliance of its contact surface, from any code.
 
-Displacement and traction at the nodes of the surface are related by u = u_f + S t + R α, RᵀW t + F = 0. A stiffness K on
-the points of linear faces, K u = f + f_0, gives it by their shape functions P: u = P u_K and f = PᵀW t, so that
-S = P K⁻¹ PᵀW by virtual work; of a K that leaves rigid motions free it is the inverse on the other motions. Conditions on
-parts of the surface, and normals that contact holds, are unknown tractions t_D, eliminated as in any body.
+Displacement and traction at the nodes of the surface are related by u = u_f + S t + R α, RᵀW t + F
+= 0. A stiffness K on the points of linear faces, K u = f + f_0, gives it by their shape functions
+P: u = P u_K and f = PᵀW t, so that S = P K⁻¹ PᵀW by virtual work; of a K that leaves rigid motions
+free it is the inverse on the other motions. Conditions on parts of the surface, and normals that
+contact holds, are unknown tractions t_D, eliminated as in any body.
 
-More tractions than K has freedoms would not be unique: what no continuous linear field resolves, (I - Π) t, is given the
-compliance of a half space of the surface's material under one face, as polynomial pressure projection does (C. R. Dohrmann,
-P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004). It vanishes with the size of the faces; linear tractions see none of it.
+More tractions than K has freedoms would not be unique: what no continuous linear field resolves, (I
+- Π) t, is given the compliance of a half space of the surface's material under one face, as
+  polynomial pressure projection does (C. R. Dohrmann,
+P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004). It vanishes with the size of the faces; linear
+tractions see none of it.
 """
 
 from __future__ import annotations
@@ -31,7 +34,8 @@ RESISTED = 1e-8
 
 @frozen
 class Condensed:
-    """u = free + S t + R α and RᵀW t + F = 0 at n nodes, in K load states; component c of node i is d i + c.
+    """u = free + S t + R α and RᵀW t + F = 0 at n nodes, in K load states; component c of node i is
+    d i + c.
 
     Attributes
     ----------
@@ -61,16 +65,22 @@ def shape_functions(surface: CondensedSurface, mesh: BoundaryMesh) -> scipy.spar
             xi = mesh.xi[: mesh.first_node[1]]  # type: ignore[attr-defined]
             shape = 0.5 * np.stack([1.0 - xi, 1.0 + xi])
         else:
-            s, t = reference_nodes(points.shape[1], int(surface.order[batch.elements.index[0]]))[0].T
+            s, t = reference_nodes(points.shape[1], int(surface.order[batch.elements.index[0]]))[
+                0
+            ].T
             shape = np.stack([1.0 - s - t, s, t])
             if points.shape[1] == 4:
-                shape = 0.25 * np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
+                shape = 0.25 * np.stack(
+                    [(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]
+                )
         count = shape.shape[1]
         rows.append(np.repeat(batch.nodes, len(shape)))
         columns.append(np.repeat(points, count, axis=0).ravel())
         entries.append(np.tile(shape.T.ravel(), len(points)))
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-    return scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(mesh.n_nodes, len(surface.points))))
+    return scipy.sparse.csr_array(
+        scipy.sparse.coo_array(triples, shape=(mesh.n_nodes, len(surface.points)))
+    )
 
 
 def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
@@ -96,14 +106,17 @@ def _free_at_points(surface: CondensedSurface) -> Array:
     return np.asarray(every @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else every[:, :0])
 
 
-def condensed(surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_space_compliance: float) -> Condensed:
-    """What a file says, at the nodes of its mesh; of a stiffness with the compliance of unresolved tractions (see above),
-    which is that of a half space [1/stress] times the size of the faces.
+def condensed(
+    surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_space_compliance: float
+) -> Condensed:
+    """What a file says, at the nodes of its mesh; of a stiffness with the compliance of unresolved
+    tractions (see above), which is that of a half space [1/stress] times the size of the faces.
 
     Raises
     ------
     InputError
-        If an array has another shape than the mesh, or the steps, want, or the stiffness is not that of a body.
+        If an array has another shape than the mesh, or the steps, want, or the stiffness is not
+        that of a body.
     """
     n, d = mesh.x.shape
     modes = free_modes(surface, mesh)
@@ -114,11 +127,16 @@ def condensed(surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_s
         return Condensed(compliance, free, modes, _by_state(surface, "resultant", (r,), states))
     motions, size = _free_at_points(surface), surface.points.size
     scale = float(np.abs(surface.arrays["stiffness"]).max())
-    bordered = np.block([[surface.arrays["stiffness"] / scale, motions], [motions.T, np.zeros((r, r))]])
+    bordered = np.block(
+        [[surface.arrays["stiffness"] / scale, motions], [motions.T, np.zeros((r, r))]]
+    )
     lowest = float(np.linalg.eigvalsh(surface.arrays["stiffness"] / scale + motions @ motions.T)[0])
     if lowest <= RESISTED / size:
-        raise InputError(f"{surface.source}: stiffness: it resists some motion that is not rigid by {lowest:.1e} of its "
-                         "largest entry only; it must be that of a connected body, positive semi-definite")  # fmt: skip
+        raise InputError(
+            f"{surface.source}: stiffness: it resists some motion that is not rigid by "
+            f"{lowest:.1e} of its "
+            "largest entry only; it must be that of a connected body, positive semi-definite"
+        )
     flexibility = np.linalg.inv(bordered)[:size, :size] / scale
     scalar = shape_functions(surface, mesh)
     shapes = scipy.sparse.csr_array(scipy.sparse.kron(scalar, scipy.sparse.identity(d)))
@@ -130,7 +148,8 @@ def condensed(surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_s
 
 
 def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
-    """(I - Π) h (I - Π) with the sizes h of the faces and Π on continuous linear fields, (n, n) [length]."""
+    """(I - Π) h (I - Π) with the sizes h of the faces and Π on continuous linear fields, (n, n)
+    [length]."""
     weighted = shapes.T * mesh.weight
     left = np.eye(mesh.n_nodes) - shapes @ np.linalg.solve(weighted @ shapes, weighted)
     size = np.bincount(mesh.element, mesh.weight)[mesh.element] ** (1.0 / (mesh.dim - 1))
@@ -138,7 +157,8 @@ def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
 
 
 def _by_state(surface: CondensedSurface, name: str, shape: tuple[int, ...], states: int) -> Array:
-    """An array that may be there, in all load states: nothing in the first one, and the same in the others if it is one."""
+    """An array that may be there, in all load states: nothing in the first one, and the same in the
+    others if it is one."""
     if name not in surface.arrays:
         return np.zeros((states, *shape))
     values = expect(surface, name, shape, (states, *shape))
@@ -171,12 +191,18 @@ class SuperelementBody(ElasticBody):
         r = given.modes.shape[2]
         super().__init__(operators, given.modes if known.all() else given.modes[..., :0])
         frame, (n, d) = data.frame, mesh.x.shape
-        compliance = np.einsum("icj,ijkl,kml->ickm", frame, given.compliance.reshape(n, d, n, d), frame, optimize=True)
+        compliance = np.einsum(
+            "icj,ijkl,kml->ickm", frame, given.compliance.reshape(n, d, n, d), frame, optimize=True
+        )
         compliance = compliance.reshape(d * n, d * n)
         free = np.einsum("icj,sij->sic", frame, given.free.reshape(-1, n, d)).reshape(-1, d * n)
         modes = data.components(given.modes).reshape(d * n, r)
         balance = (modes * np.repeat(mesh.weight, d)[:, None]).T
-        value = data.value if data.rigid is None else data.value + np.einsum("icj,sij->sic", frame, data.rigid)
+        value = (
+            data.value
+            if data.rigid is None
+            else data.value + np.einsum("icj,sij->sic", frame, data.rigid)
+        )
         traction = np.where(data.traction_known, data.value, 0.0).reshape(-1, d * n)
         held, contact = ~known, data.contact_unknowns
         count = int(held.sum())
@@ -188,11 +214,16 @@ class SuperelementBody(ElasticBody):
         if count:
             border, below = modes[held], balance[:, held]
             if r and np.linalg.matrix_rank(border) < r:
-                raise InputError(f"{surface.source}: the conditions on its parts hold the body in part only, which moves "
-                                 "freely; hold it altogether, or by contact only")  # fmt: skip
+                raise InputError(
+                    f"{surface.source}: the conditions on its parts hold the body in part only, "
+                    f"which moves "
+                    "freely; hold it altogether, or by contact only"
+                )
             wanted = np.hstack([value.reshape(-1, d * n).T, np.zeros((d * n, len(contact)))])[held]
             matrix = np.block([[compliance[np.ix_(held, held)], border], [below, np.zeros((r, r))]])
-            both = np.linalg.solve(matrix, np.vstack([wanted - moved[held], -resultant - balance @ loads]))
+            both = np.linalg.solve(
+                matrix, np.vstack([wanted - moved[held], -resultant - balance @ loads])
+            )
             loads[held], alpha = both[:count], both[count:]
             moved = moved + compliance[:, held] @ both[:count] + modes @ alpha
         elif r:
@@ -207,11 +238,15 @@ class SuperelementBody(ElasticBody):
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d)."""
-        u, t = (self.data.vectors(field.reshape(self.mesh.x.shape)) for field in self._fields(shares, traction))
+        u, t = (
+            self.data.vectors(field.reshape(self.mesh.x.shape))
+            for field in self._fields(shares, traction)
+        )
         return (u + self.modes @ alpha if alpha.size else u), t
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Displacements where tractions are known, else tractions, and no multipliers: equilibrium is exact."""
+        """Displacements where tractions are known, else tractions, and no multipliers: equilibrium
+        is exact."""
         u, t = self._fields(shares, traction)
         x = np.where(self.data.traction_known.ravel(), u, t / self.operators.traction_scale)
         return np.concatenate([x, np.zeros(self.modes.shape[2])])
@@ -221,11 +256,15 @@ class SuperelementBody(ElasticBody):
         each = np.concatenate([shares, traction.ravel()])
         return self._u @ each, self._t @ each
 
-    def residual(self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
+    def residual(
+        self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
+    ) -> float:
         """Largest defect of u = u_f + S t + R α, over the largest displacement."""
         held = self._alpha @ np.concatenate([shares, sigma.ravel()])
         motion = self._given.modes @ (alpha if alpha.size else held)
-        expected = (self._given.free.T @ shares + self._given.compliance @ traction.ravel()).reshape(u.shape) + motion
+        expected = (
+            self._given.free.T @ shares + self._given.compliance @ traction.ravel()
+        ).reshape(u.shape) + motion
         return float(np.abs(u - expected).max()) / (self.displaced(u, traction) or 1.0)
 
     def describe(self) -> str:

@@ -20,7 +20,8 @@ from .system import MonolithicBodies
 
 
 class HierarchicalBody(ElasticBody):
-    """The boundary equations of a body on an H-matrix, to be solved with those of the bodies that it meets.
+    """The boundary equations of a body on an H-matrix, to be solved with those of the bodies that
+    it meets.
 
     Parameters
     ----------
@@ -44,9 +45,13 @@ class HierarchicalBody(ElasticBody):
     is_solved_jointly = True
 
     def __init__(
-        self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any,
+        self,
+        operators: BoundaryOperators,
+        modes: Array,
+        bem: Bem,
+        comm: Any,
         progress: Callable[[float], None] = lambda share: None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         super().__init__(operators, modes)
         self.tolerance = bem.hmatrix_tol
         with one_blas_thread(), stage("assemble"):
@@ -74,7 +79,8 @@ class HierarchicalBody(ElasticBody):
         return np.asarray(moved[self.joint.unknowns_of(self._number)].ravel())
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Of the last solution, where it is that of these loads, or of one solve with the traction given."""
+        """Of the last solution, where it is that of these loads, or of one solve with the traction
+        given."""
         joint = self.joint
         state = joint.solution_for(self._number, shares, traction.ravel())
         z = self.rows.by_nodes(joint.strained(self._number, state))
@@ -93,10 +99,16 @@ class HierarchicalBody(ElasticBody):
 
 
 def joined(
-    bodies: Sequence[ElasticBody], interfaces: Sequence[Interface], maps: Sequence[ContactMaps], comm: Any
+    bodies: Sequence[ElasticBody],
+    interfaces: Sequence[Interface],
+    maps: Sequence[ContactMaps],
+    comm: Any,
 ) -> MonolithicBodies:
     """The equations of all bodies, on H-matrices or eliminated, which then know u_0."""
-    rows = [body.rows if isinstance(body, HierarchicalBody) else CondensedRows(body, comm) for body in bodies]
+    rows = [
+        body.rows if isinstance(body, HierarchicalBody) else CondensedRows(body, comm)
+        for body in bodies
+    ]
     with one_blas_thread():
         joint = MonolithicBodies(bodies, rows, interfaces, maps, comm)
     for number, body in enumerate(bodies):

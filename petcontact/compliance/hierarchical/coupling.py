@@ -1,15 +1,18 @@
-"""How contact couples the unknowns of bodies: every displacement and traction there by the unknowns of a linearised law.
+"""How contact couples the unknowns of bodies: every displacement and traction there by the unknowns
+of a linearised law.
 
-At each node of the secondaries v and σ satisfy a linear law of which [V; W], orthonormal, is a basis:
+At each node of the secondaries v and σ satisfy a linear law of which [V; W], orthonormal, is a
+basis:
 
     v = v_0 + V η,   σ = σ_0 + s W η.
 
-With o the displacement that is opposite (of the primary's nodes and of free obstacles, along the same directions) and the
-unknown y = η + Vᵀo in the place of the secondary's displacement,
+With o the displacement that is opposite (of the primary's nodes and of free obstacles, along the
+same directions) and the unknown y = η + Vᵀo in the place of the secondary's displacement,
 
     u = v_0 + (I - V Vᵀ) o + V y,   σ = σ_0 + s W (y - Vᵀo).
 
-Where nodes stick u = o and y is the traction; where they are open y is u, and the bodies are uncoupled.
+Where nodes stick u = o and y is the traction; where they are open y is u, and the bodies are
+uncoupled.
 """
 
 from __future__ import annotations
@@ -63,7 +66,8 @@ class Relation:
         both = np.concatenate([n_v, n_sigma / scale[:, None, None]], axis=1)
         size = np.sqrt(np.sum(both**2, axis=1, keepdims=True))
         both /= np.where(size > 0.0, size, 1.0)
-        # bases that are alike: V + W as near the identity as can be, as it is where nodes stick or are open
+        # bases that are alike: V + W as near the identity as can be, as it is where nodes stick or
+        # are open
         slanted = np.abs(both[:, :k] + both[:, k:] - np.eye(k)).max(axis=(1, 2)) > 0.0
         basis = np.linalg.svd(both[slanted], full_matrices=False)[0]
         left, _, right = np.linalg.svd(basis[:, :k] + basis[:, k:])
@@ -71,10 +75,15 @@ class Relation:
         return cls(v_0, sigma_0, both[:, :k], both[:, k:])
 
     def nearest(self, v: Array, scale: Array) -> Relation:
-        """The same law from its v_0 that is nearest to some v (M, k): what is open is not a load."""
+        """The same law from its v_0 that is nearest to some v (M, k): what is open is not a
+        load."""
         eta = np.einsum("mji,mj->mi", self.of_v, v - self.v_0)
         sigma = scale[:, None] * np.einsum("mij,mj->mi", self.of_sigma, eta)
-        return replace(self, v_0=self.v_0 + np.einsum("mij,mj->mi", self.of_v, eta), sigma_0=self.sigma_0 + sigma)
+        return replace(
+            self,
+            v_0=self.v_0 + np.einsum("mij,mj->mi", self.of_v, eta),
+            sigma_0=self.sigma_0 + sigma,
+        )
 
     @property
     def basis(self) -> Array:
@@ -130,25 +139,47 @@ class Coupling:
     """
 
     def __init__(
-        self, bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface],
+        self,
+        bodies: Sequence[ElasticBody],
+        rows: Sequence[BodyRows],
+        interfaces: Sequence[Interface],
         maps: Sequence[ContactMaps],
-    ) -> None:  # fmt: skip
+    ) -> None:
         sizes = [body.components * len(body.x) for body in rows]
-        self.first, self.first_column = (np.cumsum([0, *counts]) for counts in (sizes, [body.columns for body in rows]))
+        self.first, self.first_column = (
+            np.cumsum([0, *counts]) for counts in (sizes, [body.columns for body in rows])
+        )
         self.size, self.columns = int(self.first[-1]), int(self.first_column[-1])
-        self.met = np.concatenate([at + body.slot.ravel() for at, body in zip(self.first, rows, strict=False)])
+        self.met = np.concatenate(
+            [at + body.slot.ravel() for at, body in zip(self.first, rows, strict=False)]
+        )
         columns = zip(self.first_column, rows, strict=False)
-        self._u, self._t = (np.concatenate(c) for c in zip(
-            *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns), strict=True))  # fmt: skip
+        self._u, self._t = (
+            np.concatenate(c)
+            for c in zip(
+                *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns),
+                strict=True,
+            )
+        )
         frames = np.concatenate([body.data.contact_frame for body in bodies])
         directions = np.concatenate([frames[:0], *(face.directions for face in interfaces)])
         self.directions, (m, k) = directions, directions.shape[:2]
         self.shape, start = (m, k), np.cumsum([0, *(body.slot.size for body in rows)])
-        node = np.concatenate([start[:0], *(start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes)
-                                            for f in interfaces)])  # fmt: skip
+        node = np.concatenate(
+            [
+                start[:0],
+                *(
+                    start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes)
+                    for f in interfaces
+                ),
+            ]
+        )
         if len(np.unique(node)) < len(node):
-            raise InputError("bem.mat_type: compressed bodies in space can be secondary once at each place; let the other "
-                             "contact have this part as its primary, or choose \"dense\"")  # fmt: skip
+            raise InputError(
+                "bem.mat_type: compressed bodies in space can be secondary once at each place; let "
+                "the other "
+                'contact have this part as its primary, or choose "dense"'
+            )
         self.secondary = self.met[(k * node[:, None] + np.arange(k)).ravel()]
         self._place = (k * node[:, None] + np.arange(k)).ravel()
         turned = np.einsum("mad,mbd->mab", directions, frames[node])
@@ -156,7 +187,10 @@ class Coupling:
         self._turn_back = blocks(turned.transpose(0, 2, 1))
         q = len(self.met)
         self._pick = matrix_of((np.ones(k * m), (np.arange(k * m), self._place)), shape=(k * m, q))
-        moved, carried = (scipy.sparse.hstack(parts).tocsr() for parts in zip(*(one.matrices for one in maps), strict=True))
+        moved, carried = (
+            scipy.sparse.hstack(parts).tocsr()
+            for parts in zip(*(one.matrices for one in maps), strict=True)
+        )
         self.opposite = matrix_of(moved - self._turn @ self._pick)
         self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0
         self.opposite.eliminate_zeros()
@@ -165,28 +199,44 @@ class Coupling:
         self._depth = len(interfaces) if np.isin(self.opposite.indices, self._place).any() else 0
         stress = np.concatenate([np.full(body.slot.size, body.scale) for body in rows])
         self._felt = matrix_of(scipy.sparse.diags(1.0 / stress) @ self._carried)
-        softness = [1.0 / rows[face.body].scale + (0.0 if face.primary is None else 1.0 / rows[face.primary].scale)
-                    for face in interfaces]  # fmt: skip
+        softness = [
+            1.0 / rows[face.body].scale
+            + (0.0 if face.primary is None else 1.0 / rows[face.primary].scale)
+            for face in interfaces
+        ]
         self.scale = 1.0 / np.repeat(softness, [len(f.nodes) for f in interfaces])
         free = np.ones(self.size, dtype=bool)
         free[self.secondary] = False
         others = np.flatnonzero(free)
         owner = np.searchsorted(self.first, others, side="right") - 1
         column = others - self.first[owner] + self.first_column[owner]
-        self._own = matrix_of((np.ones(len(others)), (column, others)), shape=(self.columns, self.size))
+        self._own = matrix_of(
+            (np.ones(len(others)), (column, others)), shape=(self.columns, self.size)
+        )
         kept = np.flatnonzero(free[self.met])
-        self._primary = matrix_of((np.ones(len(kept)), (kept, self.met[kept])), shape=(q, self.size))
-        self._y = matrix_of((np.ones(k * m), (np.arange(k * m), self.secondary)), shape=(k * m, self.size))
+        self._primary = matrix_of(
+            (np.ones(len(kept)), (kept, self.met[kept])), shape=(q, self.size)
+        )
+        self._y = matrix_of(
+            (np.ones(k * m), (np.arange(k * m), self.secondary)), shape=(k * m, self.size)
+        )
         every = np.arange(q)
-        self._to_u, self._to_t = (matrix_of((np.ones(q), (at, every)), shape=(self.columns, q))
-                                  for at in (self._u, self._t))  # fmt: skip
+        self._to_u, self._to_t = (
+            matrix_of((np.ones(q), (at, every)), shape=(self.columns, q))
+            for at in (self._u, self._t)
+        )
         self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
-        self._unknowns = np.concatenate([at + np.arange(n) for at, n in zip(self.first_column, sizes, strict=False)])
+        self._unknowns = np.concatenate(
+            [at + np.arange(n) for at, n in zip(self.first_column, sizes, strict=False)]
+        )
 
     def expansion(self, relation: Relation, motion: Array) -> Expansion:
         """P, for free motions of obstacles (M, k, r)."""
         m, k = self.shape
-        of_v, of_sigma = blocks(relation.of_v), blocks(relation.of_sigma * self.scale[:, None, None])
+        of_v, of_sigma = (
+            blocks(relation.of_v),
+            blocks(relation.of_sigma * self.scale[:, None, None]),
+        )
         moved = matrix_of(motion.reshape(m * k, motion.shape[2]))
         u = _wider(self._primary, moved.shape[1])
         y = _wider(self._y, moved.shape[1])
@@ -197,30 +247,40 @@ class Coupling:
             u = _wider(self._primary, moved.shape[1]) + self._to_secondary @ own
         traction = matrix_of(of_sigma @ (y - of_v.T @ opposite))
         primary = _wider(self._own, moved.shape[1])
-        factors = primary + self._to_u @ (self._to_secondary @ own) - self._to_t @ (self._felt @ traction)
+        factors = (
+            primary + self._to_u @ (self._to_secondary @ own) - self._to_t @ (self._felt @ traction)
+        )
         factors = matrix_of(factors)
         factors.eliminate_zeros()
         return Expansion(relation, factors, traction)
 
     def known(self, relation: Relation, offset: Array) -> tuple[Array, Array]:
-        """Factors of all columns, and σ (k M,), where the unknowns are 0; v is `offset` (M, k) beyond the displacements."""
+        """Factors of all columns, and σ (k M,), where the unknowns are 0; v is `offset` (M, k)
+        beyond the displacements."""
         u, opposite = np.zeros(len(self.met)), np.zeros(self.scale.size * self.shape[1])
         start = (relation.v_0 - offset).ravel()
         for _ in range(1 + self._depth):
             opposite = -(self.opposite @ u)
-            u = self._to_secondary @ (start + opposite - self._by(relation.of_v, self._by(relation.of_v, opposite, True)))
-        sigma = self.scale.repeat(self.shape[1]) * self._by(relation.of_sigma, self._by(relation.of_v, opposite, True))
+            u = self._to_secondary @ (
+                start + opposite - self._by(relation.of_v, self._by(relation.of_v, opposite, True))
+            )
+        sigma = self.scale.repeat(self.shape[1]) * self._by(
+            relation.of_sigma, self._by(relation.of_v, opposite, True)
+        )
         sigma = relation.sigma_0.ravel() - sigma
         return self._to_u @ u - self._to_t @ (self._felt @ sigma), sigma
 
     def nearest(self, relation: Relation, v: Array, sigma: Array, opposite: Array) -> Array:
         """y (k M,) of a relation that is nearest to v and σ (M, k), beside o (k M,)."""
         left = (sigma - relation.sigma_0) / self.scale[:, None]
-        eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(relation.of_sigma, left.ravel(), True)
+        eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(
+            relation.of_sigma, left.ravel(), True
+        )
         return eta + self._by(relation.of_v, opposite, True)
 
     def uncoupled(self, z: Array) -> Array:
-        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along its directions."""
+        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along
+        its directions."""
         unknowns = z.copy()
         unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
         return unknowns
@@ -237,7 +297,8 @@ class Coupling:
         return factors
 
     def of_unknowns(self, factors: Any) -> Any:
-        """Of the factors of all columns, (columns, ...), those of the columns of unknowns, (N, ...)."""
+        """Of the factors of all columns, (columns, ...), those of the columns of unknowns, (N,
+        ...)."""
         return factors[self._unknowns]
 
     def padded(self, unknowns: Array) -> Array:
@@ -248,7 +309,9 @@ class Coupling:
 
     def _by(self, each: Array, x: Array, transposed: bool = False) -> Array:
         """Each node's matrix times its components."""
-        return np.asarray(np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", each, x.reshape(self.shape))).ravel()
+        return np.asarray(
+            np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", each, x.reshape(self.shape))
+        ).ravel()
 
 
 def blocks(each: Array) -> Sparse:

@@ -1,8 +1,10 @@
-"""The equations of bodies, solved together with a linear law of contact, and with equilibrium of bodies that are free.
+"""The equations of bodies, solved together with a linear law of contact, and with equilibrium of
+bodies that are free.
 
-With Q an orthonormal basis of the rigid motions that nothing holds, and D the weights by which any displacement has some of
-them, DᵀQ = 1, A stands for A - (AQ - Q)Dᵀ: regular, and unlike the compressed A, or constant elements, exact for these
-motions. Unknowns β' along Q go with rows for equilibrium; of A itself β = β' + Dᵀu.
+With Q an orthonormal basis of the rigid motions that nothing holds, and D the weights by which any
+displacement has some of them, DᵀQ = 1, A stands for A - (AQ - Q)Dᵀ: regular, and unlike the
+compressed A, or constant elements, exact for these motions. Unknowns β' along Q go with rows for
+equilibrium; of A itself β = β' + Dᵀu.
 """
 
 from __future__ import annotations
@@ -29,10 +31,11 @@ ROUGH = 1e-3
 
 
 class MixedEquations:
-    """The discrete equations of bodies with a linear relation between displacements and tractions in contact.
+    """The discrete equations of bodies with a linear relation between displacements and tractions
+    in contact.
 
-    Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the bodies, and on the last
-    rank those of rigid motions.
+    Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the
+    bodies, and on the last rank those of rigid motions.
 
     Attributes
     ----------
@@ -47,8 +50,13 @@ class MixedEquations:
         self.defect = 0.0
         self.rank, ranks = comm.getRank(), comm.getSize()
         self._mpi = comm.tompi4py() if ranks > 1 else None
-        spans = [[np.arange(*body.bounds[r : r + 2]) + at for at, body in zip(coupling.first, rows, strict=False)]
-                 for r in range(ranks)]  # fmt: skip
+        spans = [
+            [
+                np.arange(*body.bounds[r : r + 2]) + at
+                for at, body in zip(coupling.first, rows, strict=False)
+            ]
+            for r in range(ranks)
+        ]
         self._order = np.concatenate([span for of_rank in spans for span in of_rank])
         self._mine, self._is_last = np.concatenate(spans[self.rank]), self.rank == ranks - 1
         self._weight = np.ones(coupling.size)
@@ -62,42 +70,65 @@ class MixedEquations:
             if body.motions.shape[1]:
                 mine = slice(coupling.first[b], coupling.first[b + 1])
                 basis, factor = np.linalg.qr(body.motions)
-                self.motions[mine, here], self._dual[mine, here] = basis, body.gauge @ np.linalg.inv(basis.T @ body.gauge)
+                self.motions[mine, here], self._dual[mine, here] = (
+                    basis,
+                    body.gauge @ np.linalg.inv(basis.T @ body.gauge),
+                )
                 self._coordinates[here, here] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
             self._shift = self.motions[self._mine] - np.column_stack(moved)
         self.krylov = FlexibleKrylov(comm, self)
         self._used: tuple[Posed, Preconditioner] | None = None
-        self.at_rest = State(np.zeros(n), np.zeros(coupling.shape), np.zeros(coupling.shape), np.zeros(r), np.zeros(r))
+        self.at_rest = State(
+            np.zeros(n),
+            np.zeros(coupling.shape),
+            np.zeros(coupling.shape),
+            np.zeros(r),
+            np.zeros(r),
+        )
         free = Balance.at_rest(coupling.shape, r)
         self._free = coupling.expansion(Relation.given_traction(coupling.shape), free.motion), free
         with one_blas_thread(), together(comm):
             self._open = Preconditioner(
-                rows, coupling, (self.motions, self._dual), self.sum, (self.rank, ranks), self._free[0]
+                rows,
+                coupling,
+                (self.motions, self._dual),
+                self.sum,
+                (self.rank, ranks),
+                self._free[0],
             )
             self._laws = self._open.copy()
 
-    # -- problems -----------------------------------------------------------------------------------------------------
+    # -- problems
+    # ----------------------------------------------------------------------------------------------
 
     def loads(self, shares: Array, only: int | None = None) -> tuple[Array, Array]:
-        """Factors of all columns and this rank's rows for load states of these weights (K,), of all bodies or one."""
+        """Factors of all columns and this rank's rows for load states of these weights (K,), of all
+        bodies or one."""
         parts = [body.load(shares * (only in (None, b))) for b, body in enumerate(self.rows)]
         factors, rows = (np.concatenate(values) for values in zip(*parts, strict=True))
         return factors, rows
 
     def elastic(self, loads: tuple[Array, Array], rtol: float) -> State:
-        """The bodies by themselves, moved by nothing but strain; given tractions are among the factors."""
+        """The bodies by themselves, moved by nothing but strain; given tractions are among the
+        factors."""
         expansion, balance = self._free
         posed = Posed(expansion, np.zeros(self.coupling.shape), *loads, balance)
         return self.solve(posed, self.at_rest, rtol, 0.0, self._open)
 
     def solve(
-        self, posed: Posed, start: State, rtol: float, forcing: float, preconditioner: Preconditioner | None = None
+        self,
+        posed: Posed,
+        start: State,
+        rtol: float,
+        forcing: float,
+        preconditioner: Preconditioner | None = None,
     ) -> State:
         """The solution near one before.
 
-        The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the solution's size.
+        The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol
+        of the solution's size.
         """
         preconditioner = preconditioner or self._laws
         relation, count = posed.expansion.relation, posed.balance.count
@@ -106,15 +137,27 @@ class MixedEquations:
         given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
         if not self.sum(np.array([any(values.any() for values in given)])).any():
             self.krylov.iterations, self.defect = 0, 0.0
-            return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
+            return self._state(
+                posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count)
+            )
         x, scale = self._start(posed, start), float(np.sqrt(len(self.rows)))
         sizes = self._strained(start.z)
         if not sizes.all():
             self._weight[:] = 1.0
             rest = np.zeros(self.coupling.size + count)
-            sizes = np.where(sizes > 0.0, sizes, self._sizes(self.whole(self._residual(posed, known, sigma, rest))))
-        still = sizes <= NEGLIGIBLE * sizes.max() if preconditioner is not self._open else np.zeros(len(sizes), dtype=bool)
-        left, size = self._weighed(np.where(still, GUESSED * sizes.max(), sizes), posed, known, sigma, x)
+            sizes = np.where(
+                sizes > 0.0,
+                sizes,
+                self._sizes(self.whole(self._residual(posed, known, sigma, rest))),
+            )
+        still = (
+            sizes <= NEGLIGIBLE * sizes.max()
+            if preconditioner is not self._open
+            else np.zeros(len(sizes), dtype=bool)
+        )
+        left, size = self._weighed(
+            np.where(still, GUESSED * sizes.max(), sizes), posed, known, sigma, x
+        )
         target = max(rtol * scale, forcing * size)
         self.krylov.iterations = 0
         if size > target:
@@ -135,13 +178,16 @@ class MixedEquations:
         return self._state(posed, known, sigma, x)
 
     def _strained(self, z: Array) -> Array:
-        """Sizes of the bodies' displacements without rigid motions, which have no residual, but for their round-off: where
-        bodies meet, that of the largest is in the equations of both."""
+        """Sizes of the bodies' displacements without rigid motions, which have no residual, but for
+        their round-off: where bodies meet, that of the largest is in the equations of both."""
         strained = self._sizes(z - self.motions @ (self._dual.T @ z))
         return np.maximum(strained, NEGLIGIBLE * self._sizes(z).max(initial=0.0))
 
-    def _weighed(self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array) -> tuple[Array, float]:
-        """This rank's rows of what is left and its norm: each body's over its own size, however stiff others are."""
+    def _weighed(
+        self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array
+    ) -> tuple[Array, float]:
+        """This rank's rows of what is left and its norm: each body's over its own size, however
+        stiff others are."""
         sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, known, sigma, x)
@@ -156,15 +202,26 @@ class MixedEquations:
         z, v = start.z.copy(), start.v
         held = posed.balance.held
         if len(held):
-            # motions that are given: rigid ones leave the equations of bodies as they are, an iteration strains them
+            # motions that are given: rigid ones leave the equations of bodies as they are, an
+            # iteration strains them
             change = np.linalg.lstsq(held, posed.balance.amplitude - held @ alpha, rcond=None)[0]
             alpha += change
-            moved = self.motions @ np.linalg.solve(self._coordinates, change[:bodies]) if bodies else np.zeros(len(z))
+            moved = (
+                self.motions @ np.linalg.solve(self._coordinates, change[:bodies])
+                if bodies
+                else np.zeros(len(z))
+            )
             z += moved
-            v = v + (coupling.seen @ moved[coupling.met] + (motion @ change[bodies:]).ravel()).reshape(v.shape)
+            v = v + (
+                coupling.seen @ moved[coupling.met] + (motion @ change[bodies:]).ravel()
+            ).reshape(v.shape)
         opposite = -(coupling.opposite @ z[coupling.met]) - (motion @ alpha[bodies:]).ravel()
         z[coupling.secondary] = coupling.nearest(posed.expansion.relation, v, start.sigma, opposite)
-        multipliers = np.linalg.solve(self._coordinates, start.beta - start.alpha[:bodies]) if bodies else np.zeros(0)
+        multipliers = (
+            np.linalg.solve(self._coordinates, start.beta - start.alpha[:bodies])
+            if bodies
+            else np.zeros(0)
+        )
         return np.concatenate([z, multipliers, alpha[bodies:]])
 
     def _state(self, posed: Posed, known: Array, sigma: Array, x: Array) -> State:
@@ -184,12 +241,15 @@ class MixedEquations:
         n, bodies = self.coupling.size, int(self.ends[-1])
         return np.concatenate([x[:n], x[n + bodies :]]), x[n:]
 
-    # -- the operator -------------------------------------------------------------------------------------------------
+    # -- the operator
+    # ----------------------------------------------------------------------------------------------
 
     def _multiplied(self, factors: Array) -> Array:
         """This rank's rows of all bodies."""
         columns = self.coupling.first_column
-        return np.concatenate([body.mult(factors[columns[b] : columns[b + 1]]) for b, body in enumerate(self.rows)])
+        return np.concatenate(
+            [body.mult(factors[columns[b] : columns[b + 1]]) for b, body in enumerate(self.rows)]
+        )
 
     def _residual(self, posed: Posed, known: Array, sigma: Array, x: Array) -> Array:
         """This rank's rows of the right-hand side less the left."""
@@ -198,7 +258,9 @@ class MixedEquations:
         wanted = np.concatenate([-balance.load, balance.amplitude]) * self._border_scale(balance)
         return self._local(self._weight[self._mine] * (posed.rows - rows), wanted - border)
 
-    def _left(self, posed: Posed, x: Array, known: Array | float = 0.0, sigma: Array | float = 0.0) -> tuple[Array, Array]:
+    def _left(
+        self, posed: Posed, x: Array, known: Array | float = 0.0, sigma: Array | float = 0.0
+    ) -> tuple[Array, Array]:
         unknowns, beside = self._split(x)
         factors = posed.expansion.factors @ unknowns + known
         rows = self._multiplied(factors)
@@ -208,7 +270,9 @@ class MixedEquations:
             rows = rows + self._shift @ along + self.motions[self._mine] @ beside[:bodies]
         return rows, self._border_rows(posed, unknowns, factors, sigma)
 
-    def _border_rows(self, posed: Posed, unknowns: Array, factors: Array, sigma: Array | float = 0.0) -> Array:
+    def _border_rows(
+        self, posed: Posed, unknowns: Array, factors: Array, sigma: Array | float = 0.0
+    ) -> Array:
         """The rows of rigid motions, (r,)."""
         balance = posed.balance
         if not balance.count:
@@ -216,7 +280,9 @@ class MixedEquations:
         sigma = np.asarray(posed.expansion.traction @ unknowns + sigma)
         along = self._coordinates @ (self._dual.T @ self.coupling.of_unknowns(factors))
         alpha = np.concatenate([along, unknowns[self.coupling.size :]])
-        rows = np.concatenate([balance.resultant.reshape(len(balance.load), sigma.size) @ sigma, balance.held @ alpha])
+        rows = np.concatenate(
+            [balance.resultant.reshape(len(balance.load), sigma.size) @ sigma, balance.held @ alpha]
+        )
         return np.asarray(rows * self._border_scale(balance))
 
     def _border_scale(self, balance: Balance) -> Array:
@@ -225,9 +291,15 @@ class MixedEquations:
         scale = self.coupling.scale
         each = np.abs(balance.resultant).sum(axis=(1, 2)) * (scale.mean() if scale.size else 1.0)
         root = root * float(self._weight.min())
-        return np.asarray(root * np.concatenate([1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]))
+        return np.asarray(
+            root
+            * np.concatenate(
+                [1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]
+            )
+        )
 
-    # -- Krylov -------------------------------------------------------------------------------------------------------
+    # -- Krylov
+    # ----------------------------------------------------------------------------------------------
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python, as PETSc calls it."""
@@ -246,7 +318,8 @@ class MixedEquations:
         y.setArray(self._local((z - columns @ beside)[self._mine], beside))
 
     def _product(self, z: Array, beside: Array | None = None) -> Array:
-        """What unknowns of the bodies, and of rigid motions, make of the equations of the bodies, whole. Collective."""
+        """What unknowns of the bodies, and of rigid motions, make of the equations of the bodies,
+        whole. Collective."""
         assert self._used is not None
         posed = self._used[0]
         beside = np.zeros(posed.balance.count) if beside is None else beside
@@ -254,26 +327,32 @@ class MixedEquations:
         return self.whole(self._local(rows, np.zeros(0)))
 
     def _eliminated(self) -> tuple[Array, Array]:
-        """What the preconditioner makes of the columns of rigid motions (N, r), and the inverse of what the border sees."""
+        """What the preconditioner makes of the columns of rigid motions (N, r), and the inverse of
+        what the border sees."""
         assert self._used is not None
         posed, preconditioner = self._used
         count, bodies = posed.balance.count, int(self.ends[-1])
         found, units = np.zeros((self.coupling.size, count)), np.eye(count)
-        found[:, :bodies] = self.coupling.uncoupled(self.motions) if preconditioner is self._open else self.motions
+        found[:, :bodies] = (
+            self.coupling.uncoupled(self.motions) if preconditioner is self._open else self.motions
+        )
         for number, unit in enumerate(units):
             if number >= bodies:
                 found[:, number] = self._product(np.zeros(self.coupling.size), unit)
             # of bodies that are uncoupled rigid motions solve for themselves
             if preconditioner is not self._open:
                 found[:, number] = preconditioner.solve(found[:, number], self._product)
-        seen = np.array([self._border_of(posed, z, -unit) for z, unit in zip(found.T, units, strict=True)])
+        seen = np.array(
+            [self._border_of(posed, z, -unit) for z, unit in zip(found.T, units, strict=True)]
+        )
         return found, np.linalg.pinv(seen.reshape(count, count).T)
 
     def _border_of(self, posed: Posed, z: Array, beside: Array) -> Array:
         unknowns, _ = self._split(np.concatenate([z, beside]))
         return self._border_rows(posed, unknowns, posed.expansion.factors @ unknowns)
 
-    # -- ranks --------------------------------------------------------------------------------------------------------
+    # -- ranks
+    # ----------------------------------------------------------------------------------------------
 
     def _local(self, rows: Array, border: Array) -> Array:
         """This rank's part of a vector."""
@@ -292,14 +371,19 @@ class MixedEquations:
 
     def _sizes(self, x: Array) -> Array:
         """Norms of each body's part of a whole vector."""
-        return np.asarray(np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1])))
+        return np.asarray(
+            np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1]))
+        )
 
     def _norm(self, own: Array) -> float:
         return float(np.sqrt(self.sum(np.array([own @ own]))[0]))
 
     def view(self, matrix: Any, viewer: Any) -> None:
         """The line of -ksp_view, of the matrix and of the preconditioner."""
-        viewer.printfASCII(f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, {self.memory() / 1e6:.0f} MB\n")
+        viewer.printfASCII(
+            f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, "
+            f"{self.memory() / 1e6:.0f} MB\n"
+        )
 
     def memory(self) -> int:
         """Memory on all ranks [bytes]."""

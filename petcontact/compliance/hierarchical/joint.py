@@ -1,4 +1,5 @@
-"""The equations of all bodies with those of contact: solves for loads, tractions and linear laws, and the last solution."""
+"""The equations of all bodies with those of contact: solves for loads, tractions and linear laws,
+and the last solution."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from .rows import BodyRows
 RTOL = 1e-9
 """Residual of an elastic solve, relative to the load."""
 AT_REST = 1e-3
-"""The same without contact tractions, over the tolerance of the compression: what it leaves is in S σ, too, and not in v."""
+"""The same without contact tractions, over the tolerance of the compression: what it leaves is in S
+σ, too, and not in v."""
 LOOSE = 1e-2
 """The same at most, of small changes of a solution."""
 ROUND_OFF = 1e-12
@@ -42,9 +44,13 @@ class JointBodies:
     """
 
     def __init__(
-        self, bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface],
-        maps: Sequence[ContactMaps], comm: Any,
-    ) -> None:  # fmt: skip
+        self,
+        bodies: Sequence[ElasticBody],
+        rows: Sequence[BodyRows],
+        interfaces: Sequence[Interface],
+        maps: Sequence[ContactMaps],
+        comm: Any,
+    ) -> None:
         self._bodies, self._maps = bodies, maps
         with stage("factor"):
             self.equations = MixedEquations(rows, Coupling(bodies, rows, interfaces, maps), comm)
@@ -52,10 +58,16 @@ class JointBodies:
             self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
             at_rest = [self.equations.at_rest]
             for shares in np.eye(states)[1:]:
-                at_rest.append(self.equations.elastic(self.equations.loads(shares), AT_REST * self.tolerance))
+                at_rest.append(
+                    self.equations.elastic(self.equations.loads(shares), AT_REST * self.tolerance)
+                )
         self.at_rest = np.array([state.z for state in at_rest])
         self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
-        self._last, self._shares, self._unloaded = self.equations.at_rest, np.zeros(states), np.zeros(states)
+        self._last, self._shares, self._unloaded = (
+            self.equations.at_rest,
+            np.zeros(states),
+            np.zeros(states),
+        )
         self._corrected: State | None = None
 
     def unknowns_of(self, number: int) -> Array:
@@ -64,9 +76,14 @@ class JointBodies:
 
     def moved_by(self, number: int, traction: Array, shares: Array) -> State:
         """One body under contact tractions (k m,) and its loads."""
-        given = traction.reshape(self._bodies[number].data.contact_shape) / self.equations.rows[number].scale
+        given = (
+            traction.reshape(self._bodies[number].data.contact_shape)
+            / self.equations.rows[number].scale
+        )
         factors, rows = self.equations.loads(shares, only=number)
-        return self.equations.elastic((factors + self.equations.coupling.given(number, given), rows), RTOL)
+        return self.equations.elastic(
+            (factors + self.equations.coupling.given(number, given), rows), RTOL
+        )
 
     def solution_for(self, number: int, shares: Array, traction: Array) -> State:
         """One where this body has these loads and contact tractions."""
@@ -74,7 +91,9 @@ class JointBodies:
         if traction.any() and np.array_equal(shares, self._shares):
             for state in filter(None, (self._last, self._corrected)):
                 known = self._maps[number].carried(state.sigma.ravel())
-                if np.abs(known - traction).max(initial=0.0) <= ROUND_OFF * np.abs(traction).max(initial=0.0):
+                if np.abs(known - traction).max(initial=0.0) <= ROUND_OFF * np.abs(traction).max(
+                    initial=0.0
+                ):
                     return state
         return self.moved_by(number, traction, shares)
 
@@ -92,35 +111,71 @@ class JointBodies:
     def under(self, sigma: Array, rtol: float = RTOL) -> State:
         """All bodies under σ (M, k) alone: one solve; v is S σ."""
         factors, rows = self.equations.loads(self._unloaded)
-        return self.equations.elastic((factors + self.equations.coupling.tractions(sigma), rows), rtol)
+        return self.equations.elastic(
+            (factors + self.equations.coupling.tractions(sigma), rows), rtol
+        )
 
     def corrected(self, difference: Array) -> Array:
-        """S times a small change (M, k) of the last solution's σ, after which that is known, too."""
-        last, sizes = self._last, [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)]
-        change = self.under(difference, min(LOOSE, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL)
-        self._corrected = State(last.z + change.z, last.v + change.v, last.sigma + difference, last.alpha,
-                                last.beta + change.beta)  # fmt: skip
+        """S times a small change (M, k) of the last solution's σ, after which that is known,
+        too."""
+        last, sizes = (
+            self._last,
+            [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)],
+        )
+        change = self.under(
+            difference, min(LOOSE, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL
+        )
+        self._corrected = State(
+            last.z + change.z,
+            last.v + change.v,
+            last.sigma + difference,
+            last.alpha,
+            last.beta + change.beta,
+        )
         return change.v
 
     def related(
-        self, n_v: Array, n_sigma: Array, v_0: Array, sigma_0: Array, *, offset: Array, shares: Array, balance: Balance,
-        rtol: float, forcing: float = 0.0, start: State | None = None, soft: Array | float = 0.0,
-    ) -> State:  # fmt: skip
-        """v = v_0 + N_v y and σ = σ_0 + N_σ y, from a start or the last solution; it is the last one then.
+        self,
+        n_v: Array,
+        n_sigma: Array,
+        v_0: Array,
+        sigma_0: Array,
+        *,
+        offset: Array,
+        shares: Array,
+        balance: Balance,
+        rtol: float,
+        forcing: float = 0.0,
+        start: State | None = None,
+        soft: Array | float = 0.0,
+    ) -> State:
+        """v = v_0 + N_v y and σ = σ_0 + N_σ y, from a start or the last solution; it is the last
+        one then.
 
         Of v the part `soft` (M, k) times σ is no displacement, and not in the solution's v.
         """
         coupling = self.equations.coupling
         if np.any(soft):
             v_0, n_v = v_0 - soft * sigma_0, n_v - np.asarray(soft)[:, :, None] * n_sigma
-        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale).nearest(offset, coupling.scale)
-        posed = Posed(coupling.expansion(relation, balance.motion), offset, *self.equations.loads(shares), balance)
+        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale).nearest(
+            offset, coupling.scale
+        )
+        posed = Posed(
+            coupling.expansion(relation, balance.motion),
+            offset,
+            *self.equations.loads(shares),
+            balance,
+        )
         if start is not None:
             return self.equations.solve(posed, start, rtol, forcing)
         if self._last is not self.equations.at_rest and not self._last.sigma.any():
-            # what iterations left of a solution without tractions measures no other one: to the end, from rest
+            # what iterations left of a solution without tractions measures no other one: to the
+            # end, from rest
             self._last, forcing = self.equations.at_rest, 0.0
-        self._last, self._shares = self.equations.solve(posed, self._last, rtol, forcing), shares.copy()
+        self._last, self._shares = (
+            self.equations.solve(posed, self._last, rtol, forcing),
+            shares.copy(),
+        )
         self._corrected = None
         return self._last
 
@@ -134,17 +189,33 @@ class JointBodies:
         now[:common] = self._last.alpha[:common]
         held = (constraint.free * modes.size[:, None]).T
         resultant = np.tensordot(resisted.T, modes.resultant, 1)
-        return Balance(modes.motion[:, :, bodies:], resultant, resisted.T @ modes.load, held, held @ now)
+        return Balance(
+            modes.motion[:, :, bodies:], resultant, resisted.T @ modes.load, held, held @ now
+        )
 
-    def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0) -> State:
+    def robin(
+        self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0
+    ) -> State:
         """δσ + ρ δv = r without loads."""
         eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
         loaded = None if modes is None else Modes(modes.motion, modes.resultant, -work)
-        constraint = None if modes is None else RigidModeConstraint(loaded, Linearisation.all_stick(r), still, 1.0)
+        constraint = (
+            None
+            if modes is None
+            else RigidModeConstraint(loaded, Linearisation.all_stick(r), still, 1.0)
+        )
         return self.related(
-            eye, -eye * rho[:, :, None], still, r, offset=still, shares=self._unloaded,
-            balance=self.balance(loaded, constraint), rtol=RTOL, start=self.equations.at_rest, soft=soft,
-        )  # fmt: skip
+            eye,
+            -eye * rho[:, :, None],
+            still,
+            r,
+            offset=still,
+            shares=self._unloaded,
+            balance=self.balance(loaded, constraint),
+            rtol=RTOL,
+            start=self.equations.at_rest,
+            soft=soft,
+        )
 
     def close(self) -> None:
         """Free the PETSc objects."""

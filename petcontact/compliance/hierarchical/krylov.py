@@ -34,7 +34,8 @@ class FlexibleKrylov:
         self._last: LinearSolver | None = None
 
     def __call__(self, residual: Array, size: int, target: float) -> Array:
-        """This rank's part of a solution, of `size` unknowns in all, that leaves no more than the target of a residual."""
+        """This rank's part of a solution, of `size` unknowns in all, that leaves no more than the
+        target of a residual."""
         module, comm, layout = petsc(), of_petsc(self._comm), (len(residual), size)
         rhs = module.Vec().createMPI(layout, comm=comm)
         rhs.setArray(residual)
@@ -44,7 +45,9 @@ class FlexibleKrylov:
         if solver is None:
             matrix = module.Mat().createPython((layout, layout), context=self._context, comm=comm)
             matrix.setUp()
-            solver = LinearSolver(comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self._context)
+            solver = LinearSolver(
+                comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self._context
+            )
             solver.ksp.setGMRESRestart(RESTART)
             solver.set_operator(matrix)
             matrix.destroy()

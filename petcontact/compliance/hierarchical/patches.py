@@ -1,4 +1,5 @@
-"""Which nodes of several bodies the preconditioner takes together: patches of both sides of a contact, and coarse groups."""
+"""Which nodes of several bodies the preconditioner takes together: patches of both sides of a
+contact, and coarse groups."""
 
 from __future__ import annotations
 
@@ -42,7 +43,9 @@ class Nodes:
         met, secondary = self.of(coupling.met), self.of(coupling.secondary[::k])
         # how much each secondary's node sees of each primary's node
         pair = abs(coupling.opposite).tocoo()
-        faced = scipy.sparse.csr_array(scipy.sparse.coo_array((pair.data, (pair.row // k, met[pair.col])), shape=(m, n)))
+        faced = scipy.sparse.csr_array(
+            scipy.sparse.coo_array((pair.data, (pair.row // k, met[pair.col])), shape=(m, n))
+        )
         faced.sum_duplicates()
         seen, self.leader = faced.tocsc(), np.arange(n)
         for node in np.flatnonzero(np.diff(seen.indptr)).tolist():
@@ -50,7 +53,9 @@ class Nodes:
             self.leader[node] = secondary[seen.indices[mine][np.argmax(seen.data[mine])]]
         self.leader[secondary] = secondary
         most = np.maximum(faced.max(axis=1).toarray().ravel(), 1e-300) if m else np.ones(0)
-        near = scipy.sparse.coo_array(scipy.sparse.csr_array(scipy.sparse.diags(1.0 / most) @ faced))
+        near = scipy.sparse.coo_array(
+            scipy.sparse.csr_array(scipy.sparse.diags(1.0 / most) @ faced)
+        )
         keep = near.data >= SHARE
         one, other = secondary[near.row[keep]], near.col[keep]
         both = np.concatenate([one, other]), np.concatenate([other, one])
@@ -68,10 +73,14 @@ class Nodes:
     def unknowns(self, body: int, nodes: Index) -> Index:
         """Of some nodes of a body, counted in it."""
         components = self.rows[body].components
-        return np.asarray(self._coupling.first[body] + (components * nodes[:, None] + np.arange(components)).ravel())
+        return np.asarray(
+            self._coupling.first[body]
+            + (components * nodes[:, None] + np.arange(components)).ravel()
+        )
 
     def patches(self) -> list[Patch]:
-        """One a cluster: its nodes, those that face them, a margin around both, and what faces that."""
+        """One a cluster: its nodes, those that face them, a margin around both, and what faces
+        that."""
         led = [np.empty(0, dtype=np.int64)] * int(self.first[-1])
         follower = np.flatnonzero(self.leader != np.arange(len(self.leader)))
         order = follower[np.argsort(self.leader[follower], kind="stable")]
@@ -81,7 +90,9 @@ class Nodes:
         found = []
         for b, body in enumerate(self.rows):
             for cluster in body.tree.cut(OWN).tolist():
-                inside = np.arange(body.tree.first[cluster], body.tree.last[cluster]) + self.first[b]
+                inside = (
+                    np.arange(body.tree.first[cluster], body.tree.last[cluster]) + self.first[b]
+                )
                 mine = inside[self.leader[inside] == inside]
                 if len(mine):
                     found.append(self._patch(np.concatenate([mine, *(led[node] for node in mine)])))
@@ -99,7 +110,9 @@ class Nodes:
             nodes.append(every)
             unknowns.append(self.unknowns(b, every))
             kept.append(np.repeat(np.isin(every + self.first[b], own), self.rows[b].components))
-        return Patch(nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met)))
+        return Patch(
+            nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met))
+        )
 
     def _around(self, b: int, own: Index) -> Index:
         """Nodes of body b among `own`, with the nodes of that body nearest to them."""
@@ -111,7 +124,10 @@ class Nodes:
         # flat clusters get a margin off their plane, too
         middle = 0.5 * (low + high)
         half = np.maximum((0.5 + 0.5 * MARGIN) * (high - low), 0.5 * MARGIN * (high - low).max())
-        inside = np.array(self._search[b].query_ball_point(middle, float(half.max()) + 1e-300, p=np.inf), dtype=np.int64)
+        inside = np.array(
+            self._search[b].query_ball_point(middle, float(half.max()) + 1e-300, p=np.inf),
+            dtype=np.int64,
+        )
         inside = inside[np.all(np.abs(x[inside] - middle) <= half * (1.0 + 1e-12), axis=1)]
         others = np.setdiff1d(inside, keep - self.first[b])
         if len(others) + len(keep) > CROWDED:
@@ -120,10 +136,12 @@ class Nodes:
         return np.asarray(np.union1d(keep, others + self.first[b]), dtype=np.int64)
 
     def groups(self) -> tuple[Index, Index]:
-        """Of each unknown, and of each column or -1: of unknowns as these, of tractions in contact as many more.
+        """Of each unknown, and of each column or -1: of unknowns as these, of tractions in contact
+        as many more.
 
-        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes. Components that turn by
-        much within a group sum up to nothing, or to what another component does: then the coarse level is singular.
+        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes.
+        Components that turn by much within a group sum up to nothing, or to what another component
+        does: then the coarse level is singular.
         """
         n = int(self.first[-1])
         most = max(OWN, OWN * int(np.ceil(3 * n / OWN / COARSE)))
@@ -131,28 +149,46 @@ class Nodes:
         for b, body in enumerate(self.rows):
             here, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)
             key[here, 0] = b
-            key[here, 1] = np.repeat(np.arange(len(cut)), body.tree.last[cut] - body.tree.first[cut])
+            key[here, 1] = np.repeat(
+                np.arange(len(cut)), body.tree.last[cut] - body.tree.first[cut]
+            )
             key[here, 2] = body.part
         number = np.unique(key, axis=0, return_inverse=True)[1].ravel()
         led = self.leader != np.arange(n)
         key[led, 1], key[led, 2] = number[self.leader[led]], -1
         number = np.unique(key, axis=0, return_inverse=True)[1].ravel()
-        of_unknowns = [3 * np.repeat(number[self.first[b] : self.first[b + 1]], body.components)
-                       + np.tile(np.arange(body.components), len(body.x)) for b, body in enumerate(self.rows)]  # fmt: skip
+        of_unknowns = [
+            3 * np.repeat(number[self.first[b] : self.first[b + 1]], body.components)
+            + np.tile(np.arange(body.components), len(body.x))
+            for b, body in enumerate(self.rows)
+        ]
         group = np.unique(np.concatenate(of_unknowns), return_inverse=True)[1].ravel()
         count, columns = int(group.max()) + 1, np.full(self._coupling.columns, -1)
         for b, body in enumerate(self.rows):
-            mine, at = group[self._coupling.first[b] : self._coupling.first[b + 1]], self._coupling.first_column[b]
+            mine, at = (
+                group[self._coupling.first[b] : self._coupling.first[b + 1]],
+                self._coupling.first_column[b],
+            )
             columns[at : at + len(mine)] = mine
             columns[at + body.beside] = count + mine[body.slot]
         return group, columns
 
     def _directions(self) -> Index:
-        """Of each node the directions of its components, rounded: where curved faces, or the choice of tangents, turn."""
-        first, each = self._coupling.first, np.concatenate([body.frame.reshape(-1, 3) for body in self.rows])
+        """Of each node the directions of its components, rounded: where curved faces, or the choice
+        of tangents, turn."""
+        first, each = (
+            self._coupling.first,
+            np.concatenate([body.frame.reshape(-1, 3) for body in self.rows]),
+        )
         each[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
-        found = [np.rint(each[first[b] : first[b + 1]]).reshape(len(body.x), -1) for b, body in enumerate(self.rows)]
-        return np.asarray(np.concatenate([np.pad(one, ((0, 0), (0, 9 - one.shape[1]))) for one in found]), dtype=np.int64)
+        found = [
+            np.rint(each[first[b] : first[b + 1]]).reshape(len(body.x), -1)
+            for b, body in enumerate(self.rows)
+        ]
+        return np.asarray(
+            np.concatenate([np.pad(one, ((0, 0), (0, 9 - one.shape[1]))) for one in found]),
+            dtype=np.int64,
+        )
 
 
 def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: Index) -> Array:
@@ -161,5 +197,9 @@ def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: In
     result = np.zeros((count, 2 * count))
     for b, body in enumerate(rows):
         mine = group[coupling.first[b] : coupling.first[b + 1]]
-        result += body.coarse(mine, columns[coupling.first_column[b] : coupling.first_column[b + 1]], (count, 2 * count))
+        result += body.coarse(
+            mine,
+            columns[coupling.first_column[b] : coupling.first_column[b + 1]],
+            (count, 2 * count),
+        )
     return result

@@ -11,7 +11,8 @@ from .coupling import Expansion
 
 @frozen
 class Balance:
-    """Rows for rigid motions of bodies, then of free obstacles: q combinations in equilibrium, p that are where they are.
+    """Rows for rigid motions of bodies, then of free obstacles: q combinations in equilibrium, p
+    that are where they are.
 
     Attributes
     ----------
@@ -32,7 +33,13 @@ class Balance:
     @classmethod
     def at_rest(cls, shape: tuple[int, int], motions: int) -> Balance:
         """Bodies that do not move as a whole, and no free obstacles."""
-        return cls(np.zeros((*shape, 0)), np.zeros((0, *shape)), np.zeros(0), np.eye(motions), np.zeros(motions))
+        return cls(
+            np.zeros((*shape, 0)),
+            np.zeros((0, *shape)),
+            np.zeros(0),
+            np.eye(motions),
+            np.zeros(motions),
+        )
 
     @property
     def count(self) -> int:

@@ -1,4 +1,5 @@
-"""Two levels for the equations of bodies in contact: groups that go far, and patches of both sides of a contact."""
+"""Two levels for the equations of bodies in contact: groups that go far, and patches of both sides
+of a contact."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ class Preconditioner:
     rows : sequence of BodyRows
     coupling : Coupling
     motions : pair of (N, r) arrays
-        Orthonormal rigid motions, along which the operator is the identity, and weights of them in any displacement.
+        Orthonormal rigid motions, along which the operator is the identity, and weights of them in
+        any displacement.
     total : callable
         Sums an array over the ranks.
     share : (int, int)
@@ -35,9 +37,14 @@ class Preconditioner:
     """
 
     def __init__(
-        self, rows: Sequence[BodyRows], coupling: Coupling, motions: tuple[Array, Array], total: Callable[[Array], Array],
-        share: tuple[int, int], expansion: Expansion,
-    ) -> None:  # fmt: skip
+        self,
+        rows: Sequence[BodyRows],
+        coupling: Coupling,
+        motions: tuple[Array, Array],
+        total: Callable[[Array], Array],
+        share: tuple[int, int],
+        expansion: Expansion,
+    ) -> None:
         nodes = Nodes(rows, coupling)
         group, columns = nodes.groups()
         self._coarse = CoarseLevel(group, columns, total(sums(rows, coupling, group, columns)))
@@ -56,7 +63,8 @@ class Preconditioner:
         return other
 
     def update(self, expansion: Expansion) -> None:
-        """Serve another expansion: the coarse level anew, patches where a law has changed by more than CHANGED."""
+        """Serve another expansion: the coarse level anew, patches where a law has changed by more
+        than CHANGED."""
         if expansion is self.expansion:
             return
         law = expansion.relation.basis
@@ -69,11 +77,14 @@ class Preconditioner:
 
     def _factor(self) -> None:
         factors = self.expansion.factors[:, : self._coupling.size]
-        grouped = np.asarray(self._coupling.of_unknowns(factors @ self._coarse.repeat).T @ self._dual)
+        grouped = np.asarray(
+            self._coupling.of_unknowns(factors @ self._coarse.repeat).T @ self._dual
+        )
         self._coarse.factor(factors, self._sums @ grouped.T)
 
     def solve(self, r: Array, product: Callable[[Array], Array]) -> Array:
-        """An approximate solution for the equations of the bodies (N,); `product` gives what unknowns (N,) leave of them."""
+        """An approximate solution for the equations of the bodies (N,); `product` gives what
+        unknowns (N,) leave of them."""
         coarse = self._coarse.solve(r)
         return np.asarray(coarse + self._total(self._local.solve(r - product(coarse))))
 

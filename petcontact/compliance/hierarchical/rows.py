@@ -1,4 +1,5 @@
-"""The discrete equations of one body as rows that can be multiplied and sampled: an H-matrix, or an eliminated body."""
+"""The discrete equations of one body as rows that can be multiplied and sampled: an H-matrix, or an
+eliminated body."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ ALLOWED_MISS = 10.0
 class BodyRows(Protocol):
     """A z = B t + loads on some nodes of a body, in the order of a cluster tree.
 
-    Columns are those of the unknowns z, then those beside them: of the tractions in contact t, and of loads.
+    Columns are those of the unknowns z, then those beside them: of the tractions in contact t, and
+    of loads.
 
     Attributes
     ----------
@@ -51,7 +53,8 @@ class BodyRows(Protocol):
     scale : float
         Tractions are factors times it [stress/length].
     motions, gauge : (size, r) arrays
-        Rigid motions that nothing holds, by the unknowns; and the weights whose sums are 0 of unknowns without such motions.
+        Rigid motions that nothing holds, by the unknowns; and the weights whose sums are 0 of
+        unknowns without such motions.
     """
 
     components: int
@@ -80,7 +83,8 @@ class BodyRows(Protocol):
         ...
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """Factors of the columns, and this rank's rows, that the load states of these weights (K,) add on the right."""
+        """Factors of the columns, and this rank's rows, that the load states of these weights (K,)
+        add on the right."""
         ...
 
     @property
@@ -110,18 +114,28 @@ class CompressedRows:
     """
 
     def __init__(
-        self, operators: BoundaryOperators, modes: Array, comm: Any, tolerance: float, progress: Callable[[float], None]
+        self,
+        operators: BoundaryOperators,
+        modes: Array,
+        comm: Any,
+        tolerance: float,
+        progress: Callable[[float], None],
     ) -> None:
         mesh, data = operators.mesh, operators.data
         assert isinstance(mesh, SurfaceMesh)
         low, high = mesh.boxes
         self.tree = tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
         counts = np.diff(mesh.first_node)[tree.order]
-        self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)
+        self.nodes = np.repeat(
+            mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts
+        ) + np.arange(mesh.n_nodes)
         """The nodes of the mesh in the order of the tree."""
         kernel: Any = operators.kernel
-        self._operators = BoundaryOperators(mesh.reordered(tree.order), data.reordered(self.nodes),
-                                            dataclasses.replace(kernel, tolerance=QUADRATURE * tolerance))  # fmt: skip
+        self._operators = BoundaryOperators(
+            mesh.reordered(tree.order),
+            data.reordered(self.nodes),
+            dataclasses.replace(kernel, tolerance=QUADRATURE * tolerance),
+        )
         self.x, self.part = self._operators.mesh.x, self._operators.mesh.node_part
         self.frame, self._entries = self._operators.data.frame, OperatorEntries(self._operators)
         self.components = d = self._entries.components
@@ -129,8 +143,11 @@ class CompressedRows:
         memory = predicted_bytes(tree, blocks, tolerance, d)
         needed, there = float(memory.sum()), physical_memory()
         if needed > there:
-            raise InputError(f"mesh: the compressed operator of {mesh.n_nodes} nodes takes about {needed / 1e9:.0f} GB, "
-                             f"this machine has {there / 1e9:.0f}; use larger elements or bem.hmatrix_tol")  # fmt: skip
+            raise InputError(
+                f"mesh: the compressed operator of {mesh.n_nodes} nodes takes about "
+                f"{needed / 1e9:.0f} GB, "
+                f"this machine has {there / 1e9:.0f}; use larger elements or bem.hmatrix_tol"
+            )
         self.bounds = d * shared_rows(tree, memory, comm.getSize())
         first, last = (int(bound) // d for bound in self.bounds[comm.getRank() :][:2])
         self._own = slice(d * first, d * last)
@@ -141,14 +158,23 @@ class CompressedRows:
             progress(share)
 
         with together(comm):
-            self.matrix = HMatrix(self._entries, tree, blocks, tolerance, (first, last), threads=threads, progress=built)
+            self.matrix = HMatrix(
+                self._entries,
+                tree,
+                blocks,
+                tolerance,
+                (first, last),
+                threads=threads,
+                progress=built,
+            )
         worst = self.matrix.error_estimate(np.random.default_rng(2019))
         worst = worst if comm.getSize() == 1 else max(comm.tompi4py().allgather(worst))
         if not worst <= ALLOWED_MISS * tolerance:
             raise InaccurateOperator(
-                "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {tolerance:g}",
+                "assemble",
+                f"the compressed operator is off by {worst:.1e}, its tolerance is {tolerance:g}",
                 "use another -bem_hmatrix_tol or -bem_mat_type dense",
-            )  # fmt: skip
+            )
         self.columns, size = self.matrix.shape[1], d * mesh.n_nodes
         place, k = np.argsort(self.nodes)[data.contact_nodes], data.contact_shape[1]
         self.slot = d * place[:, None] + data.contact_directions
@@ -167,7 +193,9 @@ class CompressedRows:
         breaking_point()
         d, beside = self.components, self._entries.beside
         more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
-        columns = np.concatenate([(d * nodes[:, None] + np.arange(d)).ravel(), d * len(self.x) + np.concatenate(more)])
+        columns = np.concatenate(
+            [(d * nodes[:, None] + np.arange(d)).ravel(), d * len(self.x) + np.concatenate(more)]
+        )
         return block(self._entries, nodes, nodes), columns
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
@@ -259,7 +287,8 @@ class CondensedRows:
 
 
 class OperatorEntries:
-    """Columns of A_0, and beside them those of G_Ct and of the load, as `compression.hmatrix` asks for them."""
+    """Columns of A_0, and beside them those of G_Ct and of the load, as `compression.hmatrix` asks
+    for them."""
 
     def __init__(self, operators: BoundaryOperators) -> None:
         self._operators, self.components = operators, operators.kernel.dim

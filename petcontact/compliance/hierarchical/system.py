@@ -1,7 +1,9 @@
-"""Bodies of which some are on H-matrices, and their contact system: neither S nor the inverse of A_0 is ever formed.
+"""Bodies of which some are on H-matrices, and their contact system: neither S nor the inverse of
+A_0 is ever formed.
 
-The equations of all bodies are solved together with a linear relation between v and σ on Γ_C. A given σ, the Robin condition
-σ + ρv = f and a step of Newton's method are such relations, so that each is one Krylov solve, from the solution before.
+The equations of all bodies are solved together with a linear relation between v and σ on Γ_C. A
+given σ, the Robin condition σ + ρv = f and a step of Newton's method are such relations, so that
+each is one Krylov solve, from the solution before.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ class _SolvedCompliance(ContactCompliance):
 
     matrix_free = True
 
-    def __init__(self, joint: JointBodies, surrogate: MakeSurrogate, soft: Array | float = 0.0) -> None:
+    def __init__(
+        self, joint: JointBodies, surrogate: MakeSurrogate, soft: Array | float = 0.0
+    ) -> None:
         super().__init__(surrogate)
         self._joint, self.soft = joint, soft
 
@@ -46,7 +50,9 @@ class _SolvedCompliance(ContactCompliance):
     def matrix(self) -> Array:
         """S, a solve a column: for tests."""
         shape = self._joint.equations.coupling.shape
-        return np.column_stack([self.apply(unit.reshape(shape)).ravel() for unit in np.eye(shape[0] * shape[1])])
+        return np.column_stack(
+            [self.apply(unit.reshape(shape)).ravel() for unit in np.eye(shape[0] * shape[1])]
+        )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """δσ + ρ δv = r: one solve."""
@@ -75,7 +81,8 @@ class MonolithicBodies(JointBodies):
 
 
 class MonolithicSystem(ComposedSystem):
-    """The contact system of bodies of which some are on H-matrices: one Krylov solve for each linear problem.
+    """The contact system of bodies of which some are on H-matrices: one Krylov solve for each
+    linear problem.
 
     Parameters
     ----------
@@ -87,7 +94,13 @@ class MonolithicSystem(ComposedSystem):
     """
 
     def __init__(
-        self, u_0: Array, weight: Array, modes: Modes, operator: ContactCompliance, joint: JointBodies, shares: Array
+        self,
+        u_0: Array,
+        weight: Array,
+        modes: Modes,
+        operator: ContactCompliance,
+        joint: JointBodies,
+        shares: Array,
     ) -> None:
         super().__init__(u_0, weight, modes, operator)
         self._joint, self._shares, self.defect = joint, shares, 0.0
@@ -109,7 +122,8 @@ class MonolithicSystem(ComposedSystem):
         return self._joint.equations.krylov.reason
 
     def apply(self, sigma: Array) -> Array:
-        """S σ: one solve, or none where σ is that of the last solution, or of a small change of it that was asked for."""
+        """S σ: one solve, or none where σ is that of the last solution, or of a small change of it
+        that was asked for."""
         if self._known is None:
             return super().apply(sigma)
         last, moved = self._known
@@ -118,10 +132,15 @@ class MonolithicSystem(ComposedSystem):
         size, difference = SMALL * np.linalg.norm(last), sigma - last
         if np.linalg.norm(sigma) <= size:
             return self._changed(sigma)
-        return moved + self._changed(difference) if np.linalg.norm(difference) <= size else super().apply(sigma)
+        return (
+            moved + self._changed(difference)
+            if np.linalg.norm(difference) <= size
+            else super().apply(sigma)
+        )
 
     def _changed(self, difference: Array) -> Array:
-        """S times a small change of the last σ: one solve, or none where it is the one before up to round-off of σ."""
+        """S times a small change of the last σ: one solve, or none where it is the one before up to
+        round-off of σ."""
         assert self._known is not None
         least = ROUND_OFF * np.linalg.norm(self._known[0])
         if self._change is None or np.linalg.norm(difference - self._change[0]) > least:
@@ -130,12 +149,16 @@ class MonolithicSystem(ComposedSystem):
         return self._change[1]
 
     def linear_solve(
-        self, linearised: Linearisation, rho: Array, tolerance: float, constraint: RigidModeConstraint | None
+        self,
+        linearised: Linearisation,
+        rho: Array,
+        tolerance: float,
+        constraint: RigidModeConstraint | None,
     ) -> tuple[Array, Array, Array]:
         """σ, v and α of a linearised law: one solve, from the last solution.
 
-        With y = σ - ρv on the active components, σ = Π' y + constant and v = (σ - y)/ρ, sticking ones having v = 0;
-        on the others σ is the constant, and v unknown.
+        With y = σ - ρv on the active components, σ = Π' y + constant and v = (σ - y)/ρ, sticking
+        ones having v = 0; on the others σ is the constant, and v unknown.
         """
         self.elastic_solves += 1
         k = rho.shape[1]
@@ -144,16 +167,26 @@ class MonolithicSystem(ComposedSystem):
         slack[linearised.stick | ~linearised.active] = 0.0
         n_v = slack + np.eye(k) * ~linearised.active[:, None, :]
         v_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0)
-        # more of it pays where sets no longer change, or change more than before: of a loose solution they may be far off
-        changed = rho.size if self._states is None else int((self._states != linearised.states).sum())
+        # more of it pays where sets no longer change, or change more than before: of a loose
+        # solution they may be far off
+        changed = (
+            rho.size if self._states is None else int((self._states != linearised.states).sum())
+        )
         exact = changed == 0 or changed >= self._exchanged
         self._states, self._exchanged = linearised.states, changed
         wanted = min(tolerance, self._joint.tolerance)
         state = self._joint.related(
-            n_v, n_sigma, v_0, linearised.constant, offset=self._offset, shares=self._shares,
-            balance=self._joint.balance(self.modes, constraint), rtol=INNER * wanted,
-            forcing=FORCING**2 if exact else FORCING, soft=self._soft,
-        )  # fmt: skip
+            n_v,
+            n_sigma,
+            v_0,
+            linearised.constant,
+            offset=self._offset,
+            shares=self._shares,
+            balance=self._joint.balance(self.modes, constraint),
+            rtol=INNER * wanted,
+            forcing=FORCING**2 if exact else FORCING,
+            soft=self._soft,
+        )
         self.defect = self._joint.equations.defect * tolerance / wanted
         v = state.v + self._soft * state.sigma
         moved = v if self.modes is None else v - self.modes.motion @ state.alpha

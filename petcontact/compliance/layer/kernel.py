@@ -1,10 +1,12 @@
-"""The operator T of an elastic layer: a symmetric positive stand-in for S, known in closed form on every contact part.
+"""The operator T of an elastic layer: a symmetric positive stand-in for S, known in closed form on
+every contact part.
 
-Shear traction on the face of a layer of thickness H on a rigid base moves that face by Tσ with the kernel
-T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)), x and s in arc length: close by it is Kelvin's logarithm on a half plane, far
-away it decays as the layer's does. T⁻¹S has eigenvalues in [0.8, 1.8] or so on any mesh, so T⁻¹ takes the place of ρ,
-and I + ρT preconditions I + ρS. Pressure moves a half plane as shear does: T serves both directions. Of two bodies it is the
-sum of their layers.
+Shear traction on the face of a layer of thickness H on a rigid base moves that face by Tσ with the
+kernel T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)), x and s in arc length: close by it is
+Kelvin's logarithm on a half plane, far away it decays as the layer's does. T⁻¹S has eigenvalues in
+[0.8, 1.8] or so on any mesh, so T⁻¹ takes the place of ρ, and I + ρT preconditions I + ρS. Pressure
+moves a half plane as shear does: T serves both directions. Of two bodies it is the sum of their
+layers.
 """
 
 from __future__ import annotations
@@ -25,14 +27,17 @@ RAYS = 32
 SMOOTH = 0.8
 """Least cosine between the normals of neighbours that belong to one stretch."""
 NEAR = 4.0
-"""Half-lengths within which the logarithm is integrated in closed form (its recursion loses digits further out)."""
+"""Half-lengths within which the logarithm is integrated in closed form (its recursion loses digits
+further out)."""
 FAR_POINTS, NEAR_POINTS = 4, 12
-"""Gauss points over the order of an element, for its kernel from afar and for the smooth part of it close by."""
+"""Gauss points over the order of an element, for its kernel from afar and for the smooth part of it
+close by."""
 
 
 @frozen
 class Strip:
-    """A contact part as a layer: a stretch of nodes that see each other through the layer's kernel only.
+    """A contact part as a layer: a stretch of nodes that see each other through the layer's kernel
+    only.
 
     Attributes
     ----------
@@ -41,12 +46,14 @@ class Strip:
     start, length, order : (n,) arrays
         Arc length at the start of each element, its length [length], and its order.
     closed : float
-        Length of the loop where the part closes on itself, else 0: distances are then taken the short way.
+        Length of the loop where the part closes on itself, else 0: distances are then taken the
+        short way.
     layers : tuple of (float, float)
-        2(1-ν²)/(πE) [1/stress], see `Kernel.half_space_compliance`, and H [length] of each body that the tractions act on.
+        2(1-ν²)/(πE) [1/stress], see `Kernel.half_space_compliance`, and H [length] of each body
+        that the tractions act on.
     ends : (float, float)
-        How the strip goes on by reflection at its start and end: +1 beside a side that is free to move in the direction
-        of the tractions, -1 beside one whose displacement is known.
+        How the strip goes on by reflection at its start and end: +1 beside a side that is free to
+        move in the direction of the tractions, -1 beside one whose displacement is known.
     component : int
         Of the contact vectors: the direction of the tractions.
     """
@@ -86,9 +93,13 @@ class Strip:
 
 
 def strips(
-    operators: BoundaryOperators, nodes: Index, directions: Array, others: tuple[tuple[float, float], ...] = ()
-) -> list[Strip]:  # fmt: skip
-    """One strip for each direction and smooth stretch of contact elements, over several parts where they go on.
+    operators: BoundaryOperators,
+    nodes: Index,
+    directions: Array,
+    others: tuple[tuple[float, float], ...] = (),
+) -> list[Strip]:
+    """One strip for each direction and smooth stretch of contact elements, over several parts where
+    they go on.
 
     Parameters
     ----------
@@ -110,16 +121,24 @@ def strips(
         length = mesh.length[elements]
         closed = float(length.sum()) if _meet(mesh, elements[-1:], elements[:1])[0] else 0.0
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
-        layers = ((operators.kernel.half_space_compliance, body_thickness(mesh, nodes[places])), *others)
+        layers = (
+            (operators.kernel.half_space_compliance, body_thickness(mesh, nodes[places])),
+            *others,
+        )
         for c in range(directions.shape[1]):
-            ends = (_reflection(operators, mesh.end, mesh.start[first], directions[places[0], c]),
-                    _reflection(operators, mesh.start, mesh.end[last], directions[places[-1], c]))  # fmt: skip
-            result.append(Strip(places, start, length, mesh.order[elements], closed, layers, ends, c))
+            ends = (
+                _reflection(operators, mesh.end, mesh.start[first], directions[places[0], c]),
+                _reflection(operators, mesh.start, mesh.end[last], directions[places[-1], c]),
+            )
+            result.append(
+                Strip(places, start, length, mesh.order[elements], closed, layers, ends, c)
+            )
     return result
 
 
 def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:
-    """Numbers of the elements of some nodes by stretches without corners, in order along the outline."""
+    """Numbers of the elements of some nodes by stretches without corners, in order along the
+    outline."""
     elements = np.unique(mesh.element[nodes])
     runs = np.split(elements, np.flatnonzero(~_meet(mesh, elements[:-1], elements[1:])) + 1)
     if len(runs) > 1 and _meet(mesh, runs[-1][-1:], runs[0][:1])[0]:
@@ -131,12 +150,17 @@ def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:
 def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
     """Whether elements end where others begin, in about the same direction."""
     gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
-    turn = np.sum(mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1)
+    turn = np.sum(
+        mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1
+    )
     return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > SMOOTH))
 
 
-def _reflection(operators: BoundaryOperators, points: Array, corner: Array, direction: Array) -> float:
-    """-1 if the element one of whose `points` is the corner holds displacements in the direction, else +1."""
+def _reflection(
+    operators: BoundaryOperators, points: Array, corner: Array, direction: Array
+) -> float:
+    """-1 if the element one of whose `points` is the corner holds displacements in the direction,
+    else +1."""
     neighbour = int(np.argmin(np.sum((points - corner) ** 2, axis=1)))
     node = int(operators.mesh.first_node[neighbour])
     held = ~operators.data.traction_known[node]
@@ -144,7 +168,8 @@ def _reflection(operators: BoundaryOperators, points: Array, corner: Array, dire
 
 
 def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
-    """Distance through the body along the inward normals of some nodes, the median of a few rays [length]."""
+    """Distance through the body along the inward normals of some nodes, the median of a few rays
+    [length]."""
     chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, RAYS).astype(int))]
     found = np.array([_thickness_at(mesh, int(node)) for node in chosen])
     found = found[np.isfinite(found)]
@@ -153,7 +178,8 @@ def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
 
 
 def _thickness_at(mesh: CurveMesh, node: int) -> float:
-    """Distance along the inward normal of a node to the next element, infinite where there is none."""
+    """Distance along the inward normal of a node to the next element, infinite where there is
+    none."""
     direction, offset, ray = mesh.end - mesh.start, mesh.start - mesh.x[node], -mesh.normal[node]
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = cross(ray, direction)
@@ -167,7 +193,8 @@ def _thickness_at(mesh: CurveMesh, node: int) -> float:
 def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None = None) -> Array:
     """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
 
-    An open strip goes on by reflection at its ends: next to a free side S is softer than a long layer.
+    An open strip goes on by reflection at its ends: next to a free side S is softer than a long
+    layer.
 
     Parameters
     ----------
@@ -195,9 +222,11 @@ def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None 
 
 
 def images(strip: Strip, thickness: float, targets: Array) -> list[tuple[float, Array]]:
-    """Signs and places of the reflections of targets: one at each end, more beside fixed ends of a short strip.
+    """Signs and places of the reflections of targets: one at each end, more beside fixed ends of a
+    short strip.
 
-    Reflections of one sign keep T positive however few there are; those of a fixed end need each other.
+    Reflections of one sign keep T positive however few there are; those of a fixed end need each
+    other.
     """
     if strip.closed:
         return []
@@ -218,7 +247,8 @@ def _columns(strip: Strip, thickness: float, order: int, elements: Index, target
     if strip.closed:
         offset -= strip.closed * np.rint(offset / strip.closed)
     rate = 0.25 * np.pi / thickness
-    # ln tanh(ad) = ln d + a smooth function whose nearest singularity is 2iH away: long elements take more points
+    # ln tanh(ad) = ln d + a smooth function whose nearest singularity is 2iH away: long elements
+    # take more points
     more = 4 * int(min(half.max() / thickness, 16.0))
     x = offset / half
     near = np.abs(x) < NEAR
@@ -228,9 +258,18 @@ def _columns(strip: Strip, thickness: float, order: int, elements: Index, target
     s, product = product_weights(order, order + NEAR_POINTS + more)
     width = np.broadcast_to(half, offset.shape)[near]
     distance = np.maximum(np.abs(offset[near][:, None] - width[:, None] * s), 1e-300)
-    smooth = np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product.T
+    smooth = (
+        np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product.T
+    )
     on_line = x[near]
-    logarithm, _ = powers(order, on_line + 1.0, on_line - 1.0, np.zeros(len(on_line)), np.ones(len(on_line), dtype=bool), 1)
+    logarithm, _ = powers(
+        order,
+        on_line + 1.0,
+        on_line - 1.0,
+        np.zeros(len(on_line)),
+        np.ones(len(on_line), dtype=bool),
+        1,
+    )
     result[near] = smooth + logarithm.T + np.log(rate * width)[:, None] * product.sum(axis=1)
     return np.asarray(result * half[:, None])
 

@@ -1,4 +1,5 @@
-"""T over all of Γ_C: products, solves, and solves on a part of the nodes; by Fourier transforms where elements are equal."""
+"""T over all of Γ_C: products, solves, and solves on a part of the nodes; by Fourier transforms
+where elements are equal."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ SPREAD = 1.5
 
 
 class LayerOperator:
-    """T on Γ_C, block by block over the contact parts, times an overall factor that a method adapts to S.
+    """T on Γ_C, block by block over the contact parts, times an overall factor that a method adapts
+    to S.
 
     Attributes
     ----------
@@ -35,7 +37,8 @@ class LayerOperator:
         self._parts: list[tuple[Index, int, StripOperator]] = []
         last: tuple[Strip, StripOperator] | None = None
         for strip in strips:
-            # the directions of a stretch come one after another, and share an operator where their ends agree
+            # the directions of a stretch come one after another, and share an operator where their
+            # ends agree
             if last is None or strip.component == 0 or last[0].ends != strip.ends:
                 last = strip, strip_operator(strip, weight[strip.nodes], x[strip.nodes])
             self._parts.append((strip.nodes, strip.component, last[1]))
@@ -50,14 +53,21 @@ class LayerOperator:
         if rho is None:
             return self._by_part(x, lambda part, column, _: part.solve(column) / self.scale)
         each = np.broadcast_to(rho, x.shape[1]) * self.scale
-        return self._by_part(x, lambda part, column, place: part.solve(column, float(each[place[1]])))
+        return self._by_part(
+            x, lambda part, column, place: part.solve(column, float(each[place[1]]))
+        )
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        [stress]."""
 
         def solve(part: StripOperator, column: Array, place: tuple[Index, int]) -> Array:
             held = stick[place]
-            return part.stick_solve(held, column, self.rtol) / self.scale if held.any() else np.zeros_like(column)
+            return (
+                part.stick_solve(held, column, self.rtol) / self.scale
+                if held.any()
+                else np.zeros_like(column)
+            )
 
         return self._by_part(rhs, solve)
 
@@ -70,7 +80,9 @@ class LayerOperator:
             result[rows[:, None], rows] = self.scale * part.matrix()
         return result
 
-    def _by_part(self, x: Array, work: Callable[[StripOperator, Array, tuple[Index, int]], Array]) -> Array:
+    def _by_part(
+        self, x: Array, work: Callable[[StripOperator, Array, tuple[Index, int]], Array]
+    ) -> Array:
         """What `work` makes of each component on each part."""
         result = np.zeros_like(x)
         for nodes, component, part in self._parts:
@@ -79,16 +91,18 @@ class LayerOperator:
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:
-        """Scale T by the Rayleigh quotient of S and T on a smooth σ, given S σ, if they are far apart there.
+        """Scale T by the Rayleigh quotient of S and T on a smooth σ, given S σ, if they are far
+        apart there.
 
-        On rough σ they agree for every body, the singularity of the kernel being the same: the scale is the geometric
-        mean of that 1 and the quotient.
+        On rough σ they agree for every body, the singularity of the kernel being the same: the
+        scale is the geometric mean of that 1 and the quotient.
         """
         self.scale *= fitted(self._weight, sigma, self.apply(sigma), displacement)
 
 
 def fitted(weight: Array, sigma: Array, ours: Array, displacement: Array) -> float:
-    """The factor that brings Tσ to Sσ: 1 if they are alike, else the geometric mean of 1 and their Rayleigh quotient."""
+    """The factor that brings Tσ to Sσ: 1 if they are alike, else the geometric mean of 1 and their
+    Rayleigh quotient."""
     own, other = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
     apart = own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD
     return float(np.sqrt(other / own)) if apart else 1.0

@@ -1,4 +1,5 @@
-"""Products with a symbol on an open strip of equal elements that goes on by reflection at both ends."""
+"""Products with a symbol on an open strip of equal elements that goes on by reflection at both
+ends."""
 
 from __future__ import annotations
 
@@ -10,11 +11,13 @@ import scipy
 from ...arrays import Array, Complex
 
 PRIME = 50
-"""Prime factor of the number of elements beyond which transforms of that length cost more than those of twice a good one."""
+"""Prime factor of the number of elements beyond which transforms of that length cost more than
+those of twice a good one."""
 
 
 class Transforms(NamedTuple):
-    """The names of a transform and of its inverse, their type, and which of the reflected loop's frequencies are theirs."""
+    """The names of a transform and of its inverse, their type, and which of the reflected loop's
+    frequencies are theirs."""
 
     to: str
     back: str
@@ -32,11 +35,13 @@ REFLECTED = {
 
 
 class Reflection:
-    """Products with a symbol on a strip that goes on by reflection at both ends, one node an element.
+    """Products with a symbol on a strip that goes on by reflection at both ends, one node an
+    element.
 
-    The cosine and sine transforms of types II and IV are a quarter to a half of the reflected loop's price. Where the number
-    of nodes has a large prime factor they cost several times as much; there the sum over the reflected loop is that of a
-    Toeplitz and a Hankel matrix, and both products take two transforms of twice a length that has none.
+    The cosine and sine transforms of types II and IV are a quarter to a half of the reflected
+    loop's price. Where the number of nodes has a large prime factor they cost several times as
+    much; there the sum over the reflected loop is that of a Toeplitz and a Hankel matrix, and both
+    products take two transforms of twice a length that has none.
 
     Parameters
     ----------
@@ -57,10 +62,13 @@ class Reflection:
         whole = np.zeros(copies * size // 2 + 1)
         whole[self._transforms.frequencies] = symbol
         loop = np.fft.irfft(whole, copies * size)
-        # by the distance m of two nodes: directly, and from the node that is as far from the other end
+        # by the distance m of two nodes: directly, and from the node that is as far from the other
+        # end
         m, mixed = np.arange(1 - size, size), float(copies == 4)
         direct = loop[m % len(loop)] - mixed * loop[(m - 2 * size) % len(loop)]
-        turned = ends[1] * loop[(m - size) % len(loop)] + mixed * ends[0] * loop[(m + size) % len(loop)]
+        turned = (
+            ends[1] * loop[(m - size) % len(loop)] + mixed * ends[0] * loop[(m + size) % len(loop)]
+        )
         self._length = scipy.fft.next_fast_len(2 * size - 1, real=True)
         spectra = []
         for kernel in (direct, turned):
@@ -74,10 +82,16 @@ class Reflection:
         """The product with x (size,)."""
         if self._kernels is None:
             to, back, kind, _ = self._transforms
-            return np.asarray(getattr(scipy.fft, back)(self._symbol * getattr(scipy.fft, to)(x, kind), kind))
+            return np.asarray(
+                getattr(scipy.fft, back)(self._symbol * getattr(scipy.fft, to)(x, kind), kind)
+            )
         spectrum = scipy.fft.rfft(x, self._length)
         direct, turned = self._kernels
-        return np.asarray(scipy.fft.irfft(direct * spectrum + turned * np.conj(spectrum), self._length)[: self._size])
+        return np.asarray(
+            scipy.fft.irfft(direct * spectrum + turned * np.conj(spectrum), self._length)[
+                : self._size
+            ]
+        )
 
 
 def largest_prime(number: int) -> int:

@@ -1,4 +1,5 @@
-"""T on one contact part: dense, by Fourier transforms where elements are equal, or compressed where it is long."""
+"""T on one contact part: dense, by Fourier transforms where elements are equal, or compressed where
+it is long."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from .kernel import Strip, layer_matrix
 from .reflection import REFLECTED, Reflection
 
 DENSE_SIZE = 256
-"""Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate gradients."""
+"""Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate
+gradients."""
 LONG_SIZE = 3000
 """Nodes of unequal elements from which T is compressed."""
 HODLR_TOL = 1e-4
@@ -32,7 +34,8 @@ class StripOperator(Protocol):
 
 
 class Inverses:
-    """By what T⁻¹, and the last two (I + ρT)⁻¹ or inverses of blocks of T are applied: two directions may have two ρ."""
+    """By what T⁻¹, and the last two (I + ρT)⁻¹ or inverses of blocks of T are applied: two
+    directions may have two ρ."""
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
         self._make, self._made = make, dict[float | bytes | None, Any]()
@@ -48,15 +51,18 @@ class Inverses:
 class DenseStrip:
     """T as a dense matrix, symmetric in the inner product of the node weights.
 
-    Collocation on Gauss points is symmetric only up to its own error (1e-2): the symmetric part is as good a T, and has
-    a Cholesky factor.
+    Collocation on Gauss points is symmetric only up to its own error (1e-2): the symmetric part is
+    as good a T, and has a Cholesky factor.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
         self._root = np.sqrt(weight)
         scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
-        self._cholesky, self._stick = Inverses(self._factored), StickCholesky(self._scaled, self._root)
+        self._cholesky, self._stick = (
+            Inverses(self._factored),
+            StickCholesky(self._scaled, self._root),
+        )
 
     def _factored(self, rho: float | None) -> Any:
         matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
@@ -68,7 +74,10 @@ class DenseStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        return np.asarray(scipy.linalg.cho_solve(self._cholesky(rho), self._root * x, check_finite=False) / self._root)
+        return np.asarray(
+            scipy.linalg.cho_solve(self._cholesky(rho), self._root * x, check_finite=False)
+            / self._root
+        )
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """x with T x = rhs on the stick nodes and x = 0 off them."""
@@ -80,9 +89,11 @@ class DenseStrip:
 
 
 class FourierStrip:
-    """T of equal elements of any order: a convolution from element to element, two transforms a product or a solve.
+    """T of equal elements of any order: a convolution from element to element, two transforms a
+    product or a solve.
 
-    An open strip goes on by reflection at both ends (see `Reflection`), a closed one is a loop already.
+    An open strip goes on by reflection at both ends (see `Reflection`), a closed one is a loop
+    already.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
@@ -93,9 +104,13 @@ class FourierStrip:
             copies = 2 if strip.ends[0] == strip.ends[1] else 4
             count, total = copies * self._elements, copies * float(strip.length.sum())
             loop = Strip(
-                np.arange(count * self._nodes), strip.length[0] * np.arange(count), np.full(count, strip.length[0]),
-                np.full(count, strip.order[0]), total, strip.layers,
-            )  # fmt: skip
+                np.arange(count * self._nodes),
+                strip.length[0] * np.arange(count),
+                np.full(count, strip.length[0]),
+                np.full(count, strip.order[0]),
+                total,
+                strip.layers,
+            )
         blocks = layer_matrix(loop, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
         symbol = np.conj(np.fft.rfft(blocks, axis=1)).transpose(1, 0, 2)
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
@@ -103,7 +118,9 @@ class FourierStrip:
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
         self._reflected = self._open and self._nodes == 1
         if self._reflected:
-            self._symbol = np.ascontiguousarray(self._symbol.real[:, :, REFLECTED[strip.ends].frequencies])
+            self._symbol = np.ascontiguousarray(
+                self._symbol.real[:, :, REFLECTED[strip.ends].frequencies]
+            )
         self._forward, self._inverse = self._product(self._symbol), Inverses(self._inverted)
         self._stick: StickCholesky | None = None
 
@@ -137,18 +154,25 @@ class FourierStrip:
                 copies += [-pieces, first * mirrored]
             pieces = np.concatenate(copies, axis=1)
         spectrum = scipy.fft.rfft(pieces)
-        spectrum = np.einsum("abk,bk->ak", symbol, spectrum) if self._nodes > 1 else symbol[0] * spectrum
+        spectrum = (
+            np.einsum("abk,bk->ak", symbol, spectrum) if self._nodes > 1 else symbol[0] * spectrum
+        )
         return np.asarray(scipy.fft.irfft(spectrum, pieces.shape[1])[:, : self._elements].T.ravel())
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """By Cholesky where it is small, else by conjugate gradients preconditioned by the stick block of T⁻¹."""
+        """By Cholesky where it is small, else by conjugate gradients preconditioned by the stick
+        block of T⁻¹."""
         if stick.all():
             return self.solve(rhs)
         if len(rhs) <= DENSE_SIZE:
             if self._stick is None:
-                self._stick = StickCholesky(self.matrix() * (self._root[:, None] / self._root), self._root)
+                self._stick = StickCholesky(
+                    self.matrix() * (self._root[:, None] / self._root), self._root
+                )
             return self._stick(stick, rhs)
-        return conjugate_gradients(self.apply, self.solve, self._root * self._root, stick, rhs, rtol)
+        return conjugate_gradients(
+            self.apply, self.solve, self._root * self._root, stick, rhs, rtol
+        )
 
     def matrix(self) -> Array:
         """T as a matrix (k, k)."""
@@ -156,14 +180,17 @@ class FourierStrip:
 
 
 class HodlrStrip:
-    """T compressed hierarchically, for long strips of unequal elements; symmetric only up to collocation."""
+    """T compressed hierarchically, for long strips of unequal elements; symmetric only up to
+    collocation."""
 
     def __init__(self, strip: Strip, points: Array) -> None:
         from ...compression.hodlr import factor
 
         self._strip, self._points = strip, points
         self._matrix = self._compress(None)
-        self._factorisation = Inverses(lambda rho: factor(self._matrix if rho is None else self._compress(rho)))
+        self._factorisation = Inverses(
+            lambda rho: factor(self._matrix if rho is None else self._compress(rho))
+        )
         self._krylov = Krylov((len(points),), "layer_")
 
     def _compress(self, rho: float | None) -> Any:
@@ -192,8 +219,10 @@ class HodlrStrip:
         found = self._krylov.solve(
             lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
             lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
-            np.where(stick, rhs, 0.0), 0.0, rtol,
-        )  # fmt: skip
+            np.where(stick, rhs, 0.0),
+            0.0,
+            rtol,
+        )
         return np.where(stick, found, 0.0)
 
     def matrix(self) -> Array:
@@ -218,7 +247,8 @@ def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
 
 
 class StickCholesky:
-    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the roots of the weights.
+    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the
+    roots of the weights.
 
     Rigid motions ask for the same nodes again and again: the factors of the last two sets are kept.
     """
@@ -230,7 +260,9 @@ class StickCholesky:
     def _factored(self, stick: bytes) -> tuple[Index, Any]:
         nodes = np.flatnonzero(np.frombuffer(stick, dtype=bool))
         block = self._scaled[nodes[:, None], nodes]
-        return nodes, scipy.linalg.cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
+        return nodes, scipy.linalg.cho_factor(
+            block, lower=True, overwrite_a=True, check_finite=False
+        )
 
     def __call__(self, stick: Mask, rhs: Array) -> Array:
         nodes, factor = self._factors(stick.tobytes())
@@ -240,9 +272,15 @@ class StickCholesky:
 
 
 def conjugate_gradients(
-    apply: Callable[[Array], Array], solve: Callable[[Array], Array], weight: Array, stick: Mask, rhs: Array, rtol: float
+    apply: Callable[[Array], Array],
+    solve: Callable[[Array], Array],
+    weight: Array,
+    stick: Mask,
+    rhs: Array,
+    rtol: float,
 ) -> Array:
-    """The same by conjugate gradients in the inner product of the weights, preconditioned by the stick block of T⁻¹."""
+    """The same by conjugate gradients in the inner product of the weights, preconditioned by the
+    stick block of T⁻¹."""
     x, r = np.zeros_like(rhs), np.where(stick, rhs, 0.0)
     direction, before = np.zeros_like(rhs), 1.0
     goal = rtol * np.linalg.norm(r)

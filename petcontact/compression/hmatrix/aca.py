@@ -1,11 +1,14 @@
-"""Adaptive cross approximation of one block, scalar and partially pivoted, recompressed: native/hmatrix.c in numpy.
+"""Adaptive cross approximation of one block, scalar and partially pivoted, recompressed:
+native/hmatrix.c in numpy.
 
-Rows of a few random nodes have to be right in the end: blocks of a traction kernel between coplanar panels are
-antisymmetric, and fall into parts that know nothing of each other, so that pivots alone may miss one.
+Rows of a few random nodes have to be right in the end: blocks of a traction kernel between coplanar
+panels are antisymmetric, and fall into parts that know nothing of each other, so that pivots alone
+may miss one.
 
 References
 ----------
-M. Bebendorf, S. Rjasanow, Computing 70 (2003) 1-24; L. Grasedyck, Computing 74 (2005) 205-223 (recompression).
+M. Bebendorf, S. Rjasanow, Computing 70 (2003) 1-24; L. Grasedyck, Computing 74 (2005) 205-223
+(recompression).
 """
 
 from __future__ import annotations
@@ -19,15 +22,24 @@ CHECKS = 8
 """Nodes whose rows have to be right."""
 
 
-def low_rank(entries: Entries, rows: Index, columns: Index, tolerance: float, most: int) -> tuple[Array, Array] | None:
-    """U (r, d m) and V (r, d k + q) with block ≈ Uᵀ V to the tolerance in Frobenius' norm; None where `most` do not do."""
+def low_rank(
+    entries: Entries, rows: Index, columns: Index, tolerance: float, most: int
+) -> tuple[Array, Array] | None:
+    """U (r, d m) and V (r, d k + q) with block ≈ Uᵀ V to the tolerance in Frobenius' norm; None
+    where `most` do not do."""
     found = crosses(entries, rows, columns, tolerance, most)
     return None if found is None else recompress(*found, tolerance)
 
 
-def crosses(entries: Entries, rows: Index, columns: Index, tolerance: float, most: int) -> tuple[Array, Array] | None:
+def crosses(
+    entries: Entries, rows: Index, columns: Index, tolerance: float, most: int
+) -> tuple[Array, Array] | None:
     """Factors of a block by adaptive cross approximation, not recompressed."""
-    d, numbers, counts = entries.components, np.arange(len(columns)), np.diff(entries.beside)[columns]
+    d, numbers, counts = (
+        entries.components,
+        np.arange(len(columns)),
+        np.diff(entries.beside)[columns],
+    )
     owner = np.concatenate([np.repeat(numbers, d), np.repeat(numbers, counts)])
     among = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     place = np.concatenate([np.tile(np.arange(d), len(columns)), d + among])
@@ -39,7 +51,9 @@ def crosses(entries: Entries, rows: Index, columns: Index, tolerance: float, mos
         if checking:
             row = d * int(random.integers(len(rows)))
         node = row // d
-        left = block(entries, rows[node : node + 1], columns).T - u[:, d * node : d * node + d].T @ v
+        left = (
+            block(entries, rows[node : node + 1], columns).T - u[:, d * node : d * node + d].T @ v
+        )
         if checking:
             size = np.sum(left**2, axis=1)
             row = d * node + int(np.argmax(size))

@@ -1,4 +1,5 @@
-"""Clusters of whole elements in space, and the blocks between them: dense where they are near, of low rank where not."""
+"""Clusters of whole elements in space, and the blocks between them: dense where they are near, of
+low rank where not."""
 
 from __future__ import annotations
 
@@ -10,13 +11,14 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 
 ETA = 4.0
-"""Two clusters are far from one another if the smaller diameter is at most so many times their distance; with 4 a fifth less
-memory than with 2, at the same price."""
+"""Two clusters are far from one another if the smaller diameter is at most so many times their
+distance; with 4 a fifth less memory than with 2, at the same price."""
 
 
 @frozen
 class Clusters:
-    """A binary tree over elements, put in order so that every cluster is a range of them and of their nodes.
+    """A binary tree over elements, put in order so that every cluster is a range of them and of
+    their nodes.
 
     Attributes
     ----------
@@ -44,7 +46,8 @@ class Clusters:
         return found[np.argsort(self.first[found])]
 
     def cut(self, most: int) -> Index:
-        """The largest clusters of at most `most` nodes (or leaves), which share out all nodes, by their nodes."""
+        """The largest clusters of at most `most` nodes (or leaves), which share out all nodes, by
+        their nodes."""
         small = (self.last - self.first <= most) | (self.children[:, 0] < 0)
         parent = np.full(len(self.first), -1)
         inner = np.flatnonzero(self.children[:, 0] >= 0)
@@ -54,7 +57,8 @@ class Clusters:
 
 
 def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
-    """Halve elements across their longest extent until no cluster has more than `leaf` nodes, or only one element.
+    """Halve elements across their longest extent until no cluster has more than `leaf` nodes, or
+    only one element.
 
     Parameters
     ----------
@@ -77,7 +81,11 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
         axis = int(np.argmax(high[mine].max(axis=0) - low[mine].min(axis=0)))
         mine = mine[np.argsort(middle[mine, axis], kind="stable")]
         order[start:stop] = mine
-        half = int(np.clip(np.searchsorted(np.cumsum(nodes[mine]), 0.5 * sizes[-1]) + 1, 1, stop - start - 1))
+        half = int(
+            np.clip(
+                np.searchsorted(np.cumsum(nodes[mine]), 0.5 * sizes[-1]) + 1, 1, stop - start - 1
+            )
+        )
         for part in ((start, start + half), (start + half, stop)):
             children[number][0 if part[0] == start else 1] = len(ranges)
             waiting.append(len(ranges))
@@ -92,7 +100,8 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
 
 @frozen
 class Blocks:
-    """Blocks that tile rows first to last of the matrix: row and column cluster of each, and which are of low rank.
+    """Blocks that tile rows first to last of the matrix: row and column cluster of each, and which
+    are of low rank.
 
     Attributes
     ----------
@@ -111,10 +120,14 @@ class Blocks:
 
 def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask:
     """Whether the smaller diameter is at most η times the distance of the boxes."""
-    gap = np.maximum(np.maximum(tree.low[row] - tree.high[column], tree.low[column] - tree.high[row]), 0.0)
+    gap = np.maximum(
+        np.maximum(tree.low[row] - tree.high[column], tree.low[column] - tree.high[row]), 0.0
+    )
     diameter = np.linalg.norm(tree.high - tree.low, axis=1)
     distance = np.linalg.norm(gap, axis=1)
-    return np.asarray((distance > 0.0) & (np.minimum(diameter[row], diameter[column]) <= eta * distance))
+    return np.asarray(
+        (distance > 0.0) & (np.minimum(diameter[row], diameter[column]) <= eta * distance)
+    )
 
 
 def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
@@ -132,20 +145,33 @@ def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
 
 
 def divided(tree: Clusters, blocks: Blocks) -> Blocks:
-    """Parts of blocks: both clusters halved, or the one that can be; blocks of two leaves are near from now on."""
+    """Parts of blocks: both clusters halved, or the one that can be; blocks of two leaves are near
+    from now on."""
     leaf = tree.children[:, 0] < 0
     whole = leaf[blocks.row] & leaf[blocks.column]
-    parts = [Blocks(blocks.row[whole], blocks.column[whole], np.zeros(int(whole.sum()), dtype=bool))]
+    parts = [
+        Blocks(blocks.row[whole], blocks.column[whole], np.zeros(int(whole.sum()), dtype=bool))
+    ]
     row, column, far = (values[~whole] for values in (blocks.row, blocks.column, blocks.far))
     for a, b in itertools.product(range(2), repeat=2):
         # a leaf stands for its own first half
         keep = ~((a == 1) & leaf[row]) & ~((b == 1) & leaf[column])
         one, other = row[keep], column[keep]
-        parts.append(Blocks(np.where(leaf[one], one, tree.children[one, a]),
-                            np.where(leaf[other], other, tree.children[other, b]), far[keep]))  # fmt: skip
+        parts.append(
+            Blocks(
+                np.where(leaf[one], one, tree.children[one, a]),
+                np.where(leaf[other], other, tree.children[other, b]),
+                far[keep],
+            )
+        )
     return joined(parts)
 
 
 def joined(parts: list[Blocks]) -> Blocks:
     """Several lists of blocks as one."""
-    return Blocks(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "column", "far")))
+    return Blocks(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("row", "column", "far")
+        )
+    )

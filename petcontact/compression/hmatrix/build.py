@@ -1,4 +1,5 @@
-"""Building the blocks of an H-matrix, a chunk of memory at a time, by compiled code where there is some."""
+"""Building the blocks of an H-matrix, a chunk of memory at a time, by compiled code where there is
+some."""
 
 from __future__ import annotations
 
@@ -24,14 +25,16 @@ CHUNK = 1 << 24
 MOST = 160
 """Crosses at which a block of low rank is divided instead."""
 KNOWN = 100_000
-"""Entries up to which such a block is worked out whole: there the calls cost more than the numbers."""
+"""Entries up to which such a block is worked out whole: there the calls cost more than the
+numbers."""
 FULL = 16
 """Compiled code fills rows and columns up with zeros to multiples of so many numbers."""
 
 
 @frozen
 class Layout:
-    """How rows of U and V and columns of whole blocks are kept: in 16 bits each after its scale in single precision.
+    """How rows of U and V and columns of whole blocks are kept: in 16 bits each after its scale in
+    single precision.
 
     Attributes
     ----------
@@ -46,7 +49,11 @@ class Layout:
     def length(self, count: Index, beside: Index | int = 0) -> Index:
         """Numbers that so many entries, and those beside, take."""
         full = FULL if self.compiled else 1
-        return -(-count // full) * full + -(-beside // full) * full + (2 if self.dtype is np.int16 else 0)
+        return (
+            -(-count // full) * full
+            + -(-beside // full) * full
+            + (2 if self.dtype is np.int16 else 0)
+        )
 
 
 @dataclass
@@ -69,9 +76,15 @@ class Chunk:
 
 
 def build_blocks(
-    entries: Entries, tree: Clusters, blocks: Blocks, rows: tuple[int, int], tolerance: float, layout: Layout,
-    threads: int, progress: Callable[[float], None],
-) -> list[Chunk]:  # fmt: skip
+    entries: Entries,
+    tree: Clusters,
+    blocks: Blocks,
+    rows: tuple[int, int],
+    tolerance: float,
+    layout: Layout,
+    threads: int,
+    progress: Callable[[float], None],
+) -> list[Chunk]:
     """The blocks within some rows; `progress` is called with the share of entries that is done."""
     chunks: list[Chunk] = []
     while len(blocks.row):
@@ -91,7 +104,12 @@ def _tiles(tree: Clusters, blocks: Blocks, rows: tuple[int, int]) -> Index:
 
 
 def _built(
-    entries: Entries, tiles: Index, tolerance: float, layout: Layout, threads: int, progress: Callable[[float], None]
+    entries: Entries,
+    tiles: Index,
+    tolerance: float,
+    layout: Layout,
+    threads: int,
+    progress: Callable[[float], None],
 ) -> tuple[list[Chunk], Index]:
     """Chunks, and the numbers of the tiles that have to be divided."""
     pieces = _pieces(tiles, threads)
@@ -122,12 +140,16 @@ def _built(
                 raise
     else:
         results = [task(piece) for piece in pieces]
-    return [chunk for made, _ in results for chunk in made], np.concatenate([failed for _, failed in results])
+    return [chunk for made, _ in results for chunk in made], np.concatenate(
+        [failed for _, failed in results]
+    )
 
 
 def _pieces(tiles: Index, threads: int) -> list[Index]:
     """Consecutive tiles, some pieces a thread."""
-    cost = np.cumsum(tiles[:, 1] * np.where(tiles[:, 4] > 0, 0, tiles[:, 3]) + 30 * (tiles[:, 1] + tiles[:, 3]))
+    cost = np.cumsum(
+        tiles[:, 1] * np.where(tiles[:, 4] > 0, 0, tiles[:, 3]) + 30 * (tiles[:, 1] + tiles[:, 3])
+    )
     count = 1 if threads == 1 else 8 * threads
     cuts = np.searchsorted(cost, cost[-1] * np.arange(1, count) / count)
     return [part for part in np.split(np.arange(len(tiles)), cuts) if len(part)]
@@ -148,7 +170,11 @@ class _Compiled:
     def __call__(self, tiles: Index) -> Chunk:
         assert _build is not None and self.addresses is not None
         m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
-        beside, most, length = self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]], MOST, self.layout.length
+        beside, most, length = (
+            self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]],
+            MOST,
+            self.layout.length,
+        )
         low_rank, n = most * (length(m) + length(n, beside)), n + beside
         limit = np.where((tiles[:, 4] > 0) & (most * (m + n) < m * n), low_rank, n * length(m))
         some = max(1, int(np.searchsorted(np.cumsum(limit), 4 * CHUNK)))
@@ -159,12 +185,33 @@ class _Compiled:
         values: Any = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
         operator = native.Record(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
-        work = native.Record(*self._work(
-            known.max(), (crossed * m).max(), (crossed * n).max(), most**2, most**2, most**2, most**2, most,
-            np.maximum(self.d * n, m).max(), np.maximum(self.d * n, max(self.d, self.wide) * m).max(), m.max(), n.max(),
-        ), most)  # fmt: skip
+        work = native.Record(
+            *self._work(
+                known.max(),
+                (crossed * m).max(),
+                (crossed * n).max(),
+                most**2,
+                most**2,
+                most**2,
+                most**2,
+                most,
+                np.maximum(self.d * n, m).max(),
+                np.maximum(self.d * n, max(self.d, self.wide) * m).max(),
+                m.max(),
+                n.max(),
+            ),
+            most,
+        )
         store = native.Record(np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
-        _build(operator.address, work.address, KNOWN, some, native.pointer(tiles), store.address, native.pointer(done))
+        _build(
+            operator.address,
+            work.address,
+            KNOWN,
+            some,
+            native.pointer(tiles),
+            store.address,
+            native.pointer(done),
+        )
         if self.callback is not None:
             self.callback.check()
         del store  # holds the values, which are cut off where they end
@@ -174,7 +221,10 @@ class _Compiled:
     def _work(self, *sizes: int) -> list[Array]:
         """Room for a thread, kept: new memory costs a page fault each time that it is touched."""
         found: list[Array] = getattr(self._local, "work", [np.empty(0)] * len(sizes))
-        self._local.work = [old if len(old) >= size else np.empty(size) for old, size in zip(found, sizes, strict=True)]
+        self._local.work = [
+            old if len(old) >= size else np.empty(size)
+            for old, size in zip(found, sizes, strict=True)
+        ]
         return self._local.work  # type: ignore[no-any-return]
 
 
@@ -190,7 +240,10 @@ class _Plain:
             rows, columns = np.arange(first, first + m), np.arange(column, column + n)
             found = low_rank(self.entries, rows, columns, self.tolerance, MOST) if far else None
             small = 9 * m * n <= KNOWN
-            if found is not None and sum(a.size for a in found) < found[0].shape[1] * found[1].shape[1]:
+            if (
+                found is not None
+                and sum(a.size for a in found) < found[0].shape[1] * found[1].shape[1]
+            ):
                 ranks.append(len(found[0]))
                 parts += [a.astype(self.dtype).ravel() for a in found]
             elif far and not small:
@@ -202,4 +255,8 @@ class _Plain:
             size += parts[-1].size
             if size >= CHUNK:
                 break
-        return Chunk(tiles[: len(ranks)], np.array(ranks), np.concatenate(parts) if parts else np.empty(0, self.dtype))
+        return Chunk(
+            tiles[: len(ranks)],
+            np.array(ranks),
+            np.concatenate(parts) if parts else np.empty(0, self.dtype),
+        )

@@ -11,7 +11,8 @@ from ...arrays import Array, Index
 
 
 class Entries(Protocol):
-    """Blocks of a matrix with d rows a node, d columns a node and, beside these, some columns more of certain nodes.
+    """Blocks of a matrix with d rows a node, d columns a node and, beside these, some columns more
+    of certain nodes.
 
     Attributes
     ----------
@@ -59,7 +60,8 @@ _FILLER = ctypes.CFUNCTYPE(None, _POINTER, _NUMBER, _POINTER, _NUMBER, _POINTER,
 
 
 class Callback:
-    """A C function that calls `fill`, for entries that have none of their own; errors wait in `error`."""
+    """A C function that calls `fill`, for entries that have none of their own; errors wait in
+    `error`."""
 
     def __init__(self, entries: Entries) -> None:
         self.error: Exception | None = None
@@ -69,15 +71,30 @@ class Callback:
         assert address is not None
         self.addresses = address, 0
 
-    def _fill(self, context: Any, m: int, rows: int, k: int, columns: int, system: int | None, beside: int | None) -> None:
+    def _fill(
+        self,
+        context: Any,
+        m: int,
+        rows: int,
+        k: int,
+        columns: int,
+        system: int | None,
+        beside: int | None,
+    ) -> None:
         entries = self._entries
         try:
-            d, row, column = entries.components, _array(rows, m, np.int64), _array(columns, k, np.int64)
+            d, row, column = (
+                entries.components,
+                _array(rows, m, np.int64),
+                _array(columns, k, np.int64),
+            )
             q = int((entries.beside[column + 1] - entries.beside[column]).sum())
             entries.fill(
-                row, column, None if not system else _array(system, k * d * m * d).reshape(k, d, m, d),
+                row,
+                column,
+                None if not system else _array(system, k * d * m * d).reshape(k, d, m, d),
                 None if not beside else _array(beside, q * m * d).reshape(q, m, d),
-            )  # fmt: skip
+            )
         except Exception as error:  # C cannot raise it
             self.error = error
 
@@ -89,4 +106,8 @@ class Callback:
 
 def _array(address: int, count: int, dtype: type = np.float64) -> Any:
     number = ctypes.c_int64 if dtype is np.int64 else ctypes.c_double
-    return np.ctypeslib.as_array(ctypes.cast(address, ctypes.POINTER(number)), (count,)) if count else np.empty(0, dtype)
+    return (
+        np.ctypeslib.as_array(ctypes.cast(address, ctypes.POINTER(number)), (count,))
+        if count
+        else np.empty(0, dtype)
+    )

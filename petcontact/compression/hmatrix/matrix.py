@@ -1,4 +1,5 @@
-"""A matrix in blocks: near ones dense, far ones of low rank, in as few bytes a number as the tolerance allows."""
+"""A matrix in blocks: near ones dense, far ones of low rank, in as few bytes a number as the
+tolerance allows."""
 
 from __future__ import annotations
 
@@ -19,12 +20,13 @@ _coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 SINGLE = 1e-6
 """Tolerance from which numbers are kept in single precision ..."""
 SHORT = 5e-4
-"""... and in 16 bits, with a scale for each row or column: products, which read all numbers once, are bound by memory.
-Rounding changes a product by 5e-5."""
+"""... and in 16 bits, with a scale for each row or column: products, which read all numbers once,
+are bound by memory. Rounding changes a product by 5e-5."""
 TIGHTEST = 1e-7
 """Smallest tolerance: Gram matrices resolve singular values down to half of the digits."""
 RANK_A_DIGIT = 5.0
-"""Mean rank of far blocks for each digit of the tolerance, to share out rows and to foretell memory."""
+"""Mean rank of far blocks for each digit of the tolerance, to share out rows and to foretell
+memory."""
 PROBED_COLUMNS = 4096
 """Columns of exact rows held at a time."""
 
@@ -55,9 +57,16 @@ class HMatrix:
     """
 
     def __init__(
-        self, entries: Entries, tree: Clusters, blocks: Blocks, tolerance: float, rows: tuple[int, int], *,
-        threads: int = 1, progress: Callable[[float], None] = lambda share: None,
-    ) -> None:  # fmt: skip
+        self,
+        entries: Entries,
+        tree: Clusters,
+        blocks: Blocks,
+        tolerance: float,
+        rows: tuple[int, int],
+        *,
+        threads: int = 1,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> None:
         if not TIGHTEST <= tolerance < 1.0:
             raise ValueError(f"tolerance must be {TIGHTEST:g} or more, and less than 1")
         self.tolerance, self.rows, self.entries, self.threads = tolerance, rows, entries, threads
@@ -65,17 +74,32 @@ class HMatrix:
         self.shape = d * (rows[1] - rows[0]), d * (len(beside) - 1) + int(beside[-1])
         self._layout = Layout(number_type(tolerance), _multiply is not None)
         self._width = np.dtype(self._layout.dtype).itemsize
-        self._chunks = build_blocks(entries, tree, blocks, rows, tolerance, self._layout, threads, progress)
+        self._chunks = build_blocks(
+            entries, tree, blocks, rows, tolerance, self._layout, threads, progress
+        )
         self._tables = [self._table(chunk) for chunk in self._chunks]
-        self.largest_rank = max((int(chunk.ranks.max(initial=0)) for chunk in self._chunks), default=0)
+        self.largest_rank = max(
+            (int(chunk.ranks.max(initial=0)) for chunk in self._chunks), default=0
+        )
 
     def _table(self, chunk: Chunk) -> Index:
-        """First row, rows, first column, columns of nodes, first column beside, their number, rank, place of the numbers."""
+        """First row, rows, first column, columns of nodes, first column beside, their number, rank,
+        place of the numbers."""
         d, beside = self.entries.components, self.entries.beside
         first, m, column, n, _ = chunk.blocks.T
         q = beside[column + n] - beside[column]
-        table = np.column_stack([d * (first - self.rows[0]), d * m, d * column, d * n,
-                                 d * (len(beside) - 1) + beside[column], q, chunk.ranks, np.zeros_like(q)])  # fmt: skip
+        table = np.column_stack(
+            [
+                d * (first - self.rows[0]),
+                d * m,
+                d * column,
+                d * n,
+                d * (len(beside) - 1) + beside[column],
+                q,
+                chunk.ranks,
+                np.zeros_like(q),
+            ]
+        )
         _, rows, _, columns, _, q, rank, _ = table.T
         column, row = self._layout.length(rows), self._layout.length(columns, q)
         size = np.where(rank < 0, (columns + q) * column, rank * (column + row))
@@ -114,7 +138,12 @@ class HMatrix:
         table, values = self._tables[number], self._chunks[number].values
         if _multiply is not None:
             work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
-            _multiply(len(moved), native.pointer(moved), self._width, *(native.pointer(a) for a in (x, y, work)))
+            _multiply(
+                len(moved),
+                native.pointer(moved),
+                self._width,
+                *(native.pointer(a) for a in (x, y, work)),
+            )
             return
         for first, m, column, n, other, q, rank, place in table.tolist():
             both = np.concatenate([x[column : column + n], x[other : other + q]])
@@ -145,34 +174,55 @@ class HMatrix:
         (row groups, column groups) array
         """
         result = np.zeros(groups)
-        row_group, column_group = (native.contiguous(group, np.int64) for group in (row_group, column_group))
+        row_group, column_group = (
+            native.contiguous(group, np.int64) for group in (row_group, column_group)
+        )
         for number in range(len(self._chunks)):
             self._add_coarse(number, row_group, column_group, result)
         return result
 
-    def _add_coarse(self, number: int, row_group: Index, column_group: Index, result: Array) -> None:
+    def _add_coarse(
+        self, number: int, row_group: Index, column_group: Index, result: Array
+    ) -> None:
         table, values = self._tables[number], self._chunks[number].values
         if _coarse is not None:
             moved = self._addressed(number)
-            scratch = [np.zeros(k, dtype) for dtype in (np.float64, np.int64, np.int8) for k in result.shape]
+            scratch = [
+                np.zeros(k, dtype)
+                for dtype in (np.float64, np.int64, np.int8)
+                for k in result.shape
+            ]
             grouping = native.Record(row_group, column_group, result.shape[1], *scratch)
-            _coarse(len(moved), native.pointer(moved), self._width, grouping.address, native.pointer(result))
+            _coarse(
+                len(moved),
+                native.pointer(moved),
+                self._width,
+                grouping.address,
+                native.pointer(result),
+            )
             return
         for first, m, column, n, other, q, rank, place in table.tolist():
             rows = row_group[first : first + m]
-            columns = np.concatenate([column_group[column : column + n], column_group[other : other + q]])
+            columns = np.concatenate(
+                [column_group[column : column + n], column_group[other : other + q]]
+            )
             left, right = rows >= 0, columns >= 0
             if rank < 0:
                 whole = values[place : place + m * (n + q)].reshape(n + q, m).T
             else:
-                u, v = np.split(values[place : place + rank * (m + n + q)].astype(np.float64), [rank * m])
+                u, v = np.split(
+                    values[place : place + rank * (m + n + q)].astype(np.float64), [rank * m]
+                )
                 whole = u.reshape(rank, m).T @ v.reshape(rank, n + q)
             np.add.at(result, np.ix_(rows[left], columns[right]), whole[np.ix_(left, right)])
 
     def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:
-        """Largest error of the product of exact rows with a random vector, over the norm of these rows."""
+        """Largest error of the product of exact rows with a random vector, over the norm of these
+        rows."""
         d, (first, last) = self.entries.components, self.rows
-        nodes = np.sort(rng.choice(np.arange(first, last), min(probes, last - first), replace=False))
+        nodes = np.sort(
+            rng.choice(np.arange(first, last), min(probes, last - first), replace=False)
+        )
         x = rng.standard_normal(self.shape[1])
         difference = -self.mult(x).reshape(-1, d)[nodes - first]
         size, count = np.zeros(difference.shape), len(self.entries.beside) - 1
@@ -206,7 +256,8 @@ def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components
 
 
 def shared_rows(tree: Clusters, memory: Array, ranks: int) -> Index:
-    """Bounds (ranks + 1,) of row ranges, made of whole leaves, that take about the same memory; of each node (n,)."""
+    """Bounds (ranks + 1,) of row ranges, made of whole leaves, that take about the same memory; of
+    each node (n,)."""
     held = np.concatenate([[0.0], np.cumsum(memory)])
     borders = np.append(tree.first[tree.leaves], tree.last[0])
     ideal = held[-1] * np.arange(1, ranks) / ranks

@@ -1,8 +1,10 @@
-"""A preconditioner in two levels: overlapping patches solved exactly, and constants on groups for what goes far.
+"""A preconditioner in two levels: overlapping patches solved exactly, and constants on groups for
+what goes far.
 
-Restricted additive Schwarz: a patch's equations are solved with those of a margin around it, and of the solution only its
-own part is kept. The coarse level knows a constant for each group of unknowns; the levels follow one another
-(multiplicative). The matrix is A P: A has more columns than unknowns, in blocks of sources, and P is sparse and may change.
+Restricted additive Schwarz: a patch's equations are solved with those of a margin around it, and of
+the solution only its own part is kept. The coarse level knows a constant for each group of
+unknowns; the levels follow one another (multiplicative). The matrix is A P: A has more columns than
+unknowns, in blocks of sources, and P is sparse and may change.
 
 References
 ----------
@@ -84,21 +86,28 @@ class Factored:
 
     @classmethod
     def of(cls, columns: Single, own: Index, expansion: list[scipy.sparse.csr_array]) -> Factored:
-        """Of a matrix by columns, (columns, n), which is overwritten. LinAlgError if it is singular."""
+        """Of a matrix by columns, (columns, n), which is overwritten. LinAlgError if it is
+        singular."""
         lu, pivots, zero_pivot = lapack.sgetrf(columns.T, overwrite_a=True)
         if zero_pivot:
             raise np.linalg.LinAlgError("the equations of a patch are singular")
         return cls(lu, pivots, _rows(lu, pivots, own), expansion)
 
-    def changed(self, expansion: list[scipy.sparse.csr_array]) -> tuple[Index, list[scipy.sparse.csr_array]]:
+    def changed(
+        self, expansion: list[scipy.sparse.csr_array]
+    ) -> tuple[Index, list[scipy.sparse.csr_array]]:
         """Which columns of P are other ones now, and by what, (c, changed)."""
-        difference = [scipy.sparse.csc_array(new - old) for new, old in zip(expansion, self.expansion, strict=True)]
+        difference = [
+            scipy.sparse.csc_array(new - old)
+            for new, old in zip(expansion, self.expansion, strict=True)
+        ]
         size = np.max([abs(part).max(axis=0).toarray().ravel() for part in difference], axis=0)
         columns = np.flatnonzero(size > ALIKE)
         return columns, [part[:, columns] for part in difference]
 
     def rows(self, columns: Index, change: Single) -> Single:
-        """Own rows of the inverse after some columns have changed by (changed, n): Woodbury's formula."""
+        """Own rows of the inverse after some columns have changed by (changed, n): Woodbury's
+        formula."""
         known = _rows(self.lu, self.pivots, columns)
         core = np.eye(len(columns), dtype=np.float32) + known @ change.T
         return np.asarray(self.own - np.linalg.solve(core.T, change @ self.own.T).T @ known)
@@ -114,7 +123,8 @@ def _rows(lu: Single, pivots: Index, which: Index) -> Single:
 class LocalSolves:
     """Inverses on patches, in single precision: rows of the own unknowns.
 
-    A patch whose P changes a second time keeps its factors, which changes of few columns correct by as low a rank.
+    A patch whose P changes a second time keeps its factors, which changes of few columns correct by
+    as low a rank.
 
     Parameters
     ----------
@@ -129,7 +139,9 @@ class LocalSolves:
     W. W. Hager, SIAM Review 31 (1989) 221-239.
     """
 
-    def __init__(self, sources: Sequence[Source], first_column: Index, patches: list[Patch], size: int) -> None:
+    def __init__(
+        self, sources: Sequence[Source], first_column: Index, patches: list[Patch], size: int
+    ) -> None:
         self._sources, self._first, self._patches, self._size = sources, first_column, patches, size
         self._inverse = [np.empty((0, 0), np.float32)] * len(patches)
         self._factored: dict[int, Factored] = {}
@@ -141,7 +153,11 @@ class LocalSolves:
     def copy(self) -> LocalSolves:
         """One that goes its own way, and shares what has not changed."""
         other = copy.copy(self)
-        other._inverse, other._factored, other._table = list(self._inverse), dict(self._factored), self._table.copy()
+        other._inverse, other._factored, other._table = (
+            list(self._inverse),
+            dict(self._factored),
+            self._table.copy(),
+        )
         return other
 
     @property
@@ -165,12 +181,17 @@ class LocalSolves:
                 continue
             place[patch.unknowns] = np.arange(len(patch.unknowns))
             entries = self._entries(number)
-            local = [_restricted(expansion[columns], place, len(patch.unknowns)) for _, columns in entries]
+            local = [
+                _restricted(expansion[columns], place, len(patch.unknowns))
+                for _, columns in entries
+            ]
             place[patch.unknowns] = -1
             counts[self._corrected(number, entries, local)] += 1
         return counts[0], counts[1]
 
-    def _corrected(self, number: int, entries: list[tuple[Single, Index]], local: list[scipy.sparse.csr_array]) -> bool:
+    def _corrected(
+        self, number: int, entries: list[tuple[Single, Index]], local: list[scipy.sparse.csr_array]
+    ) -> bool:
         """Put the inverse of a patch; whether a correction of an older one did."""
         patch, before = self._patches[number], self._factored.get(number)
         n = len(patch.unknowns)
@@ -190,7 +211,9 @@ class LocalSolves:
         if number in self._kept:
             return self._kept[number]
         found = list[tuple[Single, Index]]()
-        for source, first, nodes in zip(self._sources, self._first, self._patches[number].nodes, strict=False):
+        for source, first, nodes in zip(
+            self._sources, self._first, self._patches[number].nodes, strict=False
+        ):
             if len(nodes):
                 values, columns = source.block(nodes)
                 found.append((values.astype(np.float32), first + columns))
@@ -200,16 +223,25 @@ class LocalSolves:
 
     def _put(self, number: int, rows: Single) -> None:
         patch = self._patches[number]
-        inverse = self._inverse[number] = np.zeros((len(rows), -(-rows.shape[1] // FULL) * FULL), np.float32)
+        inverse = self._inverse[number] = np.zeros(
+            (len(rows), -(-rows.shape[1] // FULL) * FULL), np.float32
+        )
         inverse[:, : rows.shape[1]] = rows
-        self._table[number] = (native.pointer(self._own[number]) or 0, len(patch.own), native.pointer(patch.unknowns) or 0,
-                               len(patch.unknowns), native.pointer(inverse) or 0)  # fmt: skip
+        self._table[number] = (
+            native.pointer(self._own[number]) or 0,
+            len(patch.own),
+            native.pointer(patch.unknowns) or 0,
+            len(patch.unknowns),
+            native.pointer(inverse) or 0,
+        )
 
     def solve(self, r: Array) -> Array:
         """The own parts of the local solutions for a residual (size,); 0 where no patch is."""
         r, result = native.contiguous(r), np.zeros(self._size)
         if _patches is not None:
-            _patches(len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work)))
+            _patches(
+                len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work))
+            )
             return result
         for patch, own, inverse in zip(self._patches, self._own, self._inverse, strict=True):
             result[own] = inverse[:, : len(patch.unknowns)] @ r[patch.unknowns]
@@ -221,17 +253,22 @@ def _restricted(rows: scipy.sparse.csr_array, place: Index, n: int) -> scipy.spa
     local = place[rows.indices]
     kept = local >= 0
     ends = np.concatenate([[0], np.cumsum(kept)])[rows.indptr]
-    return scipy.sparse.csr_array((rows.data[kept].astype(np.float32), local[kept], ends), shape=(rows.shape[0], n))
+    return scipy.sparse.csr_array(
+        (rows.data[kept].astype(np.float32), local[kept], ends), shape=(rows.shape[0], n)
+    )
 
 
 def _combined(local: list[scipy.sparse.csr_array], entries: list[tuple[Single, Index]]) -> Single:
     """A P of a patch by columns of P, (columns, n)."""
-    parts = [np.asarray(factors.T @ values) for factors, (values, _) in zip(local, entries, strict=True)]
+    parts = [
+        np.asarray(factors.T @ values) for factors, (values, _) in zip(local, entries, strict=True)
+    ]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 
 class CoarseLevel:
-    """Constants on groups of unknowns: R sums the equations, Q repeats the values, and R A P Q is solved.
+    """Constants on groups of unknowns: R sums the equations, Q repeats the values, and R A P Q is
+    solved.
 
     Parameters
     ----------
@@ -247,9 +284,13 @@ class CoarseLevel:
         self.group, self._sums, self.count = group, sums, len(sums)
         columns = np.flatnonzero(column_group >= 0)
         ones, wide = np.ones(len(columns)), sums.shape[1]
-        gathered = scipy.sparse.csr_array((ones, (column_group[columns], columns)), shape=(wide, len(column_group)))
+        gathered = scipy.sparse.csr_array(
+            (ones, (column_group[columns], columns)), shape=(wide, len(column_group))
+        )
         size = np.bincount(column_group[columns], minlength=wide)
-        self._mean = scipy.sparse.csr_array(scipy.sparse.diags(1.0 / np.maximum(size, 1)) @ gathered)
+        self._mean = scipy.sparse.csr_array(
+            scipy.sparse.diags(1.0 / np.maximum(size, 1)) @ gathered
+        )
         self.repeat = scipy.sparse.csr_array((np.ones(len(group)), (np.arange(len(group)), group)))
 
     def copy(self) -> CoarseLevel:
@@ -257,7 +298,8 @@ class CoarseLevel:
         return copy.copy(self)
 
     def factor(self, expansion: scipy.sparse.csr_array, more: Array | float = 0.0) -> None:
-        """LU, with P (columns, size) averaged over groups, and a matrix (groups, groups) that is added."""
+        """LU, with P (columns, size) averaged over groups, and a matrix (groups, groups) that is
+        added."""
         grouped = (self._mean @ (expansion @ self.repeat)).T
         whole = np.asarray(grouped @ self._sums.T).T + more
         self._lu = scipy.linalg.lu_factor(whole, overwrite_a=True, check_finite=False)

@@ -1,4 +1,5 @@
-"""Many small dense blocks of one sparse pattern, stored and multiplied in stacks of nearly equal shape."""
+"""Many small dense blocks of one sparse pattern, stored and multiplied in stacks of nearly equal
+shape."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and
 
 @frozen
 class Block:
-    """A dense block (p, q) with the places of its p rows and q columns in the vectors it connects."""
+    """A dense block (p, q) with the places of its p rows and q columns in the vectors it
+    connects."""
 
     rows: Index
     columns: Index
@@ -26,7 +28,8 @@ class Block:
 
 @frozen
 class _Stack:
-    """c blocks: places of rows (c, p) and of columns (c, q), values (c, p, q), or (1, p, q) where they are the same."""
+    """c blocks: places of rows (c, p) and of columns (c, q), values (c, p, q), or (1, p, q) where
+    they are the same."""
 
     rows: Index
     columns: Index
@@ -54,8 +57,8 @@ class Batches:
         self._released = False
 
     def take(self, blocks: list[Block]) -> list[Array]:
-        """Store blocks, those of nearly one shape together, and values that several have once; returns their values as views
-        of the stacks."""
+        """Store blocks, those of nearly one shape together, and values that several have once;
+        returns their values as views of the stacks."""
         views, stacks = [block.values for block in blocks], []
         groups: dict[tuple[int, int], list[int]] = {}
         same: dict[int, list[int]] = {}
@@ -66,7 +69,13 @@ class Batches:
             if others:
                 shared = [blocks[i] for i in (first, *others)]
                 values = np.ascontiguousarray(views[first])[None]
-                stacks.append(_Stack(np.stack([b.rows for b in shared]), np.stack([b.columns for b in shared]), values))
+                stacks.append(
+                    _Stack(
+                        np.stack([b.rows for b in shared]),
+                        np.stack([b.columns for b in shared]),
+                        values,
+                    )
+                )
             else:
                 p, q = blocks[first].values.shape
                 groups.setdefault((_grade(p), _grade(q)), []).append(first)
@@ -87,7 +96,8 @@ class Batches:
         return views
 
     def release(self, group: int) -> None:
-        """Let go of the blocks of one `take`, which are wanted no more: no product is possible after that."""
+        """Let go of the blocks of one `take`, which are wanted no more: no product is possible
+        after that."""
         self._taken[group], self._released = [], True
         for cached in ("_entries", "_sorted"):
             self.__dict__.pop(cached, None)
@@ -104,21 +114,32 @@ class Batches:
     @functools.cached_property
     def _sorted(self) -> tuple[list[_Stack], list[_Stack]]:
         """Stacks of one block each that several places share, and the others."""
-        return [s for s in self._stacks if s.is_shared], [s for s in self._stacks if not s.is_shared]
+        return [s for s in self._stacks if s.is_shared], [
+            s for s in self._stacks if not s.is_shared
+        ]
 
     @functools.cached_property
     def _entries(self) -> Index:
-        """What the compiled products know of each of the others: counts, and addresses of its arrays."""
+        """What the compiled products know of each of the others: counts, and addresses of its
+        arrays."""
         return np.array(
-            [[*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))] for s in self._sorted[1]],
+            [
+                [*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))]
+                for s in self._sorted[1]
+            ],
             dtype=np.int64,
         ).reshape(-1, 6)
 
     def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in self.__dict__.items() if name not in ("_entries", "_sorted")}
+        return {
+            name: value
+            for name, value in self.__dict__.items()
+            if name not in ("_entries", "_sorted")
+        }
 
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
-        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for BLAS."""
+        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for
+        BLAS."""
         assert not self._released, "a matrix that its factorisation has used up"
         shared, others = self._sorted
         if x.shape[1] > 1 or not (x.flags.c_contiguous and y.flags.c_contiguous):

@@ -11,7 +11,8 @@ PIECES = 16  # boxes by which the place of one cluster is known
 
 
 def halved(start: int, stop: int, leaf: int) -> Index:
-    """Bounds (2^d + 1,) of equal ranges of start..stop, halved until none holds more than `leaf` nodes."""
+    """Bounds (2^d + 1,) of equal ranges of start..stop, halved until none holds more than `leaf`
+    nodes."""
     depth = 0
     while (stop - start) > leaf << depth:
         depth += 1
@@ -20,14 +21,16 @@ def halved(start: int, stop: int, leaf: int) -> Index:
 
 @frozen
 class Boxes:
-    """Boxes that cover each of c clusters: corners low and high (c, b, 2), and the clusters' diameters (c,) [length]."""
+    """Boxes that cover each of c clusters: corners low and high (c, b, 2), and the clusters'
+    diameters (c,) [length]."""
 
     low: Array
     high: Array
     diameter: Array
 
     def least(self, owner: Index, *targets: tuple[Array, Array]) -> Array:
-        """Least sum of the distances (k,) from a box of cluster owner[i] to the i-th of several lists of target boxes."""
+        """Least sum of the distances (k,) from a box of cluster owner[i] to the i-th of several
+        lists of target boxes."""
         total = np.zeros((len(owner), self.low.shape[1]))
         for low, high in targets:
             gap = np.maximum(low[:, None] - self.high[owner], self.low[owner] - high[:, None])
@@ -40,9 +43,9 @@ class Boxes:
 class Curves:
     """Nodes numbered along one closed curve or several, one after another.
 
-    A curve is taken to end where the step to the next node is more than three times the steps on both of its sides.
-    Missing such a jump, or seeing one too many, costs samples and never accuracy: it only widens or splits the boxes
-    by which distances are judged.
+    A curve is taken to end where the step to the next node is more than three times the steps on
+    both of its sides. Missing such a jump, or seeing one too many, costs samples and never
+    accuracy: it only widens or splits the boxes by which distances are judged.
 
     Parameters
     ----------
@@ -60,13 +63,16 @@ class Curves:
         n = len(self.points)
         steps = np.hypot(*np.diff(self.points, axis=0).T)
         around = np.concatenate([[0.0], steps, [0.0]])
-        self._jumps = np.flatnonzero(steps > 3.0 * np.maximum(around[:-2], around[2:])).astype(np.int64) + 1
+        self._jumps = (
+            np.flatnonzero(steps > 3.0 * np.maximum(around[:-2], around[2:])).astype(np.int64) + 1
+        )
         starts, stops = np.append(0, self._jumps), np.append(self._jumps, n)
         previous, following = np.arange(n) - 1, np.arange(n) + 1
         previous[starts], following[stops - 1] = stops - 1, starts
         after = np.hypot(*(self.points[following] - self.points).T)
         self.spacing = np.maximum(0.5 * (after + after[previous]), np.finfo(np.float64).tiny)
-        # A node's box reaches to both neighbours: elements that meet are at distance zero whatever their sizes.
+        # A node's box reaches to both neighbours: elements that meet are at distance zero whatever
+        # their sizes.
         neighbourhood = np.stack([self.points, self.points[previous], self.points[following]])
         self._low, self._high = neighbourhood.min(axis=0), neighbourhood.max(axis=0)
 
@@ -81,7 +87,9 @@ class Curves:
         pieces = []
         for first, last in zip(start, stop, strict=True):
             cuts = first + (last - first) * np.arange(PIECES) // PIECES
-            jumps = self._jumps[np.searchsorted(self._jumps, first) : np.searchsorted(self._jumps, last)]
+            jumps = self._jumps[
+                np.searchsorted(self._jumps, first) : np.searchsorted(self._jumps, last)
+            ]
             pieces.append(np.unique(np.concatenate([cuts, jumps])))
         begin = np.concatenate(pieces) - start[0]
         low = np.minimum.reduceat(self._low[start[0] : stop[-1]], begin, axis=0)
@@ -91,7 +99,8 @@ class Curves:
         # Short lists are padded with copies of their last box, which change no minimum.
         pick = np.minimum(offsets[:-1, None] + np.arange(width), offsets[1:, None] - 1)
         low, high = low[pick], high[pick]
-        # Bent outlines count as long as they are, almost: a circle is no shorter than its chord suggests.
+        # Bent outlines count as long as they are, almost: a circle is no shorter than its chord
+        # suggests.
         diameter = np.hypot(*(high.max(axis=1) - low.min(axis=1)).T)
         length = np.add.reduceat(self.spacing[start[0] : stop[-1]], start - start[0])
         return Boxes(low, high, np.maximum(diameter, 0.7 * length))

@@ -1,4 +1,5 @@
-"""Elimination of what only one cluster sees, level by level: the factors of a compressed square operator."""
+"""Elimination of what only one cluster sees, level by level: the factors of a compressed square
+operator."""
 
 from __future__ import annotations
 
@@ -11,13 +12,17 @@ from .block_batches import Batches, Block
 from .levels import TOGETHER, Level, Stack
 from .translations import Cluster
 
-GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
-UNSAFE = 1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
+# largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
+GROWTH = 100.0
+UNSAFE = (
+    1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
+)
 
 
 @frozen
 class Schur:
-    """What is left of a cluster: a block between its kept unknowns, which come first, and those that wait."""
+    """What is left of a cluster: a block between its kept unknowns, which come first, and those
+    that wait."""
 
     kept: int
     values: Array
@@ -27,12 +32,14 @@ class Schur:
 class Elimination:
     """One level of a factorisation.
 
-    Once combined with the kept ones, the other rows and columns of a cluster are seen by no other cluster. Rows R and
-    columns C of them are eliminated; rows S and columns K are left, those kept and the few that would make the block
-    between R and C ill-conditioned and so wait. Between (R, S) and (C, K) stands [[E, F], [G, D]]. Stored are E⁻¹, E⁻¹F
-    and G; D - G E⁻¹ F goes to the level above. At the root all are eliminated.
+    Once combined with the kept ones, the other rows and columns of a cluster are seen by no other
+    cluster. Rows R and columns C of them are eliminated; rows S and columns K are left, those kept
+    and the few that would make the block between R and C ill-conditioned and so wait. Between (R,
+    S) and (C, K) stands [[E, F], [G, D]]. Stored are E⁻¹, E⁻¹F and G; D - G E⁻¹ F goes to the level
+    above. At the root all are eliminated.
 
-    A vector of n active unknowns and w that wait from below has n + w + 2 slots: active, zero, waiting, zero.
+    A vector of n active unknowns and w that wait from below has n + w + 2 slots: active, zero,
+    waiting, zero.
 
     Attributes
     ----------
@@ -88,7 +95,9 @@ class FactorStack:
         What the root leaves: one, of no rows if all is eliminated.
     """
 
-    def __init__(self, levels: list[Elimination], entry: Index, slots: int, left: list[Schur]) -> None:
+    def __init__(
+        self, levels: list[Elimination], entry: Index, slots: int, left: list[Schur]
+    ) -> None:
         self.levels, self.left = levels, left
         self._entry, self._slots = entry, slots
 
@@ -98,7 +107,8 @@ class FactorStack:
         return sum(level.nbytes for level in self.levels)
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
-        """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before waiting."""
+        """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before
+        waiting."""
         seen = []
         above = np.zeros((self._slots, x.shape[1]))
         above[self._entry] = x
@@ -109,7 +119,8 @@ class FactorStack:
         return seen, np.concatenate([above[:kept], above[kept + 1 : -1]])
 
     def descend(self, seen: list[Array], outside: Array) -> Array:
-        """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils `seen`."""
+        """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils
+        `seen`."""
         kept, zero = self.left[0].kept, np.zeros((1, outside.shape[1]))
         above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
         for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
@@ -125,7 +136,8 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
     ----------
     stack : Stack
     below : list of Schur
-        What the subtrees under the clusters of its first level left, in their order; none under leaves.
+        What the subtrees under the clusters of its first level left, in their order; none under
+        leaves.
     use_up : bool
         Whether to release the near blocks as soon as they are used.
     """
@@ -138,7 +150,8 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
 
 
 def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
-    """Slots of the unknowns that subtrees hand over one after another (of all, if there are none), and how many."""
+    """Slots of the unknowns that subtrees hand over one after another (of all, if there are none),
+    and how many."""
     n = level.near.shape[0]
     if not below:
         return np.arange(n), n + 2
@@ -170,7 +183,12 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
                 known[id(cluster.leader)] = done
         extra, late = done.size - size, len(done.late_rows)
         own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + extra)])
-        above = np.concatenate([np.arange(kept, kept + done.left.kept), np.arange(k + 1 + passed, k + 1 + passed + late)])
+        above = np.concatenate(
+            [
+                np.arange(kept, kept + done.left.kept),
+                np.arange(k + 1 + passed, k + 1 + passed + late),
+            ]
+        )
         start, waiting = start + size, waiting + extra
         kept, passed = kept + done.left.kept, passed + late
         left.append(done.left)
@@ -181,7 +199,11 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
         wait_rows.append(own[done.late_rows])
         wait_columns.append(own[done.late_columns])
         if len(inverses) == TOGETHER or cluster is level.clusters[-1]:
-            for batches, blocks in ((inverse_blocks, inverses), (forth_blocks, forths), (back_blocks, backs)):
+            for batches, blocks in (
+                (inverse_blocks, inverses),
+                (forth_blocks, forths),
+                (back_blocks, backs),
+            ):
                 batches.take(blocks)
                 blocks.clear()
             if use_up:
@@ -195,7 +217,8 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
 
 @frozen
 class _Eliminated:
-    """Of a cluster of some size: what is left, E⁻¹, E⁻¹F, G, and the places of R, of C and of those that wait."""
+    """Of a cluster of some size: what is left, E⁻¹, E⁻¹F, G, and the places of R, of C and of those
+    that wait."""
 
     size: int
     left: Schur
@@ -249,7 +272,14 @@ def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array
     by_row, by_column = cluster.row_basis, cluster.column_basis
     if by_row is None or by_column is None:
         size = len(block)
-        return block, np.zeros((size, 0)), np.zeros((0, size)), np.zeros((0, 0)), np.arange(size), np.arange(size)
+        return (
+            block,
+            np.zeros((size, 0)),
+            np.zeros((0, size)),
+            np.zeros((0, 0)),
+            np.arange(size),
+            np.arange(size),
+        )
     rows, columns = np.concatenate([by_row.rest, extra]), np.concatenate([by_column.rest, extra])
     n_row, n_column = len(by_row.rest), len(by_column.rest)
     lower, upper = block[by_row.kept], block[rows]
@@ -262,10 +292,11 @@ def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array
 
 
 def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index, Index, Index]:
-    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must.
+    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and
+    those that must.
 
-    A pair that waits is taken out of the inverse by a rank-one update, which decides the next pivot; the inverse that is
-    returned is computed once more when all are known.
+    A pair that waits is taken out of the inverse by a rank-one update, which decides the next
+    pivot; the inverse that is returned is computed once more when all are known.
     """
     inverse, exact = _inverse(e, may_wait), True
     rows = columns = np.arange(len(e))
@@ -289,11 +320,18 @@ def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index
             inverse = np.delete(np.delete(inverse, column, axis=0), row, axis=1)
     if not exact:
         inverse = _inverse(e[rows[:, None], columns], may_wait)
-    return inverse, rows, columns, np.array(late_rows, dtype=np.int64), np.array(late_columns, dtype=np.int64)
+    return (
+        inverse,
+        rows,
+        columns,
+        np.array(late_rows, dtype=np.int64),
+        np.array(late_columns, dtype=np.int64),
+    )
 
 
 def _inverse(block: Array, or_direction: bool) -> Array:
-    """The inverse; of a singular block, if asked for, a large multiple of what grows beyond all bounds in it.
+    """The inverse; of a singular block, if asked for, a large multiple of what grows beyond all
+    bounds in it.
 
     Raises
     ------

@@ -37,10 +37,11 @@ class Factorisation:
 
 
 def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
-    """Factorise a compressed square operator, with the threads and ranks that it was compressed on. Collective.
+    """Factorise a compressed square operator, with the threads and ranks that it was compressed on.
+    Collective.
 
-    The factorisation shares the bases of the matrix. It needs nothing else of it: with `use_up` the matrix gives up its
-    dense blocks level by level, which spares memory, and can multiply no more.
+    The factorisation shares the bases of the matrix. It needs nothing else of it: with `use_up` the
+    matrix gives up its dense blocks level by level, which spares memory, and can multiply no more.
 
     Raises
     ------
@@ -51,7 +52,9 @@ def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
     """
     start = time.perf_counter()
     if not matrix.operator.square:
-        raise ValueError("only an operator with as many columns as rows at every node can be factorised")
+        raise ValueError(
+            "only an operator with as many columns as rows at every node can be factorised"
+        )
     workers = matrix.workers
     parts = workers.map(lambda part: eliminate(part, [], use_up), matrix.parts)
     top = None

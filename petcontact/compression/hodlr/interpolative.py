@@ -25,7 +25,8 @@ def _next_power(count: int) -> int:
 
 @frozen
 class PivotedQR:
-    """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank, largest column."""
+    """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank,
+    largest column."""
 
     r: Array
     pivots: Index
@@ -33,9 +34,11 @@ class PivotedQR:
     scale: float
 
     def interpolation(self, rank: int) -> tuple[Index, Index, Array]:
-        """Kept (k,) and other (n-k,) columns, both increasing, and Z (k, n-k) with block[:, other] ≈ block[:, kept] Z."""
+        """Kept (k,) and other (n-k,) columns, both increasing, and Z (k, n-k) with block[:, other]
+        ≈ block[:, kept] Z."""
         kept, other = self.pivots[:rank], self.pivots[rank:]
-        # Columns kept beyond the numerical rank take no part: what they would contribute is noise over noise.
+        # Columns kept beyond the numerical rank take no part: what they would contribute is noise
+        # over noise.
         z, known = np.zeros((rank, len(other))), min(rank, self.rank)
         if known and len(other):
             z[:known], _ = scipy.linalg.lapack.dtrtrs(self.r[:known, :known], self.r[:known, rank:])
@@ -44,7 +47,8 @@ class PivotedQR:
 
 
 def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> PivotedQR:
-    """Pivoted QR of a Gaussian sketch of a block (m, n) with weighted rows, made larger until it shows the rank.
+    """Pivoted QR of a Gaussian sketch of a block (m, n) with weighted rows, made larger until it
+    shows the rank.
 
     Parameters
     ----------

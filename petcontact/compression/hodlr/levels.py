@@ -1,4 +1,5 @@
-"""A cluster tree, or one subtree of it, level by level: blocks in batches, and products with them."""
+"""A cluster tree, or one subtree of it, level by level: blocks in batches, and products with
+them."""
 
 from __future__ import annotations
 
@@ -51,16 +52,21 @@ class Level:
     @property
     def rank(self) -> int:
         """The most rows or columns that a compressed cluster keeps."""
-        bases = [(c.row_basis, c.column_basis) for c in self.clusters if c.row_basis and c.column_basis]
+        bases = [
+            (c.row_basis, c.column_basis) for c in self.clusters if c.row_basis and c.column_basis
+        ]
         return max((len(basis.kept) for pair in bases for basis in pair), default=0)
 
 
 def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
-    """One level from its compressed clusters, whose blocks are in `near`. Their own bases are replaced by views, some
-    clusters at a time, so that what was there before makes room; bases of rows are those of `like`."""
+    """One level from its compressed clusters, whose blocks are in `near`. Their own bases are
+    replaced by views, some clusters at a time, so that what was there before makes room; bases of
+    rows are those of `like`."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
-    above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
-             sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
+    above = [
+        sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
+        sum(len(c.column_basis.kept) for c in compressed if c.column_basis),
+    ]
     by_column = Batches(above[1], near.shape[1])
     by_row = Batches(near.shape[0], above[0]) if like is None else like.row_combine
     kept_rows, kept_columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
@@ -71,13 +77,17 @@ def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> L
             if c.row_basis and c.column_basis:
                 r, s = c.row_basis, c.column_basis
                 row_blocks.append(Block(rows + r.rest, up_rows + np.arange(len(r.kept)), r.combine))
-                column_blocks.append(Block(up_columns + np.arange(len(s.kept)), columns + s.rest, s.combine))
+                column_blocks.append(
+                    Block(up_columns + np.arange(len(s.kept)), columns + s.rest, s.combine)
+                )
                 kept_rows.append(rows + r.kept)
                 kept_columns.append(columns + s.kept)
                 up_rows, up_columns = up_rows + len(r.kept), up_columns + len(s.kept)
             rows, columns = rows + len(c.rows), columns + len(c.columns)
         column_views = iter(by_column.take(column_blocks))
-        row_views = iter(by_row.take(row_blocks) if like is None else [block.values for block in row_blocks])
+        row_views = iter(
+            by_row.take(row_blocks) if like is None else [block.values for block in row_blocks]
+        )
         del row_blocks, column_blocks
         for c in group:
             if c.row_basis and c.column_basis:
@@ -86,7 +96,9 @@ def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> L
                 if c.leader is None:
                     c.row_basis = replace(c.row_basis, combine=views[0])
                     c.column_basis = replace(c.column_basis, combine=views[1])
-    return Level(near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters)
+    return Level(
+        near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters
+    )
 
 
 T = TypeVar("T")
@@ -98,8 +110,11 @@ def grouped(items: Sequence[T]) -> Iterator[Sequence[T]]:
         yield items[first : first + TOGETHER]
 
 
-def _made(make: Callable[[T], Cluster], of: Sequence[T], n_rows: int, n_columns: int) -> tuple[list[Cluster], Batches]:
-    """Clusters of one level, which have so many active rows and columns together, and their blocks, packed as they come."""
+def _made(
+    make: Callable[[T], Cluster], of: Sequence[T], n_rows: int, n_columns: int
+) -> tuple[list[Cluster], Batches]:
+    """Clusters of one level, which have so many active rows and columns together, and their blocks,
+    packed as they come."""
     clusters, near, rows, columns = list[Cluster](), Batches(n_rows, n_columns), 0, 0
     for group in grouped(of):
         made, blocks = [make(item) for item in group], []
@@ -155,7 +170,9 @@ class Stack:
         return above[:-1]
 
 
-def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None) -> Stack:
+def build_part(
+    operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None
+) -> Stack:
     """The subtree over nodes start..stop, its root compressed unless it is the whole tree.
 
     `like` is that of another operator with the same rows, whose bases serve both.
@@ -164,9 +181,14 @@ def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool
         leaves = list(itertools.pairwise(operator.translations.leaves(start, stop, leaf).tolist()))
     else:
         leaves = [(cluster.start, cluster.stop) for cluster in like.levels[0].clusters]
-    sizes = [int(axis.offsets[stop] - axis.offsets[start]) for axis in (operator.row_axis, operator.column_axis)]
+    sizes = [
+        int(axis.offsets[stop] - axis.offsets[start])
+        for axis in (operator.row_axis, operator.column_axis)
+    ]
     known: dict[Hashable, Cluster] = {}
-    return _climb(operator, *_made(lambda ends: operator.leaf(*ends, known), leaves, *sizes), whole, like)
+    return _climb(
+        operator, *_made(lambda ends: operator.leaf(*ends, known), leaves, *sizes), whole, like
+    )
 
 
 def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = None) -> Stack:
@@ -174,7 +196,9 @@ def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = Non
     return _climb(operator, *_merged(operator, roots), True, like)
 
 
-def _climb(operator: Operator, clusters: list[Cluster], near: Batches, whole: bool, like: Stack | None) -> Stack:
+def _climb(
+    operator: Operator, clusters: list[Cluster], near: Batches, whole: bool, like: Stack | None
+) -> Stack:
     levels: list[Level] = []
     usual = 0
     while True:

@@ -1,4 +1,5 @@
-"""Hierarchically compressed operators (HODLR with nested bases), built from entries alone, and products with them."""
+"""Hierarchically compressed operators (HODLR with nested bases), built from entries alone, and
+products with them."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ PROBED = 20_000
 
 @frozen
 class Split:
-    """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the size of a leaf."""
+    """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the
+    size of a leaf."""
 
     bounds: Index
     ranges: list[tuple[int, int]]
@@ -34,7 +36,8 @@ class Split:
 class HODLR:
     """A compressed operator; `compress` makes one.
 
-    Vectors are this rank's share: the degrees of freedom of its nodes, first_node to last_node (exclusive).
+    Vectors are this rank's share: the degrees of freedom of its nodes, first_node to last_node
+    (exclusive).
 
     Attributes
     ----------
@@ -48,9 +51,21 @@ class HODLR:
     """
 
     def __init__(
-        self, operator: Operator, parts: list[Stack], top: Stack | None, workers: Workers, split: Split, seconds: float
+        self,
+        operator: Operator,
+        parts: list[Stack],
+        top: Stack | None,
+        workers: Workers,
+        split: Split,
+        seconds: float,
     ) -> None:
-        self.operator, self.parts, self.top, self.workers, self.split = operator, parts, top, workers, split
+        self.operator, self.parts, self.top, self.workers, self.split = (
+            operator,
+            parts,
+            top,
+            workers,
+            split,
+        )
         bounds = split.bounds
         self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
         self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
@@ -67,7 +82,8 @@ class HODLR:
     __matmul__ = mult
 
     def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
-        """Compress an operator with the same rows, whose columns this one was prepared for by `serve`. Collective.
+        """Compress an operator with the same rows, whose columns this one was prepared for by
+        `serve`. Collective.
 
         It costs about what its columns cost: the bases of rows are shared.
 
@@ -90,12 +106,17 @@ class HODLR:
     def rank(self) -> int:
         """The most rows or columns that a compressed cluster keeps. Collective."""
         stacks = [*self.parts, *([self.top] if self.top else [])]
-        return max(self.workers.gather([level.rank for stack in stacks for level in stack.levels]), default=0)
+        return max(
+            self.workers.gather([level.rank for stack in stacks for level in stack.levels]),
+            default=0,
+        )
 
     def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> float:
-        """Largest error of a few random rows, over the 2-norm of the longest of the exact ones. Collective.
+        """Largest error of a few random rows, over the 2-norm of the longest of the exact ones.
+        Collective.
 
-        The 2-norm of a row's error is estimated by its products with a few random vectors of unit variance.
+        The 2-norm of a row's error is estimated by its products with a few random vectors of unit
+        variance.
 
         Parameters
         ----------
@@ -109,9 +130,11 @@ class HODLR:
         rows_of, columns_of = self.operator.row_axis, self.operator.column_axis
         carriers = np.flatnonzero(np.diff(rows_of.offsets))
         nodes, x = self.workers.at_root(
-            lambda: (np.sort(rng.choice(carriers, min(probes, len(carriers)), replace=False)),
-                     rng.standard_normal((self.shape[1], probes)))
-        )  # fmt: skip
+            lambda: (
+                np.sort(rng.choice(carriers, min(probes, len(carriers)), replace=False)),
+                rng.standard_normal((self.shape[1], probes)),
+            )
+        )
         rows, own = rows_of.of(nodes), rows_of.offsets[[self.first_node, self.last_node]]
         mine = x[columns_of.offsets[self.first_node] : columns_of.offsets[self.last_node]]
         del x
@@ -119,7 +142,9 @@ class HODLR:
         # rows of a large operator are long: some columns at a time
         cuts = [*range(self.first_node, self.last_node, PROBED), self.last_node]
         places = columns_of.offsets[cuts] - columns_of.offsets[self.first_node]
-        for (first, last), (a, b) in zip(itertools.pairwise(cuts), itertools.pairwise(places), strict=True):
+        for (first, last), (a, b) in zip(
+            itertools.pairwise(cuts), itertools.pairwise(places), strict=True
+        ):
             exact = entries(nodes, np.arange(first, last))
             product += exact @ mine[a:b]
             squares += np.einsum("ij,ij->i", exact, exact)
@@ -131,19 +156,30 @@ class HODLR:
 
 
 def compress(
-    entries: Entries, points: ArrayLike, row_offsets: ArrayLike, col_offsets: ArrayLike, tol: float = 1e-10,
-    leaf: int = 64, *, breaks: ArrayLike = (), threads: int = 1, comm: Any = None,
-    serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None, stretches: Sequence[Stretch] = (),
-) -> HODLR:  # fmt: skip
+    entries: Entries,
+    points: ArrayLike,
+    row_offsets: ArrayLike,
+    col_offsets: ArrayLike,
+    tol: float = 1e-10,
+    leaf: int = 64,
+    *,
+    breaks: ArrayLike = (),
+    threads: int = 1,
+    comm: Any = None,
+    serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None,
+    stretches: Sequence[Stretch] = (),
+) -> HODLR:
     """Compress an operator between the nodes of closed outlines, from entries alone. Collective.
 
-    Every cluster of neighbouring nodes is fitted on a graded sample of the nodes outside it, and judged on random ones.
+    Every cluster of neighbouring nodes is fitted on a graded sample of the nodes outside it, and
+    judged on random ones.
 
     Parameters
     ----------
     entries : callable
-        entries(row_nodes, column_nodes) gives, for two increasing int arrays, the exact entries of all degrees of
-        freedom of these nodes, (rows, columns). Called from several threads if threads > 1.
+        entries(row_nodes, column_nodes) gives, for two increasing int arrays, the exact entries of
+        all degrees of freedom of these nodes, (rows, columns). Called from several threads if
+        threads > 1.
     points : (n, 2) array
         Nodes in order along the outlines, one outline after another [length].
     row_offsets, col_offsets : (n+1,) int arrays
@@ -153,26 +189,29 @@ def compress(
     leaf : int
         Most nodes of a cluster that is not divided.
     breaks : int array
-        Nodes where a side, a part or another kind of column begins. Without them a short piece may go unseen.
+        Nodes where a side, a part or another kind of column begins. Without them a short piece may
+        go unseen.
     threads : int
         Threads of each rank; BLAS should use one then.
     comm : mpi4py.MPI.Comm or None
         Nodes are split over its ranks as PETSc splits them.
     serve : (entries, list of col_offsets) or None
-        All columns, this operator's among them, that the bases of rows are to serve, for `HODLR.beside`: entries gives a
-        list of arrays, one for each of the offsets.
+        All columns, this operator's among them, that the bases of rows are to serve, for
+        `HODLR.beside`: entries gives a list of arrays, one for each of the offsets.
     stretches : sequence of Stretch
         Where clusters that are translates of one another may share blocks and bases.
 
     Raises
     ------
     ValueError
-        If lengths do not match, tol is not in (0, 1), leaf or threads is not positive, or a rank would have no node.
+        If lengths do not match, tol is not in (0, 1), leaf or threads is not positive, or a rank
+        would have no node.
 
     References
     ----------
-    P.-G. Martinsson and V. Rokhlin, J. Comput. Phys. 205 (2005); K. L. Ho and L. Greengard, SIAM J. Sci. Comput. 34
-    (2012): recursive skeletonisation. N. Halko, P.-G. Martinsson, J. A. Tropp, SIAM Rev. 53 (2011): sketches.
+    P.-G. Martinsson and V. Rokhlin, J. Comput. Phys. 205 (2005); K. L. Ho and L. Greengard, SIAM J.
+    Sci. Comput. 34 (2012): recursive skeletonisation. N. Halko, P.-G. Martinsson, J. A. Tropp, SIAM
+    Rev. 53 (2011): sketches.
     """
     start = time.perf_counter()
     points = np.asarray(points, dtype=np.float64)
@@ -182,8 +221,12 @@ def compress(
     if points.shape != (n, 2) or any(o.shape != (n + 1,) for o in offsets):
         raise ValueError("points must be (n, 2), and row_offsets and col_offsets (n+1,)")
     if not 0.0 < tol < 1.0 or leaf < 1 or threads < 1 or n < workers.size:
-        raise ValueError("tol must be in (0, 1), leaf and threads positive, and every rank needs a node")
-    served = None if serve is None else (serve[0], [np.asarray(o, dtype=np.int64) for o in serve[1]])
+        raise ValueError(
+            "tol must be in (0, 1), leaf and threads positive, and every rank needs a node"
+        )
+    served = (
+        None if serve is None else (serve[0], [np.asarray(o, dtype=np.int64) for o in serve[1]])
+    )
     translations = Translations(stretches, points)
     breaks = np.asarray(breaks, dtype=np.int64)
     operator = Operator(entries, points, offsets[0], offsets[1], breaks, tol, translations, served)
@@ -194,13 +237,22 @@ def compress(
     return _build(operator, workers, Split(bounds, ranges, leaf), start)
 
 
-def _build(operator: Operator, workers: Workers, split: Split, start: float, like: HODLR | None = None) -> HODLR:
-    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given; `start` is when it began."""
+def _build(
+    operator: Operator, workers: Workers, split: Split, start: float, like: HODLR | None = None
+) -> HODLR:
+    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given;
+    `start` is when it began."""
     whole = len(workers.gather(split.ranges)) == 1
     models: Sequence[Stack | None] = like.parts if like is not None else [None] * len(split.ranges)
-    parts = workers.map(lambda r, model: build_part(operator, r[0], r[1], split.leaf, whole, model), split.ranges, models)
+    parts = workers.map(
+        lambda r, model: build_part(operator, r[0], r[1], split.leaf, whole, model),
+        split.ranges,
+        models,
+    )
     top = None
     if not whole:
         roots = workers.gather([part.root.border() for part in parts])
-        top = workers.at_root(lambda: build_top(operator, roots, like.top if like is not None else None))
+        top = workers.at_root(
+            lambda: build_top(operator, roots, like.top if like is not None else None)
+        )
     return HODLR(operator, parts, top, workers, split, time.perf_counter() - start)

@@ -1,4 +1,5 @@
-"""Graded samples of an outline: the nodes by which a cluster is seen from outside, or sees what is outside."""
+"""Graded samples of an outline: the nodes by which a cluster is seen from outside, or sees what is
+outside."""
 
 from __future__ import annotations
 
@@ -9,21 +10,24 @@ from ...frozen import frozen
 from .clusters import Boxes, Curves, halved
 
 CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
-ELLIPSE = 3.0  # a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
+# a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
+ELLIPSE = 3.0
 BENT = 1.15  # and it is at most this much longer than its chord,
 REMOTE = 4.0  # or as far away as so many of its lengths
 WHOLE = 1.5  # a cell of fewer nodes than this multiple of what is wanted from it is taken whole
 MAX_PIECES = 8  # a cell cut into more pieces than this by breaks is sampled without regard to them
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
-SHARED = 0.7  # of the nodes by which a cluster sees what is far away, the part that one distant cell must give
+# of the nodes by which a cluster sees what is far away, the part that one distant cell must give
+SHARED = 0.7
 
 
 @frozen
 class Sample:
-    """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it stands for.
+    """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it
+    stands for.
 
-    As one of the sample (`weights`) and as one of the random probes (`probes`); zero where it is not. A complete sample
-    has all the nodes there are.
+    As one of the sample (`weights`) and as one of the random probes (`probes`); zero where it is
+    not. A complete sample has all the nodes there are.
     """
 
     nodes: Index
@@ -34,7 +38,8 @@ class Sample:
 
 @frozen
 class _Cells:
-    """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one digit."""
+    """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one
+    digit."""
 
     owner: Index
     first: Index
@@ -69,12 +74,20 @@ class Sampler:
         stride = len(finest) - 1 if len(carriers) else 0
         while stride:
             bounds = finest[::stride]
-            low, high = (f.reduceat(self._points, bounds[:-1], axis=0) for f in (np.minimum, np.maximum))
+            low, high = (
+                f.reduceat(self._points, bounds[:-1], axis=0) for f in (np.minimum, np.maximum)
+            )
             self._levels.append((bounds, low, high))
             stride //= 2
 
     def sample(
-        self, start: Index, stop: Index, boxes: Boxes, density: float, probes: int, rng: np.random.Generator
+        self,
+        start: Index,
+        stop: Index,
+        boxes: Boxes,
+        density: float,
+        probes: int,
+        rng: np.random.Generator,
     ) -> list[Sample]:
         """Samples for several clusters in one pass.
 
@@ -96,8 +109,12 @@ class Sampler:
         cells = self._cut(self._cells(start, stop, boxes))
         cells = cells.pick(np.argsort(cells.owner, kind="stable"))
         length = cells.last - cells.first
-        uneven = 1.0 + 2.0 * np.max([np.abs(self._uneven(cells.first, cells.last, k)) for k in (1, 2, 3)], axis=0)
-        wanted = np.maximum(1, np.rint(density * cells.nodes * np.minimum(uneven, 2.0)).astype(np.int64))
+        uneven = 1.0 + 2.0 * np.max(
+            [np.abs(self._uneven(cells.first, cells.last, k)) for k in (1, 2, 3)], axis=0
+        )
+        wanted = np.maximum(
+            1, np.rint(density * cells.nodes * np.minimum(uneven, 2.0)).astype(np.int64)
+        )
         whole = length < WHOLE * wanted
         position, weight, source = self._spread(cells, np.where(whole, length, wanted), whole)
         probe, untouched = _between(cells, position, np.where(whole, length, wanted), rng)
@@ -118,7 +135,10 @@ class Sampler:
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
         """Cells outside each cluster, fine near it and coarse far away."""
         found: list[_Cells] = []
-        own_first, own_last = np.searchsorted(self.carriers, start), np.searchsorted(self.carriers, stop)
+        own_first, own_last = (
+            np.searchsorted(self.carriers, start),
+            np.searchsorted(self.carriers, stop),
+        )
         owner = np.arange(len(start))
         cell = np.zeros(len(start), dtype=np.int64)
         for depth, (bounds, low, high) in enumerate(self._levels):
@@ -135,18 +155,26 @@ class Sampler:
             distance = boxes.least(owner[done], (low[cell[done]], high[cell[done]]))
             aside = 2.0 * distance / boxes.diameter[owner[done]]
             o, f, e = owner[done], first[done], last[done]
-            nodes = np.minimum(_nodes(_ellipse(focal[done])), SHARED * _nodes(aside + np.sqrt(1.0 + aside * aside)))
+            nodes = np.minimum(
+                _nodes(_ellipse(focal[done])), SHARED * _nodes(aside + np.sqrt(1.0 + aside * aside))
+            )
             found.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
             found.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
             deeper = ~(done | inside)
             owner = np.repeat(owner[deeper], 2)
             cell = np.repeat(2 * cell[deeper], 2)
             cell[1::2] += 1
-        cells = _Cells(*(np.concatenate([getattr(c, name) for c in found]) for name in ("owner", "first", "last", "nodes")))
+        cells = _Cells(
+            *(
+                np.concatenate([getattr(c, name) for c in found])
+                for name in ("owner", "first", "last", "nodes")
+            )
+        )
         return cells.pick(cells.last > cells.first)
 
     def _cut(self, cells: _Cells) -> _Cells:
-        """The same cells cut at the breaks inside them, so that no piece between two breaks is passed over."""
+        """The same cells cut at the breaks inside them, so that no piece between two breaks is
+        passed over."""
         begin = np.searchsorted(self._breaks, cells.first, "right")
         pieces = np.searchsorted(self._breaks, cells.last) - begin + 1
         pieces[pieces > MAX_PIECES] = 1
@@ -154,14 +182,20 @@ class Sampler:
         padded = np.concatenate([[0], self._breaks, [0]])
         at = begin[source] + rank
         first = np.where(rank == 0, cells.first[source], padded[at])
-        last = np.where(rank == pieces[source] - 1, cells.last[source], padded[np.minimum(at + 1, len(padded) - 1)])
+        last = np.where(
+            rank == pieces[source] - 1,
+            cells.last[source],
+            padded[np.minimum(at + 1, len(padded) - 1)],
+        )
         return _Cells(cells.owner[source], first, last, cells.nodes[source])
 
     def _spread(self, cells: _Cells, count: Index, whole: Mask) -> tuple[Index, Array, Index]:
-        """Places spread over cells, the square root of the number of nodes that each stands for, and its cell.
+        """Places spread over cells, the square root of the number of nodes that each stands for,
+        and its cell.
 
-        They are Chebyshev's in a coordinate that grows with the number of nodes and with the length, half and half:
-        numbers alone pass over long elements between short ones, and length over the many short ones.
+        They are Chebyshev's in a coordinate that grows with the number of nodes and with the
+        length, half and half: numbers alone pass over long elements between short ones, and length
+        over the many short ones.
         """
         source, rank = _ranks(count)
         first, last = cells.first[source], cells.last[source]
@@ -174,16 +208,24 @@ class Sampler:
         position = np.where(whole[source], first + rank, position)
         ends = (np.arccos(1.0 - 2.0 * self._coordinate(first, last, position + k)) for k in (0, 1))
         share = -np.subtract(*ends) / np.pi * count[source]
-        return position, 1.0 / np.sqrt(np.where(whole[source], 1.0, np.clip(share, _TINY, 1.0))), source
+        return (
+            position,
+            1.0 / np.sqrt(np.where(whole[source], 1.0, np.clip(share, _TINY, 1.0))),
+            source,
+        )
 
     def _uneven(self, first: Index, last: Index, quarters: int) -> Array:
         """Share of length less share of nodes up to some quarter of the nodes of cells."""
         at = first + (last - first) * quarters // 4
-        along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
+        along = (self._length[at] - self._length[first]) / (
+            self._length[last] - self._length[first]
+        )
         return np.asarray(along - (at - first) / (last - first))
 
     def _coordinate(self, first: Index, last: Index, at: Index) -> Array:
-        along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
+        along = (self._length[at] - self._length[first]) / (
+            self._length[last] - self._length[first]
+        )
         return np.asarray(np.clip(0.5 * along + 0.5 * (at - first) / (last - first), 0.0, 1.0))
 
 
@@ -191,7 +233,8 @@ _TINY = np.finfo(np.float64).tiny
 
 
 def _ellipse(focal: Array) -> Array:
-    """Sum of the half axes of the ellipse through points whose distances to the foci add up to 2·focal, foci at ±1."""
+    """Sum of the half axes of the ellipse through points whose distances to the foci add up to
+    2·focal, foci at ±1."""
     bounded = np.clip(focal, 1.0, 1e8)
     return np.asarray(bounded + np.sqrt(bounded * bounded - 1.0))
 
@@ -207,8 +250,11 @@ def _ranks(counts: Index) -> tuple[Index, Index]:
     return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
 
 
-def _between(cells: _Cells, position: Index, count: Index, rng: np.random.Generator) -> tuple[Index, Mask]:
-    """A place of each cell half-way between two of its samples that follow each other, and whether it is free."""
+def _between(
+    cells: _Cells, position: Index, count: Index, rng: np.random.Generator
+) -> tuple[Index, Mask]:
+    """A place of each cell half-way between two of its samples that follow each other, and whether
+    it is free."""
     end = np.cumsum(count)
     gap = rng.integers(0, count + 1)
     padded = np.append(position, 0)

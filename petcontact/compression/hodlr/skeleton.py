@@ -1,4 +1,5 @@
-"""Clusters of an operator and their skeletons: the few rows and columns through which they see the rest."""
+"""Clusters of an operator and their skeletons: the few rows and columns through which they see the
+rest."""
 
 from __future__ import annotations
 
@@ -17,16 +18,20 @@ from .translations import Basis, Cluster, Translations, adjacent, follow, noted
 Entries = Callable[[Index, Index], Array]
 ManyEntries = Callable[[Index, Index], list[Array]]
 
-DENSITY = 0.7  # share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one another
+# share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one
+# another
+DENSITY = 0.7
 PROBES = 4
 SLACK = 2.0  # a probe may miss the tolerance by this factor before the sample is enlarged
 AMPLE = (2, 16)  # least number of rows or columns in a sample: first times the rank, plus second
 ATTEMPTS = 6
-MARGIN = 0.1  # the pivots are cut at this fraction of the tolerance: errors of many levels and clusters add up
+# the pivots are cut at this fraction of the tolerance: errors of many levels and clusters add up
+MARGIN = 0.1
 
 
 class Axis:
-    """The rows or the columns of an operator: which degrees of freedom each node has, and how to sample its nodes.
+    """The rows or the columns of an operator: which degrees of freedom each node has, and how to
+    sample its nodes.
 
     Parameters
     ----------
@@ -84,25 +89,41 @@ class Operator:
     Parameters
     ----------
     entries : callable
-        entries(row_nodes, column_nodes) for increasing node arrays: all their rows and columns as a dense array.
+        entries(row_nodes, column_nodes) for increasing node arrays: all their rows and columns as a
+        dense array.
     points : (n, 2) array
     row_offsets, column_offsets : (n+1,) int arrays
     breaks : int array
         Nodes at which the kernel may jump.
     tolerance : float
     served : entries and (n+1,) int arrays, or None
-        Columns that the bases of rows are to serve: entries gives a list of arrays, one for each of the offsets.
+        Columns that the bases of rows are to serve: entries gives a list of arrays, one for each of
+        the offsets.
     """
 
     def __init__(
-        self, entries: Entries, points: Array, row_offsets: Index, column_offsets: Index, breaks: Index,
-        tolerance: float, translations: Translations, served: tuple[ManyEntries, list[Index]] | None = None,
-    ) -> None:  # fmt: skip
-        self.entries, self.tolerance, self.breaks, self.translations = entries, tolerance, breaks, translations
+        self,
+        entries: Entries,
+        points: Array,
+        row_offsets: Index,
+        column_offsets: Index,
+        breaks: Index,
+        tolerance: float,
+        translations: Translations,
+        served: tuple[ManyEntries, list[Index]] | None = None,
+    ) -> None:
+        self.entries, self.tolerance, self.breaks, self.translations = (
+            entries,
+            tolerance,
+            breaks,
+            translations,
+        )
         self.curves = Curves(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
         self.row_axis = Axis(row_offsets, self.curves, breaks)
-        self.column_axis = self.row_axis if self.square else Axis(column_offsets, self.curves, breaks)
+        self.column_axis = (
+            self.row_axis if self.square else Axis(column_offsets, self.curves, breaks)
+        )
         self._served_entries: ManyEntries = lambda rows, columns: [self.between(rows, columns)]
         self._served = [self.column_axis]
         if served is not None:
@@ -123,7 +144,8 @@ class Operator:
         return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
     def leaf(self, start: int, stop: int, known: dict[Hashable, Cluster]) -> Cluster:
-        """A cluster with all rows and columns active, and its dense diagonal block, that of a translate if one is known."""
+        """A cluster with all rows and columns active, and its dense diagonal block, that of a
+        translate if one is known."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
         key = self.translations.key(start, stop)
         if key in known:
@@ -133,22 +155,38 @@ class Operator:
         return noted(Cluster(start, stop, rows, columns, [near], key=key), known)
 
     def merge(self, children: list[Cluster], known: dict[Hashable, Cluster]) -> Cluster:
-        """The union of one or two compressed neighbours: what they kept, and the blocks between the two."""
-        key = tuple(id(c.leader) for c in children) if all(c.leader is not None for c in children) else None
+        """The union of one or two compressed neighbours: what they kept, and the blocks between the
+        two."""
+        key = (
+            tuple(id(c.leader) for c in children)
+            if all(c.leader is not None for c in children)
+            else None
+        )
         rows = [c.rows[c.row_basis.kept] for c in children if c.row_basis]
         columns = [c.columns[c.column_basis.kept] for c in children if c.column_basis]
         i = np.split(np.arange(sum(map(len, rows))), [len(rows[0])])
         j = np.split(np.arange(sum(map(len, columns))), [len(columns[0])])
         pairs = [(0, 1), (1, 0)] if len(children) == 2 else []
-        near = known[key].near if key in known else [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
-        merged = Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), near, key=key)
+        near = (
+            known[key].near
+            if key in known
+            else [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
+        )
+        merged = Cluster(
+            children[0].start,
+            children[-1].stop,
+            np.concatenate(rows),
+            np.concatenate(columns),
+            near,
+            key=key,
+        )
         return noted(merged, known)
 
     def compress(self, clusters: list[Cluster], usual: int = 0) -> int:
         """Find the bases of adjacent clusters of one level.
 
-        Of a square operator both bases of a cluster get one rank, so that its factorisation can eliminate as many rows
-        as columns.
+        Of a square operator both bases of a cluster get one rank, so that its factorisation can
+        eliminate as many rows as columns.
 
         Returns
         -------
@@ -168,7 +206,9 @@ class Operator:
                     fits = self._fits(cluster, outer, guess)
                 needed.append(attempt)
                 guess = len(fits[0].kept), len(fits[1].kept)
-                cluster.row_basis = Basis(fits[0].kept, fits[0].rest, np.ascontiguousarray(fits[0].z.T))
+                cluster.row_basis = Basis(
+                    fits[0].kept, fits[0].rest, np.ascontiguousarray(fits[0].z.T)
+                )
                 cluster.column_basis = Basis(fits[1].kept, fits[1].rest, fits[1].z)
                 cluster.felt_by = outer[0]
             # neighbours are alike: what most of a group needed is where the next one begins
@@ -177,16 +217,20 @@ class Operator:
         return usual
 
     def compress_columns(self, clusters: list[Cluster], alike: list[Cluster]) -> None:
-        """Find the bases of the columns of a level's clusters; those of their rows are the ones of another operator's."""
+        """Find the bases of the columns of a level's clusters; those of their rows are the ones of
+        another operator's."""
         of = {id(like): cluster for cluster, like in zip(clusters, alike, strict=True)}
         for cluster, like in zip(clusters, alike, strict=True):
-            cluster.leader = of[id(like.leader)] if like.leader is not None and cluster.key is not None else None
+            cluster.leader = (
+                of[id(like.leader)] if like.leader is not None and cluster.key is not None else None
+            )
             if not cluster.follows:
                 self._compress_columns(cluster, like)
         follow(clusters)
 
     def _compress_columns(self, cluster: Cluster, like: Cluster) -> None:
-        """Its columns are no harder to fit than those of the other operator were, and are judged by the same probes."""
+        """Its columns are no harder to fit than those of the other operator were, and are judged by
+        the same probes."""
         assert like.row_basis is not None
         # of a follower none was drawn
         sample, guess = like.felt_by or self._samples([cluster], 0)[0][0], len(like.row_basis.kept)
@@ -204,22 +248,31 @@ class Operator:
     def _felt(self, cluster: Cluster, sample: Sample) -> Array:
         """A cluster's active columns at the rows of a sample."""
         nodes = self.column_axis.nodes_of(cluster.columns)
-        return np.asarray(self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)])
+        return np.asarray(
+            self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)]
+        )
 
     def _seen(self, cluster: Cluster, sample: Sample) -> Array:
         """The columns of a sample at a cluster's active rows, transposed."""
         nodes = self.row_axis.nodes_of(cluster.rows)
         if not len(nodes) or not len(sample.nodes):
-            return np.zeros((sum(axis.count(sample.nodes) for axis in self._served), len(cluster.rows)))
+            return np.zeros(
+                (sum(axis.count(sample.nodes) for axis in self._served), len(cluster.rows))
+            )
         places = self.row_axis.places(nodes, cluster.rows)
-        return np.concatenate([block[places].T for block in self._served_entries(nodes, sample.nodes)])
+        return np.concatenate(
+            [block[places].T for block in self._served_entries(nodes, sample.nodes)]
+        )
 
     def _factored(self, values: Array, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
-        """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after another."""
+        """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after
+        another."""
         weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
         return pivoted_qr(values, weights, MARGIN * self.tolerance, guess)
 
-    def _judged(self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample) -> _Fit:
+    def _judged(
+        self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample
+    ) -> _Fit:
         """What was factored, cut to a rank, with the probes that it has to fit."""
         probes = np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes])
         probed = np.flatnonzero(probes)
@@ -229,7 +282,8 @@ class Operator:
         return _Fit(*qr.interpolation(rank), SLACK * self.tolerance * qr.scale, probe, ample)
 
     def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
-        """Outer nodes with rows and outer nodes with columns, for each of some adjacent clusters."""
+        """Outer nodes with rows and outer nodes with columns, for each of some adjacent
+        clusters."""
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
         density = DENSITY * (1.0 - np.log10(self.tolerance)) * 1.5**attempt
         rng = np.random.default_rng([start[0], stop[-1], len(start), attempt])
@@ -242,7 +296,9 @@ class Operator:
         with_rows = with_columns if self.square else sample(self.row_axis)
         return list(zip(with_rows, with_columns, strict=True))
 
-    def _fits(self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]) -> tuple[_Fit, _Fit]:
+    def _fits(
+        self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]
+    ) -> tuple[_Fit, _Fit]:
         """The cluster's rows fitted on columns outside, and its columns fitted on rows outside."""
         rows, columns = outer
         looks = (

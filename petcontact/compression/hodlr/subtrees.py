@@ -1,4 +1,5 @@
-"""Subtrees over threads and ranks under the common top of the tree: one sweep up and down is a product or a solve."""
+"""Subtrees over threads and ranks under the common top of the tree: one sweep up and down is a
+product or a solve."""
 
 from __future__ import annotations
 
@@ -46,8 +47,14 @@ class Forest:
     """
 
     def __init__(
-        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: Index, handed: Index, first: int
-    ) -> None:  # fmt: skip
+        self,
+        parts: Sequence[Sweepable],
+        top: Sweepable | None,
+        workers: Workers,
+        lengths: Index,
+        handed: Index,
+        first: int,
+    ) -> None:
         self.parts, self.top, self.workers, self.lengths = parts, top, workers, lengths
         self._first = first
         self._bounds = np.concatenate([[0], np.cumsum(handed)])[first : first + len(parts) + 1]
@@ -86,5 +93,7 @@ class Forest:
             given = self.top.descend(seen, above)
             outside = [given[a:b] for a, b in itertools.pairwise(self._bounds)]
         return np.concatenate(
-            self.workers.map(lambda part, up, border: part.descend(up[0], border), self.parts, risen, outside)
+            self.workers.map(
+                lambda part, up, border: part.descend(up[0], border), self.parts, risen, outside
+            )
         )

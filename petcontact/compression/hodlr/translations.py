@@ -1,8 +1,10 @@
-"""Clusters that are translates of one another: on a straight stretch of equal elements one set of blocks serves them all.
+"""Clusters that are translates of one another: on a straight stretch of equal elements one set of
+blocks serves them all.
 
-Bases are fitted to the cluster's neighbours on its own stretch, and these are alike. What lies elsewhere is seen through
-analytic functions, which the bases for neighbours contain, if it is about a diameter away: of all such translates the one
-that comes nearest to anything else is fitted, and is the leader of the others.
+Bases are fitted to the cluster's neighbours on its own stretch, and these are alike. What lies
+elsewhere is seen through analytic functions, which the bases for neighbours contain, if it is about
+a diameter away: of all such translates the one that comes nearest to anything else is fitted, and
+is the leader of the others.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ from .clusters import halved
 from .sampling import Sample
 
 CLEAR = 1.0
-"""Least distance of a cluster from what is not on its stretch, over its length, to share the bases of others."""
+"""Least distance of a cluster from what is not on its stretch, over its length, to share the bases
+of others."""
 SHORTEST = 6
 """Leaves that a stretch has at least, to be divided into equal ones."""
 TOGETHER = 32
@@ -31,7 +34,8 @@ TOGETHER = 32
 
 @frozen
 class Stretch:
-    """Nodes start..stop on a straight line: shifted by `period` of them, entries between them are the same again.
+    """Nodes start..stop on a straight line: shifted by `period` of them, entries between them are
+    the same again.
 
     Attributes
     ----------
@@ -47,9 +51,11 @@ class Stretch:
 
 @frozen
 class Basis:
-    """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are combinations of those.
+    """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are
+    combinations of those.
 
-    Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept] combine, combine (k, m-k).
+    Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept]
+    combine, combine (k, m-k).
     """
 
     kept: Index
@@ -59,11 +65,13 @@ class Basis:
 
 @dataclass
 class Cluster:
-    """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks between those.
+    """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks
+    between those.
 
-    The rows and columns of a near block are places among the active ones. Bases are None until compressed. What its
-    columns were fitted on is kept for operators with the same rows. Clusters of a level that have one `key` are translates
-    of one another, blocks included; those that also have one `leader` share its bases.
+    The rows and columns of a near block are places among the active ones. Bases are None until
+    compressed. What its columns were fitted on is kept for operators with the same rows. Clusters
+    of a level that have one `key` are translates of one another, blocks included; those that also
+    have one `leader` share its bases.
     """
 
     start: int
@@ -107,14 +115,19 @@ class Translations:
         return Translations([s for s in self.stretches if s.beside], self._points)
 
     def leaves(self, start: int, stop: int, leaf: int) -> Index:
-        """Bounds of ranges of start..stop that hold at most `leaf` nodes, equal ones on stretches."""
+        """Bounds of ranges of start..stop that hold at most `leaf` nodes, equal ones on
+        stretches."""
         bounds = [np.array([start])]
         for s in self.stretches:
             first = s.start + -(-max(start - s.start, 0) // s.period) * s.period
             size = leaf // s.period * s.period
             count = (min(stop, s.stop) - first) // size if size else 0
             if count >= SHORTEST:
-                before = halved(int(bounds[-1][-1]), first, leaf) if first > bounds[-1][-1] else bounds[-1][-1:]
+                before = (
+                    halved(int(bounds[-1][-1]), first, leaf)
+                    if first > bounds[-1][-1]
+                    else bounds[-1][-1:]
+                )
                 bounds += [before[1:], first + size * np.arange(1, count + 1)]
         if bounds[-1][-1] < stop or len(bounds) == 1:
             bounds.append(halved(int(bounds[-1][-1]), stop, leaf)[1:])
@@ -125,21 +138,37 @@ class Translations:
         number = int(np.searchsorted(self._starts, start, "right")) - 1
         if number < 0 or stop > self.stretches[number].stop:
             return None
-        return number, (start - int(self._starts[number])) % self.stretches[number].period, stop - start
+        return (
+            number,
+            (start - int(self._starts[number])) % self.stretches[number].period,
+            stop - start,
+        )
 
     def clear(self, clusters: Sequence[Cluster]) -> Array:
-        """A lower bound of the distance of clusters on one stretch from its ends and all else, over their length, (c,)."""
-        first, last = (self._points[[getattr(c, name) - k for c in clusters]] for name, k in (("start", 0), ("stop", 1)))
+        """A lower bound of the distance of clusters on one stretch from its ends and all else, over
+        their length, (c,)."""
+        first, last = (
+            self._points[[getattr(c, name) - k for c in clusters]]
+            for name, k in (("start", 0), ("stop", 1))
+        )
         middle, length = 0.5 * (first + last), np.hypot(*(last - first).T)
         own = int(np.searchsorted(self._starts, clusters[0].start, "right")) - 1
-        nearest = np.full(len(clusters), np.inf) if self._rest is None else self._rest.query(middle)[0]
+        nearest = (
+            np.full(len(clusters), np.inf) if self._rest is None else self._rest.query(middle)[0]
+        )
         for number, other in enumerate(self.stretches):
             if number != own:
                 one, two = self._points[other.start], self._points[other.stop - 1]
-                along = np.clip((middle - one) @ (two - one) / ((two - one) @ (two - one)), 0.0, 1.0)
-                nearest = np.minimum(nearest, np.hypot(*(one + along[:, None] * (two - one) - middle).T))
+                along = np.clip(
+                    (middle - one) @ (two - one) / ((two - one) @ (two - one)), 0.0, 1.0
+                )
+                nearest = np.minimum(
+                    nearest, np.hypot(*(one + along[:, None] * (two - one) - middle).T)
+                )
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
-        inside = np.minimum(start - self.stretches[own].start, self.stretches[own].stop - stop) / (stop - start)
+        inside = np.minimum(start - self.stretches[own].start, self.stretches[own].stop - stop) / (
+            stop - start
+        )
         around = (nearest - 0.5 * length) / np.maximum(length, np.finfo(np.float64).tiny)
         return np.asarray(np.minimum(inside, around))
 
@@ -152,7 +181,8 @@ class Translations:
         return scipy.spatial.cKDTree(self._points[apart]) if apart.any() else None
 
     def leaders(self, clusters: Sequence[Cluster]) -> list[int | None]:
-        """For each cluster of a level the place of the one whose bases it shares; None of those that share with none."""
+        """For each cluster of a level the place of the one whose bases it shares; None of those
+        that share with none."""
         found: list[int | None] = [None] * len(clusters)
         alike: dict[Hashable, list[int]] = {}
         for i, cluster in enumerate(clusters):
@@ -179,11 +209,16 @@ def follow(clusters: list[Cluster]) -> None:
     """Give followers the bases of their leaders."""
     for cluster in clusters:
         if cluster.leader is not None:
-            cluster.row_basis, cluster.column_basis = cluster.leader.row_basis, cluster.leader.column_basis
+            cluster.row_basis, cluster.column_basis = (
+                cluster.leader.row_basis,
+                cluster.leader.column_basis,
+            )
 
 
 def adjacent(clusters: list[Cluster]) -> Iterator[list[Cluster]]:
     """A few clusters at a time that follow one another."""
-    apart = [i for i, (one, two) in enumerate(itertools.pairwise(clusters), 1) if one.stop != two.start]
+    apart = [
+        i for i, (one, two) in enumerate(itertools.pairwise(clusters), 1) if one.stop != two.start
+    ]
     for first, last in itertools.pairwise([0, *apart, len(clusters)]):
         yield from (clusters[i : min(i + TOGETHER, last)] for i in range(first, last, TOGETHER))

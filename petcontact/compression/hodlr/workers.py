@@ -1,4 +1,5 @@
-"""Threads of one rank and ranks of one communicator, with the few exchanges that a tree of clusters needs."""
+"""Threads of one rank and ranks of one communicator, with the few exchanges that a tree of clusters
+needs."""
 
 from __future__ import annotations
 

@@ -1,1 +1,2 @@
-"""Contact by its active set: the exchanges, who solves their linear equations, and rigid motions beside them."""
+"""Contact by its active set: the exchanges, who solves their linear equations, and rigid motions
+beside them."""

@@ -9,16 +9,18 @@ from ..law_protocol import ContactLaw, law_residual
 from ..system import Modes
 
 HALVINGS, DESCENT = 10, 1e-4
-"""Lengths that a step is tried with, each half the one before, and by which share of it the residual has to fall."""
+"""Lengths that a step is tried with, each half the one before, and by which share of it the
+residual has to fall."""
 
 
 class LineSearch:
     """Iterates whose residual falls.
 
-    The law is linearised at τ = ρv - σ of the iterate itself with one ρ, so that R = σ + Π(ρv - σ) falls along the
-    direction wherever Π is smooth (De Luca, Facchinei and Kanzow, Math. Program. 75 (1996) 407-439). The step from σ, v and
-    α to a solution of the linear equations keeps v = u_0 + S σ + M α on all of its length; forces that are out of balance,
-    over all that acts, are added to |R|/|σ|.
+    The law is linearised at τ = ρv - σ of the iterate itself with one ρ, so that R = σ + Π(ρv - σ)
+    falls along the direction wherever Π is smooth (De Luca, Facchinei and Kanzow, Math. Program. 75
+    (1996) 407-439). The step from σ, v and α to a solution of the linear equations keeps v = u_0 +
+    S σ + M α on all of its length; forces that are out of balance, over all that acts, are added to
+    |R|/|σ|.
 
     Attributes
     ----------
@@ -33,9 +35,14 @@ class LineSearch:
         self._left, self._rho = np.inf, 1.0
 
     def after(self, sigma: Array, v: Array, alpha: Array) -> tuple[Array, Array]:
-        """τ and ρ (m, k) of the next iterate, on the way to a solution of the linear equations; the first is that itself."""
+        """τ and ρ (m, k) of the next iterate, on the way to a solution of the linear equations; the
+        first is that itself."""
         if np.isinf(self._left):
-            strain = v - self._base if self._modes is None else v - self._base - self._modes.motion @ alpha
+            strain = (
+                v - self._base
+                if self._modes is None
+                else v - self._base - self._modes.motion @ alpha
+            )
             self._rho = (float(np.abs(sigma).max()) or 1.0) / (float(np.abs(strain).max()) or 1.0)
             self.sigma, self.v, self.alpha, self._left = sigma, v, alpha, self._merit(sigma, v)
         else:
@@ -47,11 +54,19 @@ class LineSearch:
             at = self.sigma + share * (sigma - self.sigma), self.v + share * (v - self.v)
             left = self._merit(*at)
             if left < (1.0 - DESCENT * share) * self._left:
-                (self.sigma, self.v), self.alpha, self._left = at, self.alpha + share * (alpha - self.alpha), left
+                (self.sigma, self.v), self.alpha, self._left = (
+                    at,
+                    self.alpha + share * (alpha - self.alpha),
+                    left,
+                )
                 return True
         return False
 
     def _merit(self, sigma: Array, v: Array) -> float:
         size = float(np.linalg.norm(sigma)) or 1.0
-        unbalanced = 0.0 if self._modes is None else self._modes.defect(sigma, np.eye(len(self._modes.load)))
-        return float(np.linalg.norm(law_residual(self._law, v, sigma, self._rho))) / size + unbalanced
+        unbalanced = (
+            0.0 if self._modes is None else self._modes.defect(sigma, np.eye(len(self._modes.load)))
+        )
+        return (
+            float(np.linalg.norm(law_residual(self._law, v, sigma, self._rho))) / size + unbalanced
+        )

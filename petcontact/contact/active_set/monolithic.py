@@ -10,7 +10,8 @@ from ..system import MonolithicSystem, RigidModeConstraint
 
 
 class MonolithicSolver:
-    """A system that solves the equations of the body together with those of the law: S and its blocks are never applied.
+    """A system that solves the equations of the body together with those of the law: S and its
+    blocks are never applied.
 
     `tolerance` is the criterion's.
     """
@@ -37,12 +38,19 @@ class MonolithicSolver:
     def linear_solve(
         self, linearised: Linearisation, rho: Array, sigma: Array, alpha: Array
     ) -> tuple[Array, Array, Array, Array]:
-        """σ [stress], v [length] (m, k) and α of a linearised law, and combinations of motions that it does not resist."""
+        """σ [stress], v [length] (m, k) and α of a linearised law, and combinations of motions that
+        it does not resist."""
         modes = self.system.modes
         if modes is None:
-            return *self.system.linear_solve(linearised, rho, self._tolerance, None)[:2], alpha, np.zeros((len(alpha), 0))
+            return (
+                *self.system.linear_solve(linearised, rho, self._tolerance, None)[:2],
+                alpha,
+                np.zeros((len(alpha), 0)),
+            )
         constraint = RigidModeConstraint(modes, linearised, sigma, 1.0)
-        return *self.system.linear_solve(linearised, rho, self._tolerance, constraint), constraint.free
+        return *self.system.linear_solve(
+            linearised, rho, self._tolerance, constraint
+        ), constraint.free
 
     def close(self) -> None:
         """The system keeps its solvers."""

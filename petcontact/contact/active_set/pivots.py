@@ -1,15 +1,19 @@
-"""Contact by its active set: at each node one smooth piece of the law, linear equations on its active components.
+"""Contact by its active set: at each node one smooth piece of the law, linear equations on its
+active components.
 
-A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π linearised there,
-σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear, and small: σ is an affine function of -τ
-on the active components, those of τ on which Π' depends (one of two on Coulomb slip in the plane, none on open nodes), so
-that only these are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton
-method, also known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
+A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π
+linearised there, σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear,
+and small: σ is an affine function of -τ on the active components, those of τ on which Π' depends
+(one of two on Coulomb slip in the plane, none on open nodes), so that only these are solved for.
+The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton method,
+also known as primal-dual active set. In the plane the pieces are linear and the right set gives the
+solution itself.
 
-Full exchanges may cycle, as where bodies that only contact holds roll to and fro. Where the number of wrong nodes has not
-fallen for some steps, damped ones follow (`line_search`). Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21
-(1994) 587-596) cannot cycle: where damped steps end only the last of the wrong nodes moves until their number falls, which
-ends for every P-matrix; S is one for Tresca's law, its symmetric part being positive definite in the inner product of the
+Full exchanges may cycle, as where bodies that only contact holds roll to and fro. Where the number
+of wrong nodes has not fallen for some steps, damped ones follow (`line_search`). Block principal
+pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot cycle: where damped steps
+end only the last of the wrong nodes moves until their number falls, which ends for every P-matrix;
+S is one for Tresca's law, its symmetric part being positive definite in the inner product of the
 weights.
 """
 
@@ -39,19 +43,23 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
 SHUFFLES = 40
-"""Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
+"""Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which
+break all."""
 VANISHED = 1e-12
 """|σ|, over the largest so far, below which a contact is unloaded and no measure of ρ."""
 STRAIGHT = 1e-10
 """Relative residual of the law that is round-off: pieces on disks are not linear."""
 RUNAWAY = 1e9
-"""v over what the first step strains, from which on a body slides away on the pieces that are tried."""
+"""v over what the first step strains, from which on a body slides away on the pieces that are
+tried."""
 FADED = 1e-60
-"""σ over the largest so far below which its pieces are those of loads that vanish, and no step finds them."""
+"""σ over the largest so far below which its pieces are those of loads that vanish, and no step
+finds them."""
 IDLE = 1e-14
 """The same where nothing loads what only contact holds: round-off, not loads."""
 PULL = 0.1
-"""ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
+"""ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it
+slips the other way."""
 
 
 @frozen
@@ -69,7 +77,8 @@ class Pivot:
     wrong : int
         Nodes that lie on another piece than was supposed.
     push : (r,) array
-        Motion along which the loads push and that no node resists; 0 where all motions are resisted or in equilibrium.
+        Motion along which the loads push and that no node resists; 0 where all motions are resisted
+        or in equilibrium.
     """
 
     sigma: Array
@@ -81,44 +90,70 @@ class Pivot:
     push: Array
 
     def bent(self, law: ContactLaw) -> float:
-        """Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong."""
+        """Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear
+        and no node is wrong."""
         size = float(np.abs(self.sigma).max(initial=0.0)) or 1.0
         return float(np.abs(law.project(self.tau) + self.sigma).max(initial=0.0)) / size
 
 
 def next_tau(
-    linearised: Linearisation, law: ContactLaw, sigma: Array, v: Array, noise: float, least: float = 0.0
+    linearised: Linearisation,
+    law: ContactLaw,
+    sigma: Array,
+    v: Array,
+    noise: float,
+    least: float = 0.0,
 ) -> tuple[Array, Array]:
-    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a |σ| that is round-off.
+    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a
+    |σ| that is round-off.
 
-    Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to noise, the piece they are on.
+    Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to
+    noise, the piece they are on.
     """
     tangential = law.groups[0]
     if _NEXT_TAU is not None and tangential.start == 0 and tangential.stop <= 2:
-        given, tau, rho = [sigma, v, linearised.stick, linearised.tau], np.empty(sigma.shape), np.empty(sigma.shape)
+        given, tau, rho = (
+            [sigma, v, linearised.stick, linearised.tau],
+            np.empty(sigma.shape),
+            np.empty(sigma.shape),
+        )
         arrays = [np.ascontiguousarray(array) for array in given]
         pointers = map(native.pointer, (*arrays, tau, rho))
         first = itertools.islice(pointers, 4)
         _NEXT_TAU(*sigma.shape, tangential.stop, *first, noise, least, PULL, *pointers)
         return tau, rho
     v = np.where(linearised.stick, 0.0, v)
-    ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+    ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (
+        float(np.abs(v).max(initial=0.0)) or 1.0
+    )
     rho = np.full(sigma.shape, ratio)
     size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
-    # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for both components
-    limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
+    # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for
+    # both components
+    limit = np.divide(
+        PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0)
+    )
     rho[:, tangential] = np.minimum(np.maximum(limit, 1e-9 * ratio), 1e9 * ratio)[:, None]
     tau = rho * v - sigma
-    # a guess of other loads may be any size: its share is that of round-off in this τ, which a light touch exceeds
+    # a guess of other loads may be any size: its share is that of round-off in this τ, which a
+    # light touch exceeds
     size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
     share = size / guessed if guessed > size else 1.0
     return tau + noise * (share * linearised.tau - tau), rho
 
 
 def pivots(
-    solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
-    sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None, to_the_end: bool = True,
-) -> Generator[Pivot, None, str]:  # fmt: skip
+    solver: LinearSolver,
+    law: ContactLaw,
+    base: Array,
+    modes: Modes | None,
+    tau: Array,
+    *,
+    sigma: Array | None = None,
+    alpha: Array | None = None,
+    predict: Predictor | None = None,
+    to_the_end: bool = True,
+) -> Generator[Pivot, None, str]:
     """Steps until no node is wrong; returns why there is none to come.
 
     Parameters
@@ -134,7 +169,8 @@ def pivots(
     sigma, alpha : arrays, optional
         Where an iterative solve starts from.
     predict : callable, optional
-        Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges are allowed.
+        Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges
+        are allowed.
     to_the_end : bool
         Whether random and single exchanges follow where damped steps no longer help.
     """
@@ -159,8 +195,13 @@ def pivots(
             return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
-            farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
-        revised, rho = next_tau(linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
+            farthest = (
+                RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain))
+                or np.inf
+            )
+        revised, rho = next_tau(
+            linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest)
+        )
         wrong = np.flatnonzero(law.states(revised) != linearised.states)
         step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push)
         yield step
@@ -190,9 +231,16 @@ def pivots(
 
 
 def linear_solve(
-    solver: LinearSolver, linearised: Linearisation, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
+    solver: LinearSolver,
+    linearised: Linearisation,
+    base: Array,
+    modes: Modes | None,
+    sigma: Array,
+    alpha: Array,
+    rho: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node resists."""
+    """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node
+    resists."""
     if isinstance(solver, MonolithicSolver):
         sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
         return sigma, v, alpha, _push(modes, sigma, free)
@@ -211,19 +259,27 @@ def linear_solve(
 
 
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:
-    """Along which combination of some motions of unit size, (r, p), the loads push more than by round-off, (r,)."""
+    """Along which combination of some motions of unit size, (r, p), the loads push more than by
+    round-off, (r,)."""
     if modes is None or modes.defect(sigma, free) <= EQUILIBRIUM:
         return np.zeros(len(free))
     return np.asarray(free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size)
 
 
 def box_problem(
-    solver: ActiveSetSolver, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
-    tolerance: float = STRAIGHT, modes: Modes | None = None,
-) -> Pivot:  # fmt: skip
+    solver: ActiveSetSolver,
+    law: ContactLaw,
+    base: Array,
+    tau: Array,
+    sigma: Array,
+    limit: int | None = None,
+    tolerance: float = STRAIGHT,
+    modes: Modes | None = None,
+) -> Pivot:
     """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.
 
-    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
+    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W
+    the weights.
     """
     for last in itertools.islice(pivots(solver, law, base, modes, tau, sigma=sigma), limit):
         if last.wrong == 0 and last.bent(law) <= tolerance:

@@ -1,7 +1,7 @@
 """S on the components of an active set: products, and solves with rigid motions beside it.
 
-Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
-python, preconditioned by the surrogate T.
+Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or
+`sum_` on a matrix of type python, preconditioned by the surrogate T.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ EPSILON, REPEATED = 1e-6, 4
 
 
 class ActiveSetSolver(Protocol):
-    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
+    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its
+    answers."""
 
     noise: float
 
@@ -40,10 +41,11 @@ class ActiveSetSolver(Protocol):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """δy on the active components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
+        """δy on the active components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ
+        + Π'δy) + f = 0.
 
-        Motions that no active component follows are left as they are: combinations (r, q) of motions of unit size, the third
-        array.
+        Motions that no active component follows are left as they are: combinations (r, q) of
+        motions of unit size, the third array.
         """
         ...
 
@@ -73,7 +75,12 @@ class DenseActiveSetSolver(_Counted):
 
     noise = 1e-11
 
-    def __init__(self, system: ContactSystem, surrogate: Surrogate | None, factors: BlockFactors | None = None) -> None:
+    def __init__(
+        self,
+        system: ContactSystem,
+        surrogate: Surrogate | None,
+        factors: BlockFactors | None = None,
+    ) -> None:
         super().__init__(system)
         self._surrogate, self._factors = surrogate, factors or BlockFactors()
         assert self.matrix is not None
@@ -87,24 +94,38 @@ class DenseActiveSetSolver(_Counted):
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
         if modes is None:
-            result.ravel()[active] = self._factors.solve(self._dense, linearised, rho, active, rhs.ravel()[active])
+            result.ravel()[active] = self._factors.solve(
+                self._dense, linearised, rho, active, rhs.ravel()[active]
+            )
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
         block, _ = _block(self._dense, linearised, rho, active)
-        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
-        answer = _solved(constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs]))
+        constraint = RigidModeConstraint(
+            modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0))
+        )
+        answer = _solved(
+            constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs])
+        )
         result.flat[active] = answer[: len(active)]
         _check(result)
         return result, constraint.motion(answer[len(active) :]), constraint.free
 
-    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+    def sum_solve(
+        self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array]:
         """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
-        constraint = RigidModeConstraint(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
+        constraint = RigidModeConstraint(
+            modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0))
+        )
         if self._sum is None:
             assert self._surrogate is not None, "T + S needs T"
-            self._sum = scipy.linalg.lu_factor(constraint.around(self._surrogate.matrix() + self._dense), check_finite=False)
+            self._sum = scipy.linalg.lu_factor(
+                constraint.around(self._surrogate.matrix() + self._dense), check_finite=False
+            )
         self.system.elastic_solves += 1
-        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False)
+        answer = scipy.linalg.lu_solve(
+            self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False
+        )
         result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
         _check(result)
         return result, constraint.motion(answer[rhs.size :])
@@ -114,17 +135,23 @@ class DenseActiveSetSolver(_Counted):
 
 
 class BlockFactors:
-    """LU of the last block of a dense S. It serves again where the pieces of the law are the same, as where an increment
-    begins with the sets that the one before ended with."""
+    """LU of the last block of a dense S. It serves again where the pieces of the law are the same,
+    as where an increment begins with the sets that the one before ended with."""
 
     def __init__(self) -> None:
         self._of: tuple[Array, Array] | None = None
         self._factors: tuple[Array, Index] = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
 
-    def solve(self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array) -> Array:
+    def solve(
+        self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array
+    ) -> Array:
         """δy on the active components, (q,)."""
         derivative = linearised.derivative
-        if self._of is None or self._of[0] is not dense or not np.array_equal(self._of[1], derivative):
+        if (
+            self._of is None
+            or self._of[0] is not dense
+            or not np.array_equal(self._of[1], derivative)
+        ):
             self._of = None
             block, has_slack = _block(dense, linearised, rho, active)
             lu, swaps, info = scipy.linalg.lapack.dgetrf(block.T, overwrite_a=block is not dense)
@@ -145,25 +172,44 @@ def _solved(matrix: Array, rhs: Array) -> Array:
 
 
 def _least(matrix: Array, rhs: Array) -> Array:
-    """The least solution, where a body that is about to slide away leaves nothing to divide by, or where two contacts close
-    at the same nodes: (AᵀA + ε²) δx = Aᵀr, repeated, a fifth of the time of singular values."""
+    """The least solution, where a body that is about to slide away leaves nothing to divide by, or
+    where two contacts close at the same nodes: (AᵀA + ε²) δx = Aᵀr, repeated, a fifth of the time
+    of singular values."""
     normal = matrix.T @ matrix
-    normal.flat[:: len(matrix) + 1] += EPSILON**2 * (float(normal.diagonal().max(initial=0.0)) or 1.0)
+    normal.flat[:: len(matrix) + 1] += EPSILON**2 * (
+        float(normal.diagonal().max(initial=0.0)) or 1.0
+    )
     factors = scipy.linalg.cho_factor(normal, overwrite_a=True, check_finite=False)
     result = np.zeros_like(rhs)
     for _ in range(REPEATED):
-        result += scipy.linalg.cho_solve(factors, matrix.T @ (rhs - matrix @ result), check_finite=False)
+        result += scipy.linalg.cho_solve(
+            factors, matrix.T @ (rhs - matrix @ result), check_finite=False
+        )
     return result
 
 
-def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> tuple[Array, bool]:
-    """(I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ: from S on them only nodes whose Π' is not 0 or
-    1 change columns."""
+def _block(
+    dense: Array, linearised: Linearisation, rho: Array, active: Index
+) -> tuple[Array, bool]:
+    """(I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ: from S on them only
+    nodes whose Π' is not 0 or 1 change columns."""
     if _BLOCK is not None and dense.flags.c_contiguous:
         block = np.empty((len(active), len(active)))
-        arrays = dense, np.ascontiguousarray(linearised.derivative), np.ascontiguousarray(rho), active
+        arrays = (
+            dense,
+            np.ascontiguousarray(linearised.derivative),
+            np.ascontiguousarray(rho),
+            active,
+        )
         first, mixed = map(native.pointer, arrays), np.empty(len(active) + 1, dtype=np.int64)
-        _BLOCK(len(dense), rho.shape[1], *first, len(active), native.pointer(mixed), native.pointer(block))
+        _BLOCK(
+            len(dense),
+            rho.shape[1],
+            *first,
+            len(active),
+            native.pointer(mixed),
+            native.pointer(block),
+        )
         return block, bool(mixed[-1])
     # rows, then columns: three times as fast as both at once
     everywhere, k = len(active) == rho.size, rho.shape[1]
@@ -177,7 +223,9 @@ def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -
     place = np.flatnonzero(mixed[node])
     node, component = node[place], component[place]
     # Π' of a node takes the unknown of a column to all components of the node
-    columns = sum(rows.take(k * node + a, axis=1) * derivative[node, a, component] for a in range(k))
+    columns = sum(
+        rows.take(k * node + a, axis=1) * derivative[node, a, component] for a in range(k)
+    )
     number = np.full(rho.size, -1)
     number[active] = np.arange(len(active))
     block[:, place] = columns
@@ -201,13 +249,17 @@ class KrylovActiveSetSolver(_Counted):
         super().__init__(system)
         self.surrogate = surrogate
         shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
-        self._stick, self._sum = BorderedKrylov(shape, rank, "stick_"), BorderedKrylov(shape, rank, "sum_")
+        self._stick, self._sum = (
+            BorderedKrylov(shape, rank, "stick_"),
+            BorderedKrylov(shape, rank, "sum_"),
+        )
         self._length = float(np.abs(surrogate.apply(np.ones(shape))).max(initial=0.0))
 
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """GMRES on the active components (identity off them), preconditioned by the block of T⁻¹."""
+        """GMRES on the active components (identity off them), preconditioned by the block of
+        T⁻¹."""
         active = linearised.active
 
         def product(x: Array) -> Array:
@@ -219,24 +271,41 @@ class KrylovActiveSetSolver(_Counted):
             return np.where(active, self.surrogate.solve(np.where(active, r, 0.0)), r)
 
         constraint = RigidModeConstraint(modes, linearised, sigma, self._length)
-        y, coordinates = self._solved(self._stick, product, inverse, constraint, active, np.where(active, rhs, 0.0))
+        y, coordinates = self._solved(
+            self._stick, product, inverse, constraint, active, np.where(active, rhs, 0.0)
+        )
         return np.where(active, y, 0.0), constraint.motion(coordinates), constraint.free
 
-    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+    def sum_solve(
+        self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array]:
         """GMRES on T + S, preconditioned by T⁻¹."""
         constraint = RigidModeConstraint(modes, whole, sigma, self._length)
         y, coordinates = self._solved(
-            self._sum, lambda x: self.surrogate.apply(x) + self.apply(x), self.surrogate.solve, constraint, whole.active, rhs
+            self._sum,
+            lambda x: self.surrogate.apply(x) + self.apply(x),
+            self.surrogate.solve,
+            constraint,
+            whole.active,
+            rhs,
         )
         return y, constraint.motion(coordinates)
 
     def _solved(
-        self, krylov: BorderedKrylov, product: Map, inverse: Map, constraint: RigidModeConstraint, active: Mask, rhs: Array
+        self,
+        krylov: BorderedKrylov,
+        product: Map,
+        inverse: Map,
+        constraint: RigidModeConstraint,
+        active: Mask,
+        rhs: Array,
     ) -> tuple[Array, Array]:
         base = np.where(active, self.system.u_0, 0.0)
         floor = STICK_RTOL * float(np.linalg.norm(self.surrogate.solve(base)))
         self.system.elastic_solves += 1
-        found = krylov.solve(product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL)
+        found = krylov.solve(
+            product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL
+        )
         self.ksp_iterations = krylov.iterations
         return found
 
@@ -261,7 +330,8 @@ class SurrogateActiveSetSolver:
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """LU where T is dense, else solves on active components; where Π' couples these each in a pass of its own."""
+        """LU where T is dense, else solves on active components; where Π' couples these each in a
+        pass of its own."""
 
         def inverse(r: Array) -> Array:
             dy = np.zeros_like(r)
@@ -272,11 +342,17 @@ class SurrogateActiveSetSolver:
                 return dy
             for _ in range(r.shape[1]):
                 left = r if not dy.any() else r - self._surrogate.apply(linearised.traction(dy))
-                dy = dy + self._surrogate.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
+                dy = dy + self._surrogate.stick_solve(
+                    linearised.active, np.where(linearised.active, left, 0.0)
+                )
             return dy
 
-        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
-        dy, coordinates = Elimination(inverse, *constraint.spread(linearised.active))(rhs, constraint.rhs)
+        constraint = RigidModeConstraint(
+            modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0))
+        )
+        dy, coordinates = Elimination(inverse, *constraint.spread(linearised.active))(
+            rhs, constraint.rhs
+        )
         return dy, constraint.motion(coordinates), constraint.free
 
     def close(self) -> None:
@@ -286,12 +362,17 @@ class SurrogateActiveSetSolver:
 def active_set_solver(
     system: ContactSystem, surrogate: Surrogate | None, factors: BlockFactors | None = None
 ) -> DenseActiveSetSolver | KrylovActiveSetSolver:
-    """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
-    if surrogate is not None and (system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)):
+    """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov
+    iterations."""
+    if surrogate is not None and (
+        system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)
+    ):
         return KrylovActiveSetSolver(system, surrogate)
     return DenseActiveSetSolver(system, surrogate, factors)
 
 
 def _check(x: Array) -> None:
     if not np.isfinite(x).all():
-        raise SolverError("iterate", "a solve with S is not finite", "look at the data and the mesh")
+        raise SolverError(
+            "iterate", "a solve with S is not finite", "look at the data and the mesh"
+        )

@@ -1,10 +1,12 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the surrogate T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets
+predicted by the surrogate T.
 
-Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
-S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
-one, so that two to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which
-takes some ten steps. Where the sets of Coulomb's law cycle
-steps are damped, then the iteration starts again from other sets.
+Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is
+foretold, where a solve with S costs more than T, by the contact problem of T through the last
+iterate, v + T(q - σ): its set is nearly the right one, so that two to four solves with S do.
+Without prediction those nodes that break an inequality are exchanged, which takes some ten steps.
+Where the sets of Coulomb's law cycle steps are damped, then the iteration starts again from other
+sets.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ PLAIN_SIZE = 300
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
 STIFF = 1e4
-"""ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it vanishes."""
+"""ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it
+vanishes."""
 AHEAD = 1e-9
 """Motion of a node, over the largest, that is none."""
 ROUND_OFF = 1e-10
@@ -54,8 +57,8 @@ class SemismoothNewton:
     Attributes
     ----------
     predict : bool, optional
-        Whether T predicts the sets; not by default where S is dense and small, nor where rigid motions are unknown and
-        friction has disks, along which T's problem does not slip.
+        Whether T predicts the sets; not by default where S is dense and small, nor where rigid
+        motions are unknown and friction has disks, along which T's problem does not slip.
     factors : BlockFactors
         Of the last system with a dense S, for the next one.
     """
@@ -63,23 +66,34 @@ class SemismoothNewton:
     predict: bool | None = None
     factors: BlockFactors = field(default_factory=BlockFactors, repr=False, compare=False)
 
-    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+    def __call__(
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration
+    ) -> ContactState:
         """As `ContactMethod`; starts from full stick, or T's own solution.
 
         The criterion's tolerance bounds the relative residuals of what is returned as converged.
         """
         linear = system.modes is None or law.groups[0].stop == 1
-        # a step with a dense S costs less than a prediction, which then is for sets that its own steps do not find soon
+        # a step with a dense S costs less than a prediction, which then is for sets that its own
+        # steps do not find soon
         late = self.predict is None and not system.matrix_free and len(law.groups) > 1
         predict = self.predict
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
         mixed = is_monolithic(system)
-        surrogate = prediction(system) if not mixed and (system.matrix_free or (predict and not late)) else None
+        surrogate = (
+            prediction(system)
+            if not mixed and (system.matrix_free or (predict and not late))
+            else None
+        )
         if surrogate is not None:
             surrogate.rtol = LOOSE
-        foretell = Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
+        foretell = (
+            Foresight(system, law, surrogate)
+            if predict and (late or surrogate is not None)
+            else None
+        )
         solver: LinearSolver
         if is_monolithic(system):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
@@ -101,17 +115,26 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
 
 
 def _first_guess(
-    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: Foresight | None
+    system: ContactSystem,
+    law: ContactLaw,
+    iteration: Iteration,
+    solver: LinearSolver,
+    foretell: Foresight | None,
 ) -> Guess:
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
     start = iteration.start
     if start is None and is_monolithic(system) and system.modes is None and len(law.groups) > 1:
-        # nodes that do not meet without contact need not be solved for, nor preconditioned, as closed ones
+        # nodes that do not meet without contact need not be solved for, nor preconditioned, as
+        # closed ones
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        return next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+        return (
+            next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0],
+            sigma,
+            v,
+        )
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
@@ -122,26 +145,41 @@ class _Run:
     """One run: attempts from several sets, one history."""
 
     def __init__(
-        self, system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver,
+        self,
+        system: ContactSystem,
+        law: ContactLaw,
+        iteration: Iteration,
+        solver: LinearSolver,
         foretell: Predictor | None,
-    ) -> None:  # fmt: skip
-        self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
+    ) -> None:
+        self.system, self.law, self.iteration, self.solver, self.foretell = (
+            system,
+            law,
+            iteration,
+            solver,
+            foretell,
+        )
         self.recorder = Recorder(law, system, iteration)
         self.ended, self.to_the_end = "", True
 
     def at_rest(self) -> ContactState | None:
-        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
+        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no
+        motion is the least."""
         modes, v = self.system.modes, self.system.u_0
         sigma = np.zeros_like(v)
         if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
             return None
         still = np.zeros(len(modes.load))
-        return self._told(Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v)
+        return self._told(
+            Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v
+        )
 
     def state(self, first: Guess) -> ContactState:
-        """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
+        """Where the first attempt that ends well ends, or the last one; none follows where the
+        loads cannot be held."""
         state, failure = None, None
-        # another start is found sooner than the way out of a cycle; each is made when it is its turn, as it may be a solve
+        # another start is found sooner than the way out of a cycle; each is made when it is its
+        # turn, as it may be a solve
         once, again = itertools.tee(self._starts(first))
         for self.to_the_end, (tau, sigma, v) in itertools.chain(
             ((False, one) for one in once), ((True, one) for one in again)
@@ -149,7 +187,8 @@ class _Run:
             try:
                 state = self._attempt(tau, sigma, v)
             except SolverError as error:
-                # sets on the way may leave equations that nearly are singular: those of another start need not
+                # sets on the way may leave equations that nearly are singular: those of another
+                # start need not
                 failure = failure or error
                 continue
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
@@ -194,7 +233,9 @@ class _Run:
             tries += 1
             touched = None if tries > TRIES or self._overloaded else self._touching(step)
             if touched is None:
-                return self._failed(state, "no equilibrium: the loads move a body that contact does not hold")
+                return self._failed(
+                    state, "no equilibrium: the loads move a body that contact does not hold"
+                )
             tau = touched
 
     def _failed(self, state: ContactState, why: str) -> ContactState:
@@ -206,12 +247,20 @@ class _Run:
     def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:
         system = self.system
         self.ended = yield from pivots(
-            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell,
+            self.solver,
+            self.law,
+            system.u_0,
+            system.modes,
+            tau,
+            sigma=sigma,
+            alpha=alpha,
+            predict=self.foretell,
             to_the_end=self.to_the_end,
-        )  # fmt: skip
+        )
 
     def _touching(self, step: Pivot) -> Array | None:
-        """τ further along the motion on which the loads push, where friction that turns or nodes that close stop it."""
+        """τ further along the motion on which the loads push, where friction that turns or nodes
+        that close stop it."""
         law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
         assert modes is not None
         along = modes.motion @ step.push
@@ -220,8 +269,14 @@ class _Run:
             return None
         far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
         # where nothing touches yet, what the loads ask of all nodes together
-        held = float(step.push @ step.push) / float(np.abs(np.tensordot(step.push, modes.resultant, 1)).sum())
-        rho = STIFF * max(held, float(np.abs(sigma).max(initial=0.0))) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+        held = float(step.push @ step.push) / float(
+            np.abs(np.tensordot(step.push, modes.resultant, 1)).sum()
+        )
+        rho = (
+            STIFF
+            * max(held, float(np.abs(sigma).max(initial=0.0)))
+            / (float(np.abs(v).max(initial=0.0)) or 1.0)
+        )
 
         def tau(way: float) -> Array:
             return np.asarray(rho * (v + way * along) - sigma)
@@ -237,19 +292,32 @@ class _Run:
         """The step noted and judged."""
         recorder, system = self.recorder, self.system
         sigma, v = step.sigma, step.v
-        recorder.step((old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations)
+        recorder.step(
+            (old_v, old_sigma),
+            v,
+            sigma,
+            v - old_v,
+            sigma - old_sigma,
+            ksp_iterations=self.solver.ksp_iterations,
+        )
         recorder.history.exchanged.append(step.wrong)
         relative = recorder.relative(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         tolerance = self.iteration.criterion.tolerance
         solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
-        within = recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance) if solved else None
+        within = (
+            recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance)
+            if solved
+            else None
+        )
         v, sigma = within or (v, sigma)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:
             reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
         if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.report(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
+        state = recorder.report(
+            v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None
+        )
         state.alpha = step.alpha
         return state

@@ -1,9 +1,10 @@
-"""Operator-valued Robin condition: Algorithm 1 with T⁻¹ in the place of ρ, as many iterations on every mesh.
+"""Operator-valued Robin condition: Algorithm 1 with T⁻¹ in the place of ρ, as many iterations on
+every mesh.
 
-With T spectrally equivalent to S the step (T + S) δσ = -ω T(σ - q) contracts at a rate that knows no h. Here q is the
-projection of σ - T⁻¹v onto what the law allows in the metric of T: the contact problem of T through (σ, v), which
-costs no elastic solve. This is relaxed Douglas-Rachford splitting in the inner product of T, convergent for 0 < ω < 2
-where the law is that of a potential.
+With T spectrally equivalent to S the step (T + S) δσ = -ω T(σ - q) contracts at a rate that knows
+no h. Here q is the projection of σ - T⁻¹v onto what the law allows in the metric of T: the contact
+problem of T through (σ, v), which costs no elastic solve. This is relaxed Douglas-Rachford
+splitting in the inner product of T, convergent for 0 < ω < 2 where the law is that of a potential.
 """
 
 from __future__ import annotations
@@ -37,7 +38,9 @@ class OperatorRobin:
 
     omega: float
 
-    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+    def __call__(
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration
+    ) -> ContactState:
         """As `ContactMethod`; starts from T's answer for full stick.
 
         Raises
@@ -47,8 +50,11 @@ class OperatorRobin:
         """
         surrogate, modes = system.surrogate(), system.modes
         if surrogate is None:
-            raise InputError("method.name: operator-robin needs a surrogate for S, and there is none (in space up to 1000 "
-                             "nodes of a side have one); use semismooth-newton")  # fmt: skip
+            raise InputError(
+                "method.name: operator-robin needs a surrogate for S, and there is none (in space "
+                "up to 1000 "
+                "nodes of a side have one); use semismooth-newton"
+            )
         criterion, base = iteration.criterion, system.u_0
         inner = SurrogateActiveSetSolver(surrogate)
         solver = active_set_solver(system, surrogate)
@@ -62,19 +68,26 @@ class OperatorRobin:
             while not recorder.exhausted:
                 step = box_problem(inner, law, v - surrogate.apply(sigma), tau, sigma)
                 tau, old = step.linearised.tau, (v, sigma)
-                dsigma, dalpha = solver.sum_solve(-self.omega * surrogate.apply(sigma - step.sigma), stuck, modes, sigma)
+                dsigma, dalpha = solver.sum_solve(
+                    -self.omega * surrogate.apply(sigma - step.sigma), stuck, modes, sigma
+                )
                 dv = solver.apply(dsigma)
                 if modes is not None:
                     dv = dv + modes.motion @ dalpha
                 sigma, v = sigma + dsigma, v + dv
-                change, _ = recorder.step(old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations)
+                change, _ = recorder.step(
+                    old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations
+                )
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
                 state = recorder.report(v, sigma, rho, reason)
                 if state.stopped:
                     return state
-                if criterion.met(change, relative) and (end := settled(recorder, v, sigma, rho, reason)) is not None:
+                if (
+                    criterion.met(change, relative)
+                    and (end := settled(recorder, v, sigma, rho, reason)) is not None
+                ):
                     return end
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
             return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)

@@ -1,4 +1,5 @@
-"""Prediction of which nodes stick, slip or open by the surrogate T of S, once steps have cost as much as it will."""
+"""Prediction of which nodes stick, slip or open by the surrogate T of S, once steps have cost as
+much as it will."""
 
 from __future__ import annotations
 
@@ -12,23 +13,26 @@ from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
 from ..system import ContactSystem, RigidModeConstraint, Surrogate
 
-# Seconds of one core with a dense S of bodies in the plane, of 200 to 900 unknowns, of which about two thirds are active.
+# Seconds of one core with a dense S of bodies in the plane, of 200 to 900 unknowns, of which about
+# two thirds are active.
 STEP, STEP_FLOP = 5e-4, 2e-11
 """A step of q unknowns takes STEP + STEP_FLOP q³."""
 PREDICTION, PREDICTION_UNKNOWN = 1e-2, 5e-5
 """Setting T up and predicting once take PREDICTION + PREDICTION_UNKNOWN q."""
 LATE = (2, 8)
-"""Least and most steps with a dense S before a prediction: most problems need no more than 2, and after 8 exchanges may have
-stopped gaining (`pivots.PATIENCE`)."""
+"""Least and most steps with a dense S before a prediction: most problems need no more than 2, and
+after 8 exchanges may have stopped gaining (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 IN_VAIN = 3
-"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs less."""
+"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs
+less."""
 
 
 class Foresight:
-    """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
-    much as that will, and then as long as fewer nodes are wrong after it."""
+    """Sets by the contact problem of T through an iterate; where T is still to be made, once the
+    steps so far have cost as much as that will, and then as long as fewer nodes are wrong after
+    it."""
 
     def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
         self.surrogate, self._system, self._law = surrogate, system, law
@@ -48,10 +52,21 @@ class Foresight:
             return step.tau, step.sigma
         return self.through(self.surrogate, step.sigma, step.v, step.tau)
 
-    def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+    def through(
+        self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array
+    ) -> tuple[Array, Array]:
         """τ and σ predicted by a surrogate from any σ, v and τ."""
         modes, base = self._system.modes, v - surrogate.apply(sigma)
-        last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
+        last = box_problem(
+            SurrogateActiveSetSolver(surrogate),
+            self._law,
+            base,
+            tau,
+            sigma,
+            FORESIGHT,
+            LOOSE,
+            modes,
+        )
         if last.wrong == 0 and not last.push.any():
             return last.linearised.tau, last.sigma
         # bodies that lose contact in T's problem give no prediction
@@ -64,12 +79,18 @@ def prediction(system: ContactSystem) -> Surrogate | None:
     return surrogate if getattr(surrogate, "predicts", True) else None
 
 
-def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
+def first_guess(
+    system: ContactSystem, surrogate: Surrogate, solver: LinearSolver
+) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
     stuck = Linearisation.all_stick(base)
-    constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
+    constraint = RigidModeConstraint(
+        modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0))
+    )
+    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(
+        -base, constraint.rhs
+    )
     displacement = solver.apply(sigma)
     surrogate.fit(sigma, displacement)
     v = base + displacement

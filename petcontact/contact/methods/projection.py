@@ -38,7 +38,9 @@ class Projection:
     rho: float
     omega: float
 
-    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+    def __call__(
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration
+    ) -> ContactState:
         """As `ContactMethod`; starts from zero.
 
         Raises
@@ -52,7 +54,8 @@ class Projection:
         recorder = Recorder(law, system, iteration)
         # a rule counts: each group of components has its own
         rules = [self.rule, *(copy.deepcopy(self.rule) for _ in law.groups[1:])]
-        # the given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones for their increments
+        # the given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones
+        # for their increments
         consistent = False
         while not recorder.exhausted:
             old, residual = (v, sigma), law_residual(law, v, sigma, rho)
@@ -64,30 +67,47 @@ class Projection:
                 dv, dsigma, v, sigma = new_v - v, new_sigma - sigma, new_v, new_sigma
                 consistent = True
             change, balance = recorder.step(
-                old, v, sigma, dv, dsigma, rho=rho, residual=residual, ksp_iterations=system.ksp_iterations
+                old,
+                v,
+                sigma,
+                dv,
+                dsigma,
+                rho=rho,
+                residual=residual,
+                ksp_iterations=system.ksp_iterations,
             )
             state = recorder.report(v, sigma, rho)
             if state.stopped:
                 return state
             relative = np.inf
             if criterion.stop == "residual" or change <= criterion.tolerance:
-                relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
+                relative = relative_residual(
+                    law, system, v, sigma, float(np.max(rho)), recorder.largest
+                )
             if criterion.met(change, relative):
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 if (end := settled(recorder, v, sigma, rho, reason)) is not None:
                     return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))
         relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
-        reason = (f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, relative friction "
-                  f"residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond the bound; the tolerance is "
-                  f"{criterion.tolerance:g}")  # fmt: skip
+        reason = (
+            f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, "
+            f"relative friction "
+            f"residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond the bound; the "
+            f"tolerance is "
+            f"{criterion.tolerance:g}"
+        )
         return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
 
     @staticmethod
-    def _updated(rules: list[Rule], law: ContactLaw, rho: float | Array, balance: float | Array, k: int) -> float | Array:
+    def _updated(
+        rules: list[Rule], law: ContactLaw, rho: float | Array, balance: float | Array, k: int
+    ) -> float | Array:
         """ρ_{k+1} of each group of components."""
         if len(rules) == 1:
-            return rho if np.isnan(balance) else _checked(rules[0].update(rho, balance), k)  # type: ignore[arg-type]
+            if np.isnan(balance):
+                return rho
+            return _checked(rules[0].update(rho, balance), k)  # type: ignore[arg-type]
         new = np.array(np.broadcast_to(rho, law.k))
         for rule, group, w in zip(rules, law.groups, np.atleast_1d(balance), strict=True):
             if not np.isnan(w):
@@ -102,5 +122,9 @@ def build(options: Method, rule: Rule | None) -> Projection:
 
 def _checked(rho: float, k: int) -> float:
     if not (np.isfinite(rho) and rho > 0.0):
-        raise SolverError("iterate", f"the rule gave ρ = {rho} after iteration {k}", "a rule returns a positive number")
+        raise SolverError(
+            "iterate",
+            f"the rule gave ρ = {rho} after iteration {k}",
+            "a rule returns a positive number",
+        )
     return float(rho)

@@ -1,4 +1,5 @@
-"""What is given as a method, or as a law, to what runs: names, classes of the package, or objects of one's own.
+"""What is given as a method, or as a law, to what runs: names, classes of the package, or objects
+of one's own.
 
 A method of the package is a file here with `build`, and its line in `model.solver_options.METHODS`.
 """
@@ -22,17 +23,21 @@ LAW_MEMBERS = ("k", "groups", "project", "linearise", "states")
 
 
 def method_of(
-    method: Method | str | type | ContactMethod, rule: Rule | str | type | None = None, options: Method | None = None
+    method: Method | str | type | ContactMethod,
+    rule: Rule | str | type | None = None,
+    options: Method | None = None,
 ) -> ContactMethod:
     """The method that is asked for, its parameters filled in.
 
     Parameters
     ----------
     method : Method, str, class or callable
-        A `[method]` table; a key of METHODS or a class of the package, with the parameters of `options`; or a method of
-        one's own, as it is: `method(system, law, iteration) -> ContactState`.
+        A `[method]` table; a key of METHODS or a class of the package, with the parameters of
+        `options`; or a method of one's own, as it is: `method(system, law, iteration) ->
+        ContactState`.
     rule : Rule, str or class, optional
-        A rule for ρ, a key of RULES, or a class; over that of the table, and it chooses the projection method of a table.
+        A rule for ρ, a key of RULES, or a class; over that of the table, and it chooses the
+        projection method of a table.
     options : Method, optional
         The table whose parameters a name or a class takes.
 
@@ -52,7 +57,9 @@ def method_of(
     if isinstance(method, type) and (name := _name_of(method)) is not None:
         method = name
     elif isinstance(method, type):
-        raise InputError(f"method: {method.__name__} is a class; give an object of it, {method.__name__}(...)")
+        raise InputError(
+            f"method: {method.__name__} is a class; give an object of it, {method.__name__}(...)"
+        )
     if isinstance(method, str):
         given = options.model_dump(exclude_unset=True, exclude={"name"})
         method = Method(**{**given, "name": method})
@@ -60,11 +67,16 @@ def method_of(
             raise InputError(f"rule: {method.name} has no ρ that changes; projection has")
     if isinstance(method, Method):
         name = "projection" if rule is not None else method.resolved_name
-        made: ContactMethod = importlib.import_module(f".{METHODS[name]}", __package__).build(method, rule_of(rule, method))
+        made: ContactMethod = importlib.import_module(f".{METHODS[name]}", __package__).build(
+            method, rule_of(rule, method)
+        )
         return made
     if not callable(method):
-        raise InputError(f"method: a name ({', '.join(METHODS)}), a class of petcontact.contact.methods, or a callable "
-                         f"(system, law, iteration) -> ContactState; got {method!r}")  # fmt: skip
+        raise InputError(
+            f"method: a name ({', '.join(METHODS)}), a class of petcontact.contact.methods, or a "
+            f"callable "
+            f"(system, law, iteration) -> ContactState; got {method!r}"
+        )
     if rule is not None:
         raise InputError("rule: a method of one's own has its own; give it there")
     return method
@@ -72,7 +84,10 @@ def method_of(
 
 def _name_of(kind: type) -> str | None:
     """The name of a method of the package by its class."""
-    return next((name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"), None)
+    return next(
+        (name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"),
+        None,
+    )
 
 
 @frozen
@@ -98,13 +113,17 @@ class ContactNodes:
     law: ContactLaw
 
 
-def law_of(law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes: ContactNodes) -> ContactLaw:
-    """The law that is asked for: that of the problem by default, an object as it is, or what a function makes of the nodes.
+def law_of(
+    law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes: ContactNodes
+) -> ContactLaw:
+    """The law that is asked for: that of the problem by default, an object as it is, or what a
+    function makes of the nodes.
 
     Raises
     ------
     InputError
-        If it lacks a member of `ContactLaw`, or is not for these nodes and as many components as the law of the problem.
+        If it lacks a member of `ContactLaw`, or is not for these nodes and as many components as
+        the law of the problem.
     """
     if law is None:
         return nodes.law
@@ -113,15 +132,24 @@ def law_of(law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes:
         law = law(nodes)
         missing = [name for name in LAW_MEMBERS if not hasattr(law, name)]
     if missing:
-        raise InputError(f"law: {type(law).__name__} has no {', '.join(missing)}; a law has {', '.join(LAW_MEMBERS)}")
+        raise InputError(
+            f"law: {type(law).__name__} has no {', '.join(missing)}; a law has "
+            f"{', '.join(LAW_MEMBERS)}"
+        )
     found: ContactLaw = law  # type: ignore[assignment]
     shape = len(nodes.weight), nodes.law.k
     if found.k != nodes.law.k:
-        raise InputError(f"law: {type(law).__name__} has k = {found.k}; this contact has {nodes.law.k} components a node")
+        raise InputError(
+            f"law: {type(law).__name__} has k = {found.k}; this contact has {nodes.law.k} "
+            f"components a node"
+        )
     try:
         fits = np.shape(found.project(np.zeros(shape))) == shape
     except ValueError:
         fits = False
     if not fits:
-        raise InputError(f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k components")
+        raise InputError(
+            f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k "
+            f"components"
+        )
     return found

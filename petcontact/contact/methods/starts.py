@@ -40,19 +40,29 @@ def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
     return tau
 
 
-def frictionless(solver: LinearSolver, law: ContactLaw, system: ContactSystem, stuck: Array) -> Iterator[Guess]:
-    """The solution without friction, which is a minimum, with all nodes stuck that it closes; none where there is no such
-    solution, as where friction alone holds a body."""
+def frictionless(
+    solver: LinearSolver, law: ContactLaw, system: ContactSystem, stuck: Array
+) -> Iterator[Guess]:
+    """The solution without friction, which is a minimum, with all nodes stuck that it closes; none
+    where there is no such solution, as where friction alone holds a body."""
     if not isinstance(law, SignoriniCoulomb) or not (law.coefficient.any() and law.bound.any()):
         return
-    smooth = replace(law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound))
+    smooth = replace(
+        law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound)
+    )
     fewest, best = len(stuck) + 1, 0
-    for number, step in enumerate(itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT)):
+    for number, step in enumerate(
+        itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT)
+    ):
         if step.wrong < fewest:
             fewest, best = step.wrong, number
         elif number - best > STALLED:  # as where nothing but friction holds a body
             return
         if step.wrong == 0:
             if not step.push.any():
-                yield np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck), step.sigma, step.v
+                yield (
+                    np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck),
+                    step.sigma,
+                    step.v,
+                )
             return

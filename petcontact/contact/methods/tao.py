@@ -1,9 +1,10 @@
 """PETSc TAO's bound-constrained solvers on the dual problem, and what must follow them.
 
-With S symmetric in the inner product of the node weights, σ_t would minimise ½σᵀWSσ + σᵀWu_0 over |σ| <= g. Collocation
-makes S symmetric only up to its own error: the minimum belongs to the symmetric part of WS, and lies some percent off in
-σ_t (2 % in Example 1). So TAO's answer only gives the first active set; semismooth Newton steps on S itself follow, and
-the state that is returned solves the same problem as that of every other method.
+With S symmetric in the inner product of the node weights, σ_t would minimise ½σᵀWSσ + σᵀWu_0 over
+|σ| <= g. Collocation makes S symmetric only up to its own error: the minimum belongs to the
+symmetric part of WS, and lies some percent off in σ_t (2 % in Example 1). So TAO's answer only
+gives the first active set. Semismooth Newton steps on S itself follow: the state that is returned
+solves the same problem as that of every other method.
 """
 
 from __future__ import annotations
@@ -31,9 +32,11 @@ LARGEST = 8000
 
 
 def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
-    """The dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then Newton steps on the unsymmetrised S.
+    """The dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then Newton steps on
+    the unsymmetrised S.
 
-    As `ContactMethod`; of the start only σ is used, and the limit is that of the Newton steps: TAO's is `-tao_max_it`.
+    As `ContactMethod`; of the start only σ is used, and the limit is that of the Newton steps:
+    TAO's is `-tao_max_it`.
 
     Notes
     -----
@@ -42,16 +45,21 @@ def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> Contact
     Raises
     ------
     InputError
-        If the law is another one than Tresca's in the plane, or there are more than LARGEST contact nodes: the symmetric
-        part of S needs S as a dense matrix.
+        If the law is another one than Tresca's in the plane, or there are more than LARGEST contact
+        nodes: the symmetric part of S needs S as a dense matrix.
     SolverError
         If TAO breaks down.
     """
     if not isinstance(law, Tresca) or law.k != 1:
-        raise InputError("method.name: tao solves bilateral contact with Tresca friction in the plane, and no other")
+        raise InputError(
+            "method.name: tao solves bilateral contact with Tresca friction in the plane, and no "
+            "other"
+        )
     bound = law.bound
     if len(bound) > LARGEST:
-        raise InputError(f"method.name: tao needs S as a dense matrix, too large for {len(bound)} contact nodes")
+        raise InputError(
+            f"method.name: tao needs S as a dense matrix, too large for {len(bound)} contact nodes"
+        )
     start = iteration.start
     first = np.zeros_like(bound) if start is None else np.clip(start[1][:, 0], -bound, bound)
     iterates = minimise(system.compliance(), system.u_0[:, 0], bound, system.weight, first)
@@ -72,7 +80,9 @@ def build(options: Method, rule: Rule | None) -> ContactMethod:
     return tao
 
 
-def _rows(system: ContactSystem, law: Tresca, iterates: list[Array], iteration: Iteration) -> History:
+def _rows(
+    system: ContactSystem, law: Tresca, iterates: list[Array], iteration: Iteration
+) -> History:
     """A row of history for each of TAO's iterations."""
     recorder, old = Recorder(law, system, iteration), None
     for sigma in iterates:
@@ -83,8 +93,11 @@ def _rows(system: ContactSystem, law: Tresca, iterates: list[Array], iteration: 
     return recorder.history
 
 
-def minimise(compliance: Array, base: Array, bound: Array, weight: Array, sigma: Array) -> list[Array]:
-    """The minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g with the symmetric part of WS: TAO's iterates (m,), the last the best.
+def minimise(
+    compliance: Array, base: Array, bound: Array, weight: Array, sigma: Array
+) -> list[Array]:
+    """The minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g with the symmetric part of WS: TAO's iterates
+    (m,), the last the best.
 
     Parameters
     ----------
@@ -99,7 +112,8 @@ def minimise(compliance: Array, base: Array, bound: Array, weight: Array, sigma:
     """
     hessian = compliance * weight[:, None]
     hessian = 0.5 * (hessian + hessian.T)
-    # σ = unit · x with x of order one and a unit diagonal: TAO's tolerances are absolute, and graded meshes need it
+    # σ = unit · x with x of order one and a unit diagonal: TAO's tolerances are absolute, and
+    # graded meshes need it
     diagonal = np.sqrt(np.diag(hessian))
     unit = (float(bound.max()) or 1.0) * float(np.sqrt(np.mean(diagonal**2))) / diagonal
     hessian /= diagonal[:, None] * diagonal
@@ -112,13 +126,16 @@ def minimise(compliance: Array, base: Array, bound: Array, weight: Array, sigma:
 
 
 class _BoundSolver:
-    """min ½xᵀHx + bᵀx over |x| <= c by TAO, on COMM_SELF: every rank solves the same small problem."""
+    """min ½xᵀHx + bᵀx over |x| <= c by TAO, on COMM_SELF: every rank solves the same small
+    problem."""
 
     def __init__(self, hessian: Array, linear: Array, bound: Array) -> None:
         module = petsc()
         m = len(linear)
         self.linear, self._iterates = linear, list[Array]()
-        self._hessian = module.Mat().createDense((m, m), array=np.asfortranarray(hessian), comm=module.COMM_SELF)
+        self._hessian = module.Mat().createDense(
+            (m, m), array=np.asfortranarray(hessian), comm=module.COMM_SELF
+        )
         self._hessian.assemble()
         self._x, self._b = self._hessian.createVecs()
         self._lower, self._upper, self._gradient = (self._x.duplicate() for _ in range(3))
@@ -130,7 +147,9 @@ class _BoundSolver:
         self._tao.setHessian(lambda solver, x, matrix, preconditioner: None, self._hessian)
         self._tao.setVariableBounds(self._lower, self._upper)
         self._tao.setMaximumIterations(10_000)
-        self._tao.setMonitor(lambda solver: self._iterates.append(np.array(self._x.getArray(readonly=True))))
+        self._tao.setMonitor(
+            lambda solver: self._iterates.append(np.array(self._x.getArray(readonly=True)))
+        )
 
     def run(self, x: Array) -> list[Array]:
         """The iterates from x to the minimum."""
@@ -142,12 +161,22 @@ class _BoundSolver:
         try:
             self._tao.solve(self._x)
         except petsc().Error as error:
-            raise SolverError("iterate", f"TAO: PETSc error {error.ierr}", "try -tao_type bnls or another method") from error
+            raise SolverError(
+                "iterate", f"TAO: PETSc error {error.ierr}", "try -tao_type bnls or another method"
+            ) from error
         return [x, *self._iterates[1:], np.array(self._x.getArray(readonly=True))]
 
     def close(self) -> None:
         """Free every PETSc object."""
-        for item in (self._tao, self._hessian, self._x, self._b, self._lower, self._upper, self._gradient):
+        for item in (
+            self._tao,
+            self._hessian,
+            self._x,
+            self._b,
+            self._lower,
+            self._upper,
+            self._gradient,
+        ):
             item.destroy()
 
     def _evaluate(self, solver: Any, x: Any, gradient: Any) -> float:

@@ -33,7 +33,9 @@ class CurveSlopes:
         Only elements with one label are neighbours.
     """
 
-    def __init__(self, mesh: CurveMesh, values: Array, x: Array, linear: Array, label: Index) -> None:
+    def __init__(
+        self, mesh: CurveMesh, values: Array, x: Array, linear: Array, label: Index
+    ) -> None:
         self._mesh, self._count = mesh, values.shape[1]
         before, after = mesh.neighbours()
         self._linear = linear
@@ -50,11 +52,16 @@ class CurveSlopes:
         for order in np.unique(mesh.order).tolist():
             mine, z = np.flatnonzero(mesh.order == order), best_slopes(order)
             nodes = mesh.first_node[mine][:, None] + np.arange(order + 1)
-            found = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), values[nodes]) / half[mine, None, None]
+            found = (
+                np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), values[nodes])
+                / half[mine, None, None]
+            )
             found = self._with_linear(found, *np.broadcast_arrays(mine[:, None], 0.5 * (1.0 + z)))
             self._s[mine, :order], self._slope[mine, :order] = z * half[mine, None], found
             near = min(order, BEYOND)
-            distance[:, mine, :near] = (1.0 + z[:near]) * half[mine, None]  # the zeros are symmetric
+            distance[:, mine, :near] = (1.0 + z[:near]) * half[
+                mine, None
+            ]  # the zeros are symmetric
             slope[0][mine, :near], slope[1][mine, :near] = found[:, :near], found[:, ::-1][:, :near]
         # a second place of a neighbour where it is the only one
         for k in range(BEYOND):
@@ -67,7 +74,10 @@ class CurveSlopes:
 
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
-        parts = [self._at(element[k : k + CHUNK], place[k : k + CHUNK]) for k in range(0, max(len(element), 1), CHUNK)]
+        parts = [
+            self._at(element[k : k + CHUNK], place[k : k + CHUNK])
+            for k in range(0, max(len(element), 1), CHUNK)
+        ]
         return np.concatenate(parts)
 
     def _at(self, element: Index, place: Array) -> Array:
@@ -81,11 +91,14 @@ class CurveSlopes:
             others[:, j] = False
             step = np.where(others, s - s[:, j, None], 1.0)
             basis *= np.where(others, (x - s[:, j])[:, None] / step, 1.0)
-        slope = self._with_linear(np.einsum("qj,qjk->qk", basis, self._slope[element]), element, place)
+        slope = self._with_linear(
+            np.einsum("qj,qjk->qk", basis, self._slope[element]), element, place
+        )
         return np.asarray(slope[:, : self._count, None] * tangents(mesh, element, place)[:, None])
 
     def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
-        """Interpolated slopes (..., k + 2) of the values and of the position, made exact for the linear parts."""
+        """Interpolated slopes (..., k + 2) of the values and of the position, made exact for the
+        linear parts."""
         if found.shape[-1] == self._count:
             return found
         along = tangents(self._mesh, element.ravel(), place.ravel()).reshape((*found.shape[:-1], 2))

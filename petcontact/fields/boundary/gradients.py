@@ -25,7 +25,8 @@ def surface_gradient(mesh: Any, values: Array, element: Index, place: Array) -> 
     element : (q,) array
         Numbers of elements.
     place : (q,) or (q, 2) array
-        Places on them, as `Hits` has them: fractions of the arc length, or local coordinates of panels.
+        Places on them, as `Hits` has them: fractions of the arc length, or local coordinates of
+        panels.
 
     Returns
     -------
@@ -62,6 +63,7 @@ def _(mesh: SurfaceMesh, values: Array, element: Index, place: Array) -> Array:
 
 
 def tangents(mesh: CurveMesh, element: Index, place: Array) -> Array:
-    """Unit vectors (q, 2) along curves, the body on their left, at fractions of their arc lengths."""
+    """Unit vectors (q, 2) along curves, the body on their left, at fractions of their arc
+    lengths."""
     at = mesh.variables_at(element, place)
     return np.column_stack([-at["ny"], at["nx"]])

@@ -1,9 +1,11 @@
-"""The linear field next to each element, whose slopes along curved elements the elements' polynomials do not hold.
+"""The linear field next to each element, whose slopes along curved elements the elements'
+polynomials do not hold.
 
-An element of order p interpolates u in its own coordinates. On a curved one that is not exact for u = A x: a rigid rotation
-would have strains, of the rotation times the error of the interpolated position. What is interpolated, and fitted, is
-therefore u - A x, and A times the exact position is added to it: linear fields are exact on every element of every shape,
-and what is left to the polynomials is smaller. A is a fit and need not be accurate where the element is flat: it drops out.
+An element of order p interpolates u in its own coordinates. On a curved one that is not exact for u
+= A x: a rigid rotation would have strains, of the rotation times the error of the interpolated
+position. What is interpolated, and fitted, is therefore u - A x, and A times the exact position is
+added to it: linear fields are exact on every element of every shape, and what is left to the
+polynomials is smaller. A is a fit and need not be accurate where the element is flat: it drops out.
 """
 
 from __future__ import annotations
@@ -20,17 +22,21 @@ from ...mesh.curve_mesh import CurveMesh
 from .places import middles
 
 NEAREST = 5
-"""Nodes that are looked at, over the coefficients of a linear field; those of the element come on top."""
+"""Nodes that are looked at, over the coefficients of a linear field; those of the element come on
+top."""
 OPPOSITE = -0.5
-"""Cosine of the angle between normals, below which nodes are of the other side of a slit or of a thin part."""
+"""Cosine of the angle between normals, below which nodes are of the other side of a slit or of a
+thin part."""
 FLAT = 1e-8
-"""Height of the nodes over a plane, over their distances, below which nothing is known of the slope across it."""
+"""Height of the nodes over a plane, over their distances, below which nothing is known of the slope
+across it."""
 ROUND_OFF = 1e-13
 """Of positions made smooth, over their size."""
 
 
 def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
-    """Slopes A of linear fields through nodal values, each fitted to the nodes of an element and to those around it.
+    """Slopes A of linear fields through nodal values, each fitted to the nodes of an element and to
+    those around it.
 
     Parameters
     ----------
@@ -43,8 +49,8 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     Returns
     -------
     (n_elements, k, d) array
-        Exact where the values are linear, up to the slope across a plane, which is 0 where the nodes lie on one; 0 on
-        elements whose polynomials hold linear fields [1/length].
+        Exact where the values are linear, up to the slope across a plane, which is 0 where the
+        nodes lie on one; 0 on elements whose polynomials hold linear fields [1/length].
     """
     elements, d = np.flatnonzero(_bent(mesh, x)), mesh.dim
     result = np.zeros((mesh.n_elements, values.shape[1], d))
@@ -56,11 +62,20 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     count = min(NEAREST * (d + 1), mesh.n_nodes)
     near = scipy.spatial.cKDTree(mesh.x).query(middle, k=count)[1].reshape(len(elements), -1)
     own = np.arange(int(counts.max(initial=0)))
-    nodes = np.hstack([mesh.first_node[elements][:, None] + np.minimum(own, counts[:, None] - 1), near])
-    weight = np.hstack([own < counts[:, None], np.einsum("qcd,qd->qc", mesh.normal[near], normal) > OPPOSITE])[..., None]
-    far, change = (field[nodes] - (weight * field[nodes]).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
-                   for field in (x, values))  # fmt: skip
-    result[elements] = (np.linalg.pinv(weight * far, rcond=FLAT) @ (weight * change)).transpose(0, 2, 1)
+    nodes = np.hstack(
+        [mesh.first_node[elements][:, None] + np.minimum(own, counts[:, None] - 1), near]
+    )
+    weight = np.hstack(
+        [own < counts[:, None], np.einsum("qcd,qd->qc", mesh.normal[near], normal) > OPPOSITE]
+    )[..., None]
+    far, change = (
+        field[nodes]
+        - (weight * field[nodes]).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
+        for field in (x, values)
+    )
+    result[elements] = (np.linalg.pinv(weight * far, rcond=FLAT) @ (weight * change)).transpose(
+        0, 2, 1
+    )
     return result
 
 

@@ -15,18 +15,21 @@ SAME_SIDE = 0.7
 SAMPLES = 2.0
 """Samples over coefficients of a fit."""
 CANDIDATES = 4
-"""Samples looked at, over those that are used: the nearest ones, in the lengths of the panel, are."""
+"""Samples looked at, over those that are used: the nearest ones, in the lengths of the panel,
+are."""
 SOFT = 0.3
 """A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
 INDEPENDENT = 1e-6
 """Ratio of singular values below which samples do not determine a fit."""
 AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
-"""Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree: else a lower one is fitted.
-With 20 throughout, large panels at the border of a part reported a third of a peak that was far away on small ones."""
+"""Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree:
+else a lower one is fitted. With 20 throughout, large panels at the border of a part reported a
+third of a peak that was far away on small ones."""
 
 
 class PanelSlopes:
-    """Slopes on panels, by fits of polynomials of total degree p + 1 in the tangent plane: see `recovery`.
+    """Slopes on panels, by fits of polynomials of total degree p + 1 in the tangent plane: see
+    `recovery`.
 
     Parameters
     ----------
@@ -41,7 +44,9 @@ class PanelSlopes:
         Only elements with one label are neighbours.
     """
 
-    def __init__(self, mesh: SurfaceMesh, values: Array, x: Array, linear: Array, label: Index) -> None:
+    def __init__(
+        self, mesh: SurfaceMesh, values: Array, x: Array, linear: Array, label: Index
+    ) -> None:
         self._mesh, self._values, self._label = mesh, np.hstack([values, x]), label
         self._linear = linear
         self._owner, place = best_places(mesh)
@@ -57,7 +62,9 @@ class PanelSlopes:
         groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
         asked = np.unique(element)
         for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
-            of = np.flatnonzero((mesh.part[self._owner] == part) & (self._label[self._owner] == label))
+            of = np.flatnonzero(
+                (mesh.part[self._owner] == part) & (self._label[self._owner] == label)
+            )
             mine = asked[np.all(groups[asked] == (part, label, order, level), axis=1)]
             of = self._thinned(of, level, max(order, 1))
             degree = min(order + 1, _degree(len(of)))
@@ -67,32 +74,43 @@ class PanelSlopes:
         return result[:, :-3]
 
     def _own(self, element: Index, place: Array) -> Array:
-        """Slopes by the nodes of the panels alone, and below them those of the position, (q, k + 3, 3)."""
+        """Slopes by the nodes of the panels alone, and below them those of the position, (q, k + 3,
+        3)."""
         found = surface_gradient(self._mesh, self._values, element, place)
         return self._with_linear(found, element, place)
 
     def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
-        """Interpolated slopes of the values and of the position, made exact for the linear parts, (q, k + 3, 3)."""
+        """Interpolated slopes of the values and of the position, made exact for the linear parts,
+        (q, k + 3, 3)."""
         normal = _points(self._mesh, element, place)[1]
         plane = np.eye(3) - normal[:, :, None] * normal[:, None]
-        return np.concatenate([found[:, :-3] + self._linear[element] @ (plane - found[:, -3:]), plane], axis=1)
+        return np.concatenate(
+            [found[:, :-3] + self._linear[element] @ (plane - found[:, -3:]), plane], axis=1
+        )
 
     def _thinned(self, of: Index, level: int, order: int) -> Index:
-        """Samples as far apart as those on panels of a level and order: of those on smaller panels one a cube.
+        """Samples as far apart as those on panels of a level and order: of those on smaller panels
+        one a cube.
 
-        What is nearest to a panel is otherwise a crowd on the small panels at one of its sides, which says nothing of the
-        polynomial on the other ones.
+        What is nearest to a panel is otherwise a crowd on the small panels at one of its sides,
+        which says nothing of the polynomial on the other ones.
         """
         small = self._level[self._owner[of]] < level
         cube = np.floor(self._x[of[small]] / (2.0**level / order)).astype(np.int64)
-        return np.concatenate([of[~small], of[small][np.unique(cube, axis=0, return_index=True)[1]]])
+        return np.concatenate(
+            [of[~small], of[small][np.unique(cube, axis=0, return_index=True)[1]]]
+        )
 
-    def _fit(self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int) -> Index:
-        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the panels that these do not
-        determine."""
+    def _fit(
+        self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int
+    ) -> Index:
+        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the
+        panels that these do not determine."""
         exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
         count = min(len(of), int(np.ceil(SAMPLES * len(exponents))))
-        near = scipy.spatial.cKDTree(self._x[of]).query(self._middle[mine], k=min(len(of), CANDIDATES * count))[1]
+        near = scipy.spatial.cKDTree(self._x[of]).query(
+            self._middle[mine], k=min(len(of), CANDIDATES * count)
+        )[1]
         near = of[near.reshape(len(mine), -1)]
         local = self._local(mine, self._x[near])
         distance = np.linalg.norm(local, axis=2)
@@ -102,26 +120,42 @@ class PanelSlopes:
         weight = (SOFT + np.take_along_axis(distance, chosen, axis=1)) ** -2
         local = np.take_along_axis(local, chosen[:, :, None], axis=1)
         samples = self._sample[np.take_along_axis(near, chosen, axis=1)]
-        u, size, v = np.linalg.svd(weight[:, :, None] * _powers(local, exponents), full_matrices=False)
+        u, size, v = np.linalg.svd(
+            weight[:, :, None] * _powers(local, exponents), full_matrices=False
+        )
         known: Mask = np.greater(size[:, -1], INDEPENDENT * size[:, 0])
         inverse = 1.0 / np.where(known[:, None], size, 1.0)
         fit = (v.transpose(0, 2, 1) * inverse[:, None]) @ (u.transpose(0, 2, 1) * weight[:, None])
-        corners = np.where(np.isnan(self._mesh.corners[mine]), self._mesh.corners[mine, :1], self._mesh.corners[mine])
+        corners = np.where(
+            np.isnan(self._mesh.corners[mine]),
+            self._mesh.corners[mine, :1],
+            self._mesh.corners[mine],
+        )
         at_corners = _powers(self._local(mine, corners), exponents) @ fit
         known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
-        at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]
-        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*chosen.shape, -1))[panel])
-        result[rows] = self._with_linear(fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows])
+        at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[
+            :, 0
+        ]
+        fitted = np.einsum(
+            "qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*chosen.shape, -1))[panel]
+        )
+        result[rows] = self._with_linear(
+            fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows]
+        )
         return mine[~known]
 
     def _local(self, element: Index, x: Array) -> Array:
-        """Points (n, q, 3) in the tangent plane at the middle of panels (n,), in half-widths of these, (n, q, 2)."""
+        """Points (n, q, 3) in the tangent plane at the middle of panels (n,), in half-widths of
+        these, (n, q, 2)."""
         middle = self._middle[element][:, None]
         frame = self._mesh.tangents_to(self._middle_normal[element])
         corners = np.einsum("ncd,nkd->nkc", frame, self._mesh.corners[element] - middle)
-        return np.asarray(np.einsum("ncd,nqd->nqc", frame, x - middle) / np.nanmax(np.abs(corners), axis=1)[:, None])
+        return np.asarray(
+            np.einsum("ncd,nqd->nqc", frame, x - middle)
+            / np.nanmax(np.abs(corners), axis=1)[:, None]
+        )
 
 
 def _degree(samples: int) -> int:

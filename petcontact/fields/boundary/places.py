@@ -19,7 +19,9 @@ ON = 1e-6
 """Points nearer to an element than this share of its size lie on it."""
 
 
-def located(mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None) -> tuple[Index, Array]:
+def located(
+    mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None
+) -> tuple[Index, Array]:
     """The elements that points lie on, or next to.
 
     Parameters
@@ -35,7 +37,8 @@ def located(mesh: BoundaryMesh, points: Array, part: str | None = None, within: 
     Returns
     -------
     element : (m,) array
-        -1 for points off the boundary; of several the nearest, and where elements meet, the one that holds the point better.
+        -1 for points off the boundary; of several the nearest, and where elements meet, the one
+        that holds the point better.
     place : (m,) or (m, 2) array
         Of the point, or its foot, as `Hits` has them.
     """
@@ -44,7 +47,9 @@ def located(mesh: BoundaryMesh, points: Array, part: str | None = None, within: 
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
     centre, radius = _spheres(mesh)
     reach = ON * radius if within is None else within
-    found = scipy.spatial.cKDTree(points).query_ball_point(centre[numbers], (1.0 + ON) * radius[numbers] + reach[numbers])
+    found = scipy.spatial.cKDTree(points).query_ball_point(
+        centre[numbers], (1.0 + ON) * radius[numbers] + reach[numbers]
+    )
     counts = np.array([len(rows) for rows in found], dtype=np.int64)
     row = np.array([k for rows in found for k in rows], dtype=np.int64)
     element = np.repeat(numbers, counts)
@@ -60,7 +65,8 @@ def located(mesh: BoundaryMesh, points: Array, part: str | None = None, within: 
 
 
 def sizes(mesh: BoundaryMesh) -> Array:
-    """Half lengths of the elements of curves, distances of corners of panels from the middle, (n_elements,) [length]."""
+    """Half lengths of the elements of curves, distances of corners of panels from the middle,
+    (n_elements,) [length]."""
     return _spheres(mesh)[1]
 
 
@@ -80,14 +86,17 @@ def _(mesh: CurveMesh) -> tuple[Array, Array]:
 def _(mesh: SurfaceMesh) -> tuple[Array, Array]:
     centre, radius = np.empty((mesh.n_elements, 3)), np.empty(mesh.n_elements)
     for batch in mesh.batches():
-        centre[batch.elements.index], radius[batch.elements.index] = batch.elements.centre, batch.elements.size
+        centre[batch.elements.index], radius[batch.elements.index] = (
+            batch.elements.centre,
+            batch.elements.size,
+        )
     return centre, radius
 
 
 @functools.singledispatch
 def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
-    """Of points (q, d) next to elements (q,): place of the foot, distance to it, and how far inside the element it is, over
-    the element's size (negative outside)."""
+    """Of points (q, d) next to elements (q,): place of the foot, distance to it, and how far inside
+    the element it is, over the element's size (negative outside)."""
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
@@ -119,15 +128,21 @@ def _(mesh: SurfaceMesh, element: Index, x: Array) -> tuple[Array, Array, Array]
 
 @functools.singledispatch
 def best_places(mesh: Any) -> tuple[Index, Array]:
-    """Elements (q,) and places on them where slopes of the displacement are most accurate; at least one an element."""
+    """Elements (q,) and places on them where slopes of the displacement are most accurate; at least
+    one an element."""
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
 @best_places.register
 def _(mesh: CurveMesh) -> tuple[Index, Array]:
-    found = [(np.flatnonzero(mesh.order == order), best_slopes(max(order, 1))) for order in np.unique(mesh.order).tolist()]
-    return (np.concatenate([np.repeat(mine, len(xi)) for mine, xi in found]),
-            np.concatenate([np.tile(0.5 * (1.0 + xi), len(mine)) for mine, xi in found]))  # fmt: skip
+    found = [
+        (np.flatnonzero(mesh.order == order), best_slopes(max(order, 1)))
+        for order in np.unique(mesh.order).tolist()
+    ]
+    return (
+        np.concatenate([np.repeat(mine, len(xi)) for mine, xi in found]),
+        np.concatenate([np.tile(0.5 * (1.0 + xi), len(mine)) for mine, xi in found]),
+    )
 
 
 @best_places.register
@@ -142,7 +157,8 @@ def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
 
 
 def best_on_panel(corners: int, order: int) -> Array:
-    """Places of the reference square, products of those on a line, or nodes of one order less on the triangle, (q, 2)."""
+    """Places of the reference square, products of those on a line, or nodes of one order less on
+    the triangle, (q, 2)."""
     if corners == 3:
         return reference_nodes(3, max(order - 1, 0))[0]
     xi = best_slopes(max(order, 1))

@@ -1,7 +1,8 @@
-"""The full stress tensor on the boundary, from the traction and from slopes of the displacement along it.
+"""The full stress tensor on the boundary, from the traction and from slopes of the displacement
+along it.
 
-With D = ∇_s u the surface gradient, P = I - n n and e = sym(P D), Hooke's law gives what the traction t leaves open
-(ν' is that of plane strain):
+With D = ∇_s u the surface gradient, P = I - n n and e = sym(P D), Hooke's law gives what the
+traction t leaves open (ν' is that of plane strain):
 
     σ = 2µ e + ν'/(1-ν') (2µ tr e + t·n) P + t n + n t - (t·n) n n
 """
@@ -23,8 +24,8 @@ from .recovery import Slopes, slopes_of
 class BoundaryField:
     """Displacement and stress on the boundary of a body.
 
-    Constant elements are made smooth first, see `smoothing`; slopes are those of `recovery`. The stress has the order
-    p + 1 of the displacement and the traction.
+    Constant elements are made smooth first, see `smoothing`; slopes are those of `recovery`. The
+    stress has the order p + 1 of the displacement and the traction.
 
     Parameters
     ----------
@@ -38,14 +39,23 @@ class BoundaryField:
     """
 
     def __init__(
-        self, mesh: BoundaryMesh, u: Array, traction: Array, material: Material, state: Index | None = None
+        self,
+        mesh: BoundaryMesh,
+        u: Array,
+        traction: Array,
+        material: Material,
+        state: Index | None = None,
     ) -> None:
         self.mesh, self.material = mesh, material
         label = np.zeros(mesh.n_elements, dtype=np.int64)
         if state is not None:
-            low, high = (ufunc.reduceat(state, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum))
+            low, high = (
+                ufunc.reduceat(state, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum)
+            )
             # an element of several states stands alone
-            label = np.where(low == high, low, -2 - np.arange(mesh.n_elements) + min(0, int(low.min(initial=0))))
+            label = np.where(
+                low == high, low, -2 - np.arange(mesh.n_elements) + min(0, int(low.min(initial=0)))
+            )
         self._label = label
         # the position is made smooth like the displacement, so that linear fields of it can be told
         self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
@@ -63,7 +73,9 @@ class BoundaryField:
         """At places of elements, as `Hits` has them, (q, d) [length]."""
         basis, at = self._mesh.basis_at(element, place), self._mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self._mesh.dim]])
-        return np.asarray(basis @ self._u + np.einsum("qij,qj->qi", self._linear[element], x - basis @ self._x))
+        return np.asarray(
+            basis @ self._u + np.einsum("qij,qj->qi", self._linear[element], x - basis @ self._x)
+        )
 
     def stress(self, element: Index, place: Array) -> Array:
         """At places of elements, (q, d(d+1)/2), components as of `field_at` [stress]."""
@@ -74,7 +86,8 @@ class BoundaryField:
 
 
 def hooke(traction: Array, normal: Array, gradient: Array, material: Material) -> Array:
-    """σ (q, d, d) of tractions and outward unit normals (q, d) and surface gradients (q, d, d) of the displacement.
+    """σ (q, d, d) of tractions and outward unit normals (q, d) and surface gradients (q, d, d) of
+    the displacement.
 
     Examples
     --------
@@ -92,11 +105,17 @@ def hooke(traction: Array, normal: Array, gradient: Array, material: Material) -
     across = np.sum(traction * normal, axis=1)
     even = ratio / (1.0 - ratio) * (2.0 * mu * np.trace(strain, axis1=1, axis2=2) + across)
     outer = traction[:, :, None] * normal[:, None, :]
-    return np.asarray(2.0 * mu * strain + even[:, None, None] * tangential + outer + outer.transpose(0, 2, 1)
-                      - across[:, None, None] * normal[:, :, None] * normal[:, None, :])  # fmt: skip
+    return np.asarray(
+        2.0 * mu * strain
+        + even[:, None, None] * tangential
+        + outer
+        + outer.transpose(0, 2, 1)
+        - across[:, None, None] * normal[:, :, None] * normal[:, None, :]
+    )
 
 
 def components(tensor: Array) -> Array:
-    """xx, yy, xy, in space xx, yy, zz, xy, xz, yz, of symmetric tensors (q, d, d), (q, d(d+1)/2)."""
+    """xx, yy, xy, in space xx, yy, zz, xy, xz, yz, of symmetric tensors (q, d, d), (q,
+    d(d+1)/2)."""
     i, j = np.triu_indices(tensor.shape[1], 1)
     return np.hstack([np.einsum("qii->qi", tensor), tensor[:, i, j]])

@@ -1,4 +1,5 @@
-"""Solids of CAD files (STEP, IGES, BREP): their surfaces by number and name, and the curved facets that mesh them."""
+"""Solids of CAD files (STEP, IGES, BREP): their surfaces by number and name, and the curved facets
+that mesh them."""
 
 from __future__ import annotations
 
@@ -43,7 +44,8 @@ def is_cad(file: str) -> bool:
 
 @frozen
 class CadFace:
-    """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²] and centre [length]."""
+    """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²]
+    and centre [length]."""
 
     number: int
     name: str
@@ -91,7 +93,9 @@ class CadSurface(SolidSurface):
     def _numbers(self) -> dict[str, tuple[int, ...]]:
         """Of the faces of each part."""
         pairs = list(zip(self.faces, self.part_of, strict=True))
-        return {part: tuple(face.number for face, own in pairs if own == part) for part in self.parts}
+        return {
+            part: tuple(face.number for face, own in pairs if own == part) for part in self.parts
+        }
 
     @property
     def diameter(self) -> float:
@@ -119,7 +123,8 @@ class CadSurface(SolidSurface):
         return _facets(self, size or self.usual_size)
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Onto the surface of the part that a whole panel is nearest to, and onto its edges (`Projector.onto`)."""
+        """Onto the surface of the part that a whole panel is nearest to, and onto its edges
+        (`Projector.onto`)."""
         surfaces = list(self._numbers.values())
         return projector(self.file, self.stamp).onto([surfaces[k] for k in part.tolist()], points)
 
@@ -137,20 +142,31 @@ class CadSurface(SolidSurface):
         cells = 4.0 / 3.0**0.5 * self.area / size / size
         if cells > MOST:
             enough = 1.1 * size * float(cells / MOST) ** 0.5
-            raise InputError(f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about {cells:.2g}, "
-                             f"{MOST:.0e} at most are made; a size of {enough:.2g} will do")  # fmt: skip
+            raise InputError(
+                f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about "
+                f"{cells:.2g}, "
+                f"{MOST:.0e} at most are made; a size of {enough:.2g} will do"
+            )
         ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
             if file.read() != END:
-                raise OutputError(f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is there room?")
+                raise OutputError(
+                    f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
+                    f"there room?"
+                )
 
     def table(self) -> list[list[str]]:
         """Number, part, kind, area and centre of each face, after a head."""
         small = 1e-9 * self.diameter
-        centres = [" ".join(f"{0.0 if abs(value) < small else value:.4g}" for value in face.centre) for face in self.faces]
-        rows = [[str(face.number), part, face.kind, f"{face.area:.6g}", centre]
-                for face, part, centre in zip(self.faces, self.part_of, centres, strict=True)]  # fmt: skip
+        centres = [
+            " ".join(f"{0.0 if abs(value) < small else value:.4g}" for value in face.centre)
+            for face in self.faces
+        ]
+        rows = [
+            [str(face.number), part, face.kind, f"{face.area:.6g}", centre]
+            for face, part, centre in zip(self.faces, self.part_of, centres, strict=True)
+        ]
         return [["surface", "part", "kind", "area", "centre"], *rows]
 
 
@@ -164,7 +180,9 @@ def _facets(surface: CadSurface, size: float) -> FacetSurface:
         return gmsh_surface(read_msh(str(target)), surface.file)
 
 
-def cad_surface(file: str, parts: Mapping[str, Sequence[int]] | None = None, solid: str | int | None = None) -> CadSurface:
+def cad_surface(
+    file: str, parts: Mapping[str, Sequence[int]] | None = None, solid: str | int | None = None
+) -> CadSurface:
     """The surface of a solid of a CAD file.
 
     Parameters
@@ -178,7 +196,8 @@ def cad_surface(file: str, parts: Mapping[str, Sequence[int]] | None = None, sol
     Raises
     ------
     InputError
-        If Gmsh's package is missing, the file cannot be read, it has no solid or several, or there is no such surface.
+        If Gmsh's package is missing, the file cannot be read, it has no solid or several, or there
+        is no such surface.
     """
     path = Path(file)
     stamp = path.stat().st_mtime_ns
@@ -188,8 +207,11 @@ def cad_surface(file: str, parts: Mapping[str, Sequence[int]] | None = None, sol
     known = {face.number for face in faces}
     for number in own:
         if number not in known:
-            raise InputError(f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} (petcontact mesh "
-                             f"{path.name} lists them)")  # fmt: skip
+            raise InputError(
+                f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
+                f"(petcontact mesh "
+                f"{path.name} lists them)"
+            )
     part_of = tuple(own.get(face.number, face.part) for face in faces)
     return CadSurface(file, stamp, faces, part_of, tuple(found["low"]), tuple(found["high"]))
 
@@ -198,28 +220,41 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
     """The solid that is meant."""
     solids: list[dict[str, Any]] = found["solids"]
     if not solids:
-        what = f"{found['loose']} surface{'s' * (found['loose'] != 1)} but no solid" if found["loose"] else "no solid"
-        raise InputError(f"{file}: holds {what}; a body is one solid with a closed surface: sew it in the CAD program")
+        what = (
+            f"{found['loose']} surface{'s' * (found['loose'] != 1)} but no solid"
+            if found["loose"]
+            else "no solid"
+        )
+        raise InputError(
+            f"{file}: holds {what}; a body is one solid with a closed surface: sew it in the CAD "
+            f"program"
+        )
     names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
     chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
     if not chosen:
         raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
     if len(chosen) > 1:
-        raise InputError(f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid (--solid of "
-                         "petcontact mesh) names or numbers it, a [[body]] each")  # fmt: skip
+        raise InputError(
+            f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
+            f"(--solid of "
+            "petcontact mesh) names or numbers it, a [[body]] each"
+        )
     return chosen[0]
 
 
 @functools.lru_cache(maxsize=16)
 def _listed(file: str, stamp: int) -> dict[str, Any]:
-    """What the worker lists, faces as tuples with the names of the file; `stamp` is part of the key."""
+    """What the worker lists, faces as tuples with the names of the file; `stamp` is part of the
+    key."""
     found = ask(file)
     solids = found["solids"]
     vertices: list[Any] = [[face["vertices"] for face in solid["faces"]] for solid in solids]
     named = face_names(Path(file), vertices)
     for solid, names in zip(solids, named, strict=True):
-        solid["faces"] = [(face["number"], name, face["kind"], face["area"], tuple(face["centre"]))
-                          for face, name in zip(solid["faces"], names, strict=True)]  # fmt: skip
+        solid["faces"] = [
+            (face["number"], name, face["kind"], face["area"], tuple(face["centre"]))
+            for face, name in zip(solid["faces"], names, strict=True)
+        ]
     return found
 
 
@@ -234,17 +269,31 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     import subprocess
 
     if importlib.util.find_spec("gmsh") is None:
-        raise InputError(f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; or mesh it "
-                         "elsewhere and give the .msh file")  # fmt: skip
+        raise InputError(
+            f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
+            f"or mesh it "
+            "elsewhere and give the .msh file"
+        )
     words = [sys.executable, worker.__file__]
-    done = subprocess.run(words, input=json.dumps({"file": file, **request}), capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        words,
+        input=json.dumps({"file": file, **request}),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     try:
         answer: dict[str, Any] = json.loads(done.stdout)
     except ValueError:
-        raise InputError(f"{file}: Gmsh ended while it read or meshed it (status {done.returncode}); mend the geometry in "
-                         "the CAD program") from None  # fmt: skip
+        raise InputError(
+            f"{file}: Gmsh ended while it read or meshed it (status {done.returncode}); mend the "
+            f"geometry in "
+            "the CAD program"
+        ) from None
     if "missing" in answer:
-        raise InputError(f"{file}: Gmsh's Python package does not load ({answer['missing']}); {LIBRARIES}")
+        raise InputError(
+            f"{file}: Gmsh's Python package does not load ({answer['missing']}); {LIBRARIES}"
+        )
     if "error" in answer:
         doing = "meshed" if "target" in request else "read"
         raise InputError(f"{file}: cannot be {doing} ({answer['error'].splitlines()[0]})")
@@ -253,4 +302,8 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
 
 def _numbers(numbers: set[int]) -> str:
     low, high = min(numbers), max(numbers)
-    return f"{low} to {high}" if len(numbers) == high - low + 1 else ", ".join(map(str, sorted(numbers)))
+    return (
+        f"{low} to {high}"
+        if len(numbers) == high - low + 1
+        else ", ".join(map(str, sorted(numbers)))
+    )

@@ -1,4 +1,5 @@
-"""Points brought onto the surfaces of a CAD file, by a worker that stays for as long as somebody may ask."""
+"""Points brought onto the surfaces of a CAD file, by a worker that stays for as long as somebody
+may ask."""
 
 from __future__ import annotations
 
@@ -21,7 +22,8 @@ from . import worker
 
 
 class Projector:
-    """The worker for one file, and what it has answered: most panels of a mesh are those of the one before.
+    """The worker for one file, and what it has answered: most panels of a mesh are those of the one
+    before.
 
     Parameters
     ----------
@@ -31,12 +33,16 @@ class Projector:
     def __init__(self, file: str) -> None:
         self._file, self._known = file, dict[tuple[tuple[int, ...], bytes], Array]()
         self._process = subprocess.Popen(
-            [sys.executable, worker.__file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [sys.executable, worker.__file__],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
         )
         weakref.finalize(self, _end, self._process)
 
     def onto(self, surfaces: Sequence[tuple[int, ...]], points: Array) -> Array:
-        """Points (n, k, 3) of panels, NaN where there is none, on that of its surfaces which a whole panel is nearest to.
+        """Points (n, k, 3) of panels, NaN where there is none, on that of its surfaces which a
+        whole panel is nearest to.
 
         Points near an edge of that surface, by the size of the panel, come onto the edge.
 
@@ -58,7 +64,9 @@ class Projector:
     def _answer(self, request: dict[str, Any]) -> list[list[list[float]]]:
         assert self._process.stdin is not None and self._process.stdout is not None
         line = ""
-        if self._process.poll() is None:  # writing to a pipe that nobody reads may end the command without a word
+        if (
+            self._process.poll() is None
+        ):  # writing to a pipe that nobody reads may end the command without a word
             with contextlib.suppress(OSError):
                 print(json.dumps(request), file=self._process.stdin, flush=True)
                 line = self._process.stdout.readline()

@@ -1,8 +1,8 @@
-"""The program that reads and meshes a CAD file with Gmsh: requests of one file in JSON, a line each, on standard input, the
-answers on standard output.
+"""The program that reads and meshes a CAD file with Gmsh: requests of one file in JSON, a line
+each, on standard input, the answers on standard output.
 
-It runs as a process of its own: OpenCASCADE writes to standard output, ends on signals where a file is damaged, and has one
-state for all. It imports nothing of petcontact.
+It runs as a process of its own: OpenCASCADE writes to standard output, ends on signals where a file
+is damaged, and has one state for all. It imports nothing of petcontact.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ TURN = 8
 
 
 def listed(gmsh: Any) -> dict[str, Any]:
-    """Solids with their surfaces: number, kind, area, centre and vertices of each; and the surfaces of no solid."""
+    """Solids with their surfaces: number, kind, area, centre and vertices of each; and the surfaces
+    of no solid."""
     model, solids = gmsh.model, []
     faces = {number: _face(model, number) for _, number in model.getEntities(2)}
     loose = set(faces)
@@ -30,21 +31,32 @@ def listed(gmsh: Any) -> dict[str, Any]:
         loose -= set(mine)
         low, high = [model.getBoundingBox(3, number)[k : k + 3] for k in (0, 3)]
         name = model.getEntityName(3, number).rpartition("/")[2]
-        solids.append({"number": number, "name": name, "low": low, "high": high, "faces": [faces[face] for face in mine]})
+        solids.append(
+            {
+                "number": number,
+                "name": name,
+                "low": low,
+                "high": high,
+                "faces": [faces[face] for face in mine],
+            }
+        )
     return {"solids": solids, "loose": len(loose)}
 
 
 def _face(model: Any, number: int) -> dict[str, Any]:
     corners = model.getBoundary([(2, number)], combined=False, oriented=False, recursive=True)
     return {
-        "number": number, "kind": model.getType(2, number), "area": model.occ.getMass(2, number),
+        "number": number,
+        "kind": model.getType(2, number),
+        "area": model.occ.getMass(2, number),
         "centre": model.occ.getCenterOfMass(2, number),
         "vertices": [model.getValue(0, tag, []).tolist() for _, tag in sorted(set(corners))],
-    }  # fmt: skip
+    }
 
 
 def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
-    """Write a .msh file of the surface of a solid: cells of about a size, a physical surface for each part."""
+    """Write a .msh file of the surface of a solid: cells of about a size, a physical surface for
+    each part."""
     model, option = gmsh.model, gmsh.option.setNumber
     for number, (name, faces) in enumerate(request["parts"].items(), 1):
         model.addPhysicalGroup(2, faces, number, name)
@@ -55,15 +67,17 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
     option("Mesh.MeshSizeFromPoints", 0)  # OpenCASCADE's points have sizes of their own
     option("Mesh.MeshSizeFromCurvature", TURN)
     option("Mesh.ElementOrder", request["order"])
-    option("Mesh.Algorithm", 6)  # of the same points the same triangles, whatever the number of threads
+    option(
+        "Mesh.Algorithm", 6
+    )  # of the same points the same triangles, whatever the number of threads
     model.mesh.generate(2)
     gmsh.write(request["target"])
     return {}
 
 
 def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, Any]:
-    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on its edges where they are
-    closer to these than a share of the panel."""
+    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on
+    its edges where they are closer to these than a share of the panel."""
     import numpy as np
 
     model, boxes, edges = gmsh.model, dict[tuple[int, int], Any](), dict[int, list[int]]()
@@ -76,7 +90,11 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
         return np.any((points < low - within) | (points > high + within), axis=-1)
 
     def nearest(dim: int, number: int, points: Any) -> Any:
-        return np.reshape(model.getClosestPoint(dim, number, points.ravel())[0], (-1, 3)) if len(points) else points
+        return (
+            np.reshape(model.getClosestPoint(dim, number, points.ravel())[0], (-1, 3))
+            if len(points)
+            else points
+        )
 
     answer = []
     for panel in panels:
@@ -87,8 +105,11 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
                 continue
             near = nearest(2, number, points)
             if number not in edges:
-                edges[number] = [edge for _, edge in model.getBoundary([(2, number)], oriented=False)
-                                 if model.getType(1, edge) != "Unknown"]  # fmt: skip
+                edges[number] = [
+                    edge
+                    for _, edge in model.getBoundary([(2, number)], oriented=False)
+                    if model.getType(1, edge) != "Unknown"
+                ]
             closest = np.full(len(points), rim * size)
             for edge in edges[number]:
                 asked = np.flatnonzero(~apart(1, edge, points, rim * size))
@@ -132,7 +153,9 @@ def _open(gmsh: Any, file: str) -> None:
         gmsh.option.setNumber(key, int(key.endswith("Threads")))
     gmsh.model.add("part")
     # never gmsh.open: what it takes for a script it runs
-    gmsh.model.occ.importShapes(file, highestDimOnly=False, format=FORMATS[Path(file).suffix.lower()])
+    gmsh.model.occ.importShapes(
+        file, highestDimOnly=False, format=FORMATS[Path(file).suffix.lower()]
+    )
     gmsh.model.occ.synchronize()
 
 

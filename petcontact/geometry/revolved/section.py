@@ -1,4 +1,5 @@
-"""The plane faces of a body that is turned by less than a full circle: its section in curved triangles."""
+"""The plane faces of a body that is turned by less than a full circle: its section in curved
+triangles."""
 
 from __future__ import annotations
 
@@ -21,10 +22,12 @@ CLEAR = 0.6
 
 
 def section_triangles(stations: Stations, size: float) -> Array | None:
-    """Six points (n, 6, 2) of triangles that fill a section, counter-clockwise, with all of its pieces as their edges.
+    """Six points (n, 6, 2) of triangles that fill a section, counter-clockwise, with all of its
+    pieces as their edges.
 
-    Delaunay's triangulation of the ends of the pieces and of a regular grid inside. None where a piece is no edge of it, or
-    a triangle is too much warped by its curved side: shorter pieces will do.
+    Delaunay's triangulation of the ends of the pieces and of a regular grid inside. None where a
+    piece is no edge of it, or a triangle is too much warped by its curved side: shorter pieces will
+    do.
     """
     import shapely
 
@@ -32,7 +35,9 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     body = _polygon(stations)
     inner = _grid(body, size)
     low, high = start.min(axis=0), start.max(axis=0)
-    around = 0.5 * (low + high) + 5.0 * np.max(high - low) * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    around = 0.5 * (low + high) + 5.0 * np.max(high - low) * np.array(
+        [[-1, -1], [1, -1], [1, 1], [-1, 1]]
+    )
     points = np.concatenate([start, inner, around])  # nothing of the section is on the hull
     corners = scipy.spatial.Delaunay(points).simplices
     corners = corners[shapely.contains_xy(body, *points[corners].mean(axis=1).T)]

@@ -1,4 +1,5 @@
-"""Stations along the sides of a section in (r, z): where panels of a revolved surface begin, and how many go round there."""
+"""Stations along the sides of a section in (r, z): where panels of a revolved surface begin, and
+how many go round there."""
 
 from __future__ import annotations
 
@@ -13,9 +14,11 @@ from ...frozen import frozen
 from ..outline import Outline, Side, shown
 
 TURN = 0.25 * math.pi
-"""Largest angle of a panel, around the axis or along an arc: its area factor varies by less than 2 [rad]."""
+"""Largest angle of a panel, around the axis or along an arc: its area factor varies by less than 2
+[rad]."""
 TIP = 1.5
-"""Length of pieces that begin on the axis over that of the others: the ones after them do not double their radius."""
+"""Length of pieces that begin on the axis over that of the others: the ones after them do not
+double their radius."""
 ON_AXIS = 1e-9
 """Distance from the axis, over the size of the section, that counts as none."""
 
@@ -58,7 +61,9 @@ def stations(section: Outline, angle: float, size: float) -> Stations:
     for loop in section.loops:
         first = len(part)
         for side in loop:
-            count = max(1, round(side.length / size), math.ceil(2.0 * abs(side.half_angle) / TURN - 1e-9))
+            count = max(
+                1, round(side.length / size), math.ceil(2.0 * abs(side.half_angle) / TURN - 1e-9)
+            )
             x = side.point(_fractions(side, count, ON_AXIS * section.diameter))
             x[:, 0] = np.where(x[:, 0] < ON_AXIS * section.diameter, 0.0, x[:, 0])
             at.append(np.stack([x[:-1:2], x[1::2], x[2::2]], axis=1))
@@ -72,14 +77,17 @@ def _fractions(side: Side, count: int, small: float) -> Array:
     """Ends and middles of pieces (2 count + 1,); those that begin or end on the axis are longer."""
     share = np.ones(count)
     for end, (piece, place) in enumerate(((0, side.start), (-1, side.end))):
-        share[piece] *= TIP if place[0] <= small and (side.start, side.end)[1 - end][0] > small else 1.0
+        share[piece] *= (
+            TIP if place[0] <= small and (side.start, side.end)[1 - end][0] > small else 1.0
+        )
     ends = np.concatenate([[0.0], np.cumsum(share) / share.sum()])
     ends[-1] = 1.0
     return np.interp(np.arange(2 * count + 1) / 2.0, np.arange(count + 1), ends)
 
 
 def _sectors(r: Array, following: Index, angle: float, size: float) -> Index:
-    """The fewest sectors times powers of two, twice as many at most from one station to the next."""
+    """The fewest sectors times powers of two, twice as many at most from one station to the
+    next."""
     fewest = max(1, math.ceil(angle / TURN - 1e-9))
     most = max(fewest, round(angle * float(r.max()) / size))
     base = round(most / 2 ** int(math.log2(most / fewest)))
@@ -97,7 +105,10 @@ def _sectors(r: Array, following: Index, angle: float, size: float) -> Index:
 
 def on_axis(side: Side, section: Outline) -> bool:
     """Whether a side lies on the axis."""
-    return side.curvature == 0.0 and max(abs(side.start[0]), abs(side.end[0])) <= ON_AXIS * section.diameter
+    return (
+        side.curvature == 0.0
+        and max(abs(side.start[0]), abs(side.end[0])) <= ON_AXIS * section.diameter
+    )
 
 
 def checked_section(section: Outline) -> Outline:
@@ -114,14 +125,20 @@ def checked_section(section: Outline) -> Outline:
             lowest = _nearest_to_axis(side)
             if lowest[0] < -small:
                 raise InputError(
-                    f"geometry: side {side.part!r} passes the axis at (r, z) = {shown(lowest)}; r >= 0 is needed"
+                    f"geometry: side {side.part!r} passes the axis at (r, z) = {shown(lowest)}; r "
+                    f">= 0 is needed"
                 )
             inside = min(np.hypot(*(lowest - end)) for end in (side.start, side.end)) > small
-            ends_there = side.end[0] <= small and not (on_axis(side, section) or on_axis(following, section))
+            ends_there = side.end[0] <= small and not (
+                on_axis(side, section) or on_axis(following, section)
+            )
             if (inside and lowest[0] <= small and not on_axis(side, section)) or ends_there:
                 place = side.end if ends_there else lowest
-                raise InputError(f"geometry: the section touches the axis in the point (r, z) = {shown(place)} only; a body "
-                                 "that holds together there has a side on the axis")  # fmt: skip
+                raise InputError(
+                    f"geometry: the section touches the axis in the point (r, z) = {shown(place)} "
+                    f"only; a body "
+                    "that holds together there has a side on the axis"
+                )
     return section
 
 
@@ -132,7 +149,10 @@ def _nearest_to_axis(side: Side) -> Array:
     if side.half_angle:
         # where the tangent is parallel to the axis
         start = math.atan2(along[1], along[0])
-        turned = [(quarter * math.pi - start) / (2.0 * side.half_angle) for quarter in (-1.5, -0.5, 0.5, 1.5)]
+        turned = [
+            (quarter * math.pi - start) / (2.0 * side.half_angle)
+            for quarter in (-1.5, -0.5, 0.5, 1.5)
+        ]
         fractions += [t for t in turned if 0.0 < t < 1.0]
     points = side.point(np.array(fractions))
     nearest: Array = points[points[:, 0].argmin()]

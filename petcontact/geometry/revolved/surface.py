@@ -1,4 +1,5 @@
-"""The surface of a section that is turned about an axis, as curved panels: quadrilaterals, triangles where more go round."""
+"""The surface of a section that is turned about an axis, as curved panels: quadrilaterals,
+triangles where more go round."""
 
 from __future__ import annotations
 
@@ -37,13 +38,19 @@ def _mirrored(cells: Array) -> Array:
     return (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]
 
 
-EQUAL = np.array([[(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5), (0.5, 0.5)]])
+EQUAL = np.array(
+    [[(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5), (0.5, 0.5)]]
+)
 MORE = np.stack(
-    [_triangle((0, 0), (0.5, 1), (0, 1)), _triangle((0, 0), (1, 0), (0.5, 1)), _triangle((1, 0), (1, 1), (0.5, 1))]
+    [
+        _triangle((0, 0), (0.5, 1), (0, 1)),
+        _triangle((0, 0), (1, 0), (0.5, 1)),
+        _triangle((1, 0), (1, 1), (0.5, 1)),
+    ]
 )
 TIP = np.array([[(0.5, 0), (1, 1), (0, 1), (1, 0.5), (0.5, 1), (0, 0.5)]])
-"""Panels of a sector between the start (0) and the end (1) of a piece, the angle first: as many sectors at the end, twice as
-many, or the start on the axis."""
+"""Panels of a sector between the start (0) and the end (1) of a piece, the angle first: as many
+sectors at the end, twice as many, or the start on the axis."""
 
 
 @frozen
@@ -64,7 +71,8 @@ class RevolvedSurface(SolidSurface):
     Raises
     ------
     InputError
-        If the section passes the axis or touches it in a point, or has a part of the name of a plane face.
+        If the section passes the axis or touches it in a point, or has a part of the name of a
+        plane face.
     """
 
     section: Outline
@@ -79,7 +87,8 @@ class RevolvedSurface(SolidSurface):
         checked_section(self.section)
         for name in set(FACES) & {*self._round_parts} if not self._is_whole else ():
             raise InputError(
-                f"geometry: the part {name!r} is a plane face where the section begins or ends; choose another name"
+                f"geometry: the part {name!r} is a plane face where the section begins or ends; "
+                f"choose another name"
             )
 
     @property
@@ -109,11 +118,15 @@ class RevolvedSurface(SolidSurface):
     @property
     def area(self) -> float:
         """By Pappus' rule [length²]."""
-        round_ = sum(side.length * side.point(np.linspace(0.05, 0.95, 10))[:, 0].mean() for side in self.section.sides)
+        round_ = sum(
+            side.length * side.point(np.linspace(0.05, 0.95, 10))[:, 0].mean()
+            for side in self.section.sides
+        )
         return float(self.angle * round_ + 2.0 * (not self._is_whole) * self.section.polygon().area)
 
     def cells(self, size: float) -> Iterator[tuple[int, Array]]:
-        """Part and points (n, 9, 3) of panels: corners, middles of the sides, middle; NaN where triangles have none.
+        """Part and points (n, 9, 3) of panels: corners, middles of the sides, middle; NaN where
+        triangles have none.
 
         Raises
         ------
@@ -128,14 +141,22 @@ class RevolvedSurface(SolidSurface):
             if filling is not None:
                 break
         if filling is None and not self._is_whole:
-            raise InputError(f"mesh.element_size: {size:g} is too coarse for the section's plane faces")
+            raise InputError(
+                f"mesh.element_size: {size:g} is too coarse for the section's plane faces"
+            )
         yield from self._round(found)
         if filling is not None:
-            for face, (six, steps) in enumerate(((filling, 0), (filling[:, [0, 2, 1, 5, 4, 3]], 1))):
-                yield len(self._round_parts) + face, self._padded(self._placed(six[..., 0], six[..., 1], steps, 1))
+            for face, (six, steps) in enumerate(
+                ((filling, 0), (filling[:, [0, 2, 1, 5, 4, 3]], 1))
+            ):
+                yield (
+                    len(self._round_parts) + face,
+                    self._padded(self._placed(six[..., 0], six[..., 1], steps, 1)),
+                )
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Onto the side of the section that a whole panel is nearest to, and onto all rims there; the axis stays."""
+        """Onto the side of the section that a whole panel is nearest to, and onto all rims there;
+        the axis stays."""
         away = (points - self.centre) @ self.frame.T
         radius = np.hypot(away[..., 0], away[..., 1])
         at = np.stack([radius, away[..., 2]], axis=-1)
@@ -150,18 +171,24 @@ class RevolvedSurface(SolidSurface):
             # what lies close to an end belongs on the rim that the end is turned into
             slack = np.repeat(RIM * size[mine], at.shape[1]) / side.length
             rims = [end[0] > ON_AXIS * self.section.diameter for end in (side.start, side.end)]
-            place = np.where(rims[0] & (place < slack), 0.0, np.where(rims[1] & (place > 1.0 - slack), 1.0, place))
+            place = np.where(
+                rims[0] & (place < slack),
+                0.0,
+                np.where(rims[1] & (place > 1.0 - slack), 1.0, place),
+            )
             near = side.point(place).reshape(-1, *at.shape[1:])
             distance = np.nansum((near - at[mine]) ** 2, axis=(1, 2))
             better = distance < least[mine]
             found[mine[better]], least[mine[better]] = near[better], distance[better]
-            near = side.point(np.clip(np.nan_to_num(side.nearest(at[flat].reshape(-1, 2))), 0.0, 1.0)).reshape(
-                -1, *at.shape[1:]
-            )
+            near = side.point(
+                np.clip(np.nan_to_num(side.nearest(at[flat].reshape(-1, 2))), 0.0, 1.0)
+            ).reshape(-1, *at.shape[1:])
             close = np.linalg.norm(near - at[flat], axis=-1) < RIM * size[flat, None]
             found[flat] = np.where(close[..., None], near, found[flat])
         on_rim = radius > ON_AXIS * self.section.diameter
-        away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[..., None]
+        away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[
+            ..., None
+        ]
         away[..., 2] = np.where(np.isnan(radius), np.nan, found[..., 1])
         return np.asarray(self.centre + away @ self.frame)
 
@@ -175,22 +202,35 @@ class RevolvedSurface(SolidSurface):
             if before == after:
                 cells, count = EQUAL, before
             else:
-                cells, count = (TIP if 0 in (before, after) else MORE), min(before, after) or max(before, after)
+                cells, count = (
+                    (TIP if 0 in (before, after) else MORE),
+                    min(before, after) or max(before, after),
+                )
                 cells = cells if before < after else _mirrored(cells)
             place = np.rint(2.0 * cells[..., 1]).astype(int)
             r, z = found.at[k, place].transpose(2, 0, 1)
-            steps = np.rint((np.arange(count)[:, None, None] + cells[..., 0]) * (finest // count)).astype(int)
-            x = self._placed(np.broadcast_to(r, steps.shape), np.broadcast_to(z, steps.shape), steps, finest)
+            steps = np.rint(
+                (np.arange(count)[:, None, None] + cells[..., 0]) * (finest // count)
+            ).astype(int)
+            x = self._placed(
+                np.broadcast_to(r, steps.shape), np.broadcast_to(z, steps.shape), steps, finest
+            )
             yield self._round_parts.index(part), self._padded(x.reshape(-1, *x.shape[2:]))
 
     def _placed(self, r: Array, z: Array, step: Array | int, steps: int) -> Array:
-        """Points at whole steps of the angle, so that those of neighbours are the same to the last digit."""
+        """Points at whole steps of the angle, so that those of neighbours are the same to the last
+        digit."""
         angle = self.angle * (np.arange(steps + 1) / steps)
         if self._is_whole:
             angle[-1] = 0.0
         first, second, along = self.frame
-        cos, sin = (np.broadcast_to(values[step], r.shape)[..., None] for values in (np.cos(angle), np.sin(angle)))
-        return np.asarray(self.centre + r[..., None] * (cos * first + sin * second) + z[..., None] * along)
+        cos, sin = (
+            np.broadcast_to(values[step], r.shape)[..., None]
+            for values in (np.cos(angle), np.sin(angle))
+        )
+        return np.asarray(
+            self.centre + r[..., None] * (cos * first + sin * second) + z[..., None] * along
+        )
 
     @staticmethod
     def _padded(x: Array) -> Array:

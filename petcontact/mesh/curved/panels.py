@@ -1,4 +1,5 @@
-"""Curved panels of order 0 to 3 in space: quadratic cells, with polynomials of the reference element as bases."""
+"""Curved panels of order 0 to 3 in space: quadratic cells, with polynomials of the reference
+element as bases."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
-"""Gauss points in each direction for the integrals of the basis: the area factor is no polynomial."""
+"""Gauss points in each direction for the integrals of the basis: the area factor is no
+polynomial."""
 
 
 @functools.cache
@@ -26,7 +28,8 @@ def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]
 
 @frozen
 class CurvedPanels(QuadraticCells):
-    """Quadratic panels of one shape and order; local coordinates are those of the reference element.
+    """Quadratic panels of one shape and order; local coordinates are those of the reference
+    element.
 
     Attributes
     ----------
@@ -68,7 +71,13 @@ class CurvedPanels(QuadraticCells):
     def places(self) -> Array:
         """Local coordinates of `points`, (6 or 9, 2)."""
         corner = REFERENCE[self.n_corners]
-        return np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), np.zeros((self.n_corners - 3, 2))])
+        return np.concatenate(
+            [
+                corner,
+                0.5 * (corner + np.roll(corner, -1, axis=0)),
+                np.zeros((self.n_corners - 3, 2)),
+            ]
+        )
 
     @property
     def polygon(self) -> Array:
@@ -84,7 +93,10 @@ class CurvedPanels(QuadraticCells):
     def box(self) -> Array:
         """Least and largest coordinates in the frames of `chord`, over its size, (n, 2, 3)."""
         x = self.at(self.each(samples(self.n_corners)))[0]
-        local = np.einsum("nij,nqj->nqi", self.chord.frame, x - self.chord.centre[:, None]) / self.chord.size[:, None, None]
+        local = (
+            np.einsum("nij,nqj->nqi", self.chord.frame, x - self.chord.centre[:, None])
+            / self.chord.size[:, None, None]
+        )
         return np.stack([local.min(axis=1), local.max(axis=1)], axis=1)
 
     @property
@@ -108,11 +120,15 @@ class CurvedPanels(QuadraticCells):
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.T)
 
     def basis_slopes(self, local: Array) -> Array:
-        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
-        return np.asarray(np.swapaxes(monomial_slopes(local, self.exponents), -1, -2) @ self.coefficients.T).swapaxes(-1, -2)
+        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q,
+        2)."""
+        return np.asarray(
+            np.swapaxes(monomial_slopes(local, self.exponents), -1, -2) @ self.coefficients.T
+        ).swapaxes(-1, -2)
 
     def tangent_vectors(self, local: Array) -> Array:
-        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
+        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2)
+        [length]."""
         return self.at(local)[1]
 
     def normals(self, local: Array) -> Array:
@@ -126,11 +142,15 @@ class CurvedPanels(QuadraticCells):
         return self.each(reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:
-        """Of one point a panel, (n, 3): local coordinates (n, 2) of the nearest point, its distance [length], and how far
-        inside the panel that is, in local coordinates."""
+        """Of one point a panel, (n, 3): local coordinates (n, 2) of the nearest point, its distance
+        [length], and how far inside the panel that is, in local coordinates."""
         walls, bounds = WALLS[self.n_corners]
         local, distance = self.nearest(x)
-        return local, distance, np.min((bounds - local @ walls.T) / np.linalg.norm(walls, axis=1), axis=1)
+        return (
+            local,
+            distance,
+            np.min((bounds - local @ walls.T) / np.linalg.norm(walls, axis=1), axis=1),
+        )
 
 
 @functools.cache
@@ -139,7 +159,9 @@ def _coefficients(corners: int, order: int) -> Array:
     return np.ascontiguousarray(np.linalg.inv(monomials(nodes, exponents)).T)
 
 
-def make_curved_panels(points: Array, order: int, index: Index) -> tuple[CurvedPanels, Array, Array, Array]:
+def make_curved_panels(
+    points: Array, order: int, index: Index
+) -> tuple[CurvedPanels, Array, Array, Array]:
     """Panels through given points, their nodes, and the weights and normals of these.
 
     Parameters

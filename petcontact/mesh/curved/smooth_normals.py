@@ -1,8 +1,8 @@
 """Normals of the smooth surfaces that curved panels stand for, at their nodes.
 
-A quadratic panel follows a surface to h⁴, its normal to h³ only, and neighbours meet at small angles. Here each panel is a
-height over the plane of its corners: a polynomial of degree 4 that has the panel's points and, in these, the mean of the
-normals of the panels that meet there.
+A quadratic panel follows a surface to h⁴, its normal to h³ only, and neighbours meet at small
+angles. Here each panel is a height over the plane of its corners: a polynomial of degree 4 that has
+the panel's points and, in these, the mean of the normals of the panels that meet there.
 """
 
 from __future__ import annotations
@@ -17,22 +17,26 @@ from ..panels import monomial_slopes, monomials
 from .panels import CurvedPanels
 
 SMOOTH = 0.9
-"""Least cosine between normals of panels that meet on a smooth surface; beyond that they meet in an edge."""
+"""Least cosine between normals of panels that meet on a smooth surface; beyond that they meet in an
+edge."""
 SAME = 1e-6
 """Points closer than this share of the smallest panel are one."""
 MIDDLE = 0.3
 """Weight of normals in the middle of sides, where two panels meet only, over that in corners."""
 STEEP = 0.1
-"""Least cosine between the normal and that of the plane of the corners with which slopes are found."""
-QUADRATIC, HEIGHT = (np.array([(a, b) for a in range(d + 1) for b in range(d + 1 - a)]) for d in (2, 4))
+"""Least cosine between the normal and that of the plane of the corners with which slopes are
+found."""
+QUADRATIC, HEIGHT = (
+    np.array([(a, b) for a in range(d + 1) for b in range(d + 1 - a)]) for d in (2, 4)
+)
 """Exponents of heights."""
 
 
 def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
     """Unit normals at the nodes of all curved panels of a body, (n, k, 3) of each group.
 
-    Normals at the panels' points are those of the panels, or of quadratic heights, which suit spheres: whichever differ
-    less from panel to panel.
+    Normals at the panels' points are those of the panels, or of quadratic heights, which suit
+    spheres: whichever differ less from panel to panel.
 
     Examples
     --------
@@ -47,39 +51,63 @@ def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
     if not groups:
         return []
     points = [_local(group, group.points) for group in groups]
-    found = ([group.normals(group.each(group.places)) for group in groups],
-             [_normals(group, at, _through(at), QUADRATIC) for group, at in zip(groups, points, strict=True)])  # fmt: skip
+    found = (
+        [group.normals(group.each(group.places)) for group in groups],
+        [
+            _normals(group, at, _through(at), QUADRATIC)
+            for group, at in zip(groups, points, strict=True)
+        ],
+    )
     pairs = _pairs(groups)
     flat = [np.concatenate([normal.reshape(-1, 3) for normal in each]) for each in found]
     kinks = [np.sum((each[pairs[0]] - each[pairs[1]]) ** 2) for each in flat]
     mean = _mean(groups, flat[int(np.argmin(kinks))], pairs)
     means = np.split(mean, np.cumsum([group.points[..., 0].size for group in groups])[:-1])
-    return [_normals(group, _local(group, group.at(group.nodes)[0]), _height(group, at, each.reshape(at.shape)), HEIGHT)
-            for group, at, each in zip(groups, points, means, strict=True)]  # fmt: skip
+    return [
+        _normals(
+            group,
+            _local(group, group.at(group.nodes)[0]),
+            _height(group, at, each.reshape(at.shape)),
+            HEIGHT,
+        )
+        for group, at, each in zip(groups, points, means, strict=True)
+    ]
 
 
 def _local(panels: CurvedPanels, x: Array) -> Array:
     """Points (n, q, 3) in the frames of the panels' corners, over their size."""
     chord = panels.chord
-    return np.asarray(np.einsum("nij,nqj->nqi", chord.frame, x - chord.centre[:, None]) / chord.size[:, None, None])
+    return np.asarray(
+        np.einsum("nij,nqj->nqi", chord.frame, x - chord.centre[:, None])
+        / chord.size[:, None, None]
+    )
 
 
 def _through(at: Array) -> Array:
     """Coefficients (n, 6) of quadratic heights through points (n, q, 3), by least squares."""
-    return np.asarray(np.einsum("ncq,nq->nc", np.linalg.pinv(monomials(at[..., :2], QUADRATIC)), at[..., 2]))
+    return np.asarray(
+        np.einsum("ncq,nq->nc", np.linalg.pinv(monomials(at[..., :2], QUADRATIC)), at[..., 2])
+    )
 
 
 def _normals(panels: CurvedPanels, at: Array, height: Array, exponents: Array) -> Array:
     """Unit normals (n, q, 3) at points of heights with coefficients (n, c)."""
     slope = np.einsum("nc,nqci->nqi", height, monomial_slopes(at[..., :2], exponents))
     local = np.concatenate([-slope, np.ones_like(slope[..., :1])], axis=2)
-    return np.asarray(np.einsum("nij,nqi->nqj", panels.chord.frame, local / np.linalg.norm(local, axis=2, keepdims=True)))
+    return np.asarray(
+        np.einsum(
+            "nij,nqi->nqj", panels.chord.frame, local / np.linalg.norm(local, axis=2, keepdims=True)
+        )
+    )
 
 
 def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
-    """Numbers, among the points of all panels, of those that coincide where panels meet smoothly."""
+    """Numbers, among the points of all panels, of those that coincide where panels meet
+    smoothly."""
     x = np.concatenate([group.points.reshape(-1, 3) for group in groups])
-    normal = np.concatenate([group.normals(group.each(group.places)).reshape(-1, 3) for group in groups])
+    normal = np.concatenate(
+        [group.normals(group.each(group.places)).reshape(-1, 3) for group in groups]
+    )
     least = min(float(group.chord.size.min()) for group in groups)
     i, j = scipy.spatial.cKDTree(x).query_pairs(SAME * least, output_type="ndarray").T
     smooth = np.sum(normal[i] * normal[j], axis=1) > SMOOTH
@@ -87,8 +115,14 @@ def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
 
 
 def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Index]) -> Array:
-    """Unit mean of the normals (q, 3) at the same point; a panel counts by 1/h³, as its error is h³."""
-    share = np.concatenate([np.repeat(group.chord.size, group.points.shape[1]) for group in groups])[:, None] ** -3.0
+    """Unit mean of the normals (q, 3) at the same point; a panel counts by 1/h³, as its error is
+    h³."""
+    share = (
+        np.concatenate([np.repeat(group.chord.size, group.points.shape[1]) for group in groups])[
+            :, None
+        ]
+        ** -3.0
+    )
     mean = share * normal
     for one, other in (pairs, pairs[::-1]):
         np.add.at(mean, one, (share * normal)[other])
@@ -101,6 +135,8 @@ def _height(panels: CurvedPanels, at: Array, normal: Array) -> Array:
     weight = np.where(np.arange(at.shape[1]) < panels.n_corners, 1.0, MIDDLE)
     slope = -local[..., :2] / np.maximum(local[..., 2:], STEEP)
     rows = [monomials(at[..., :2], HEIGHT)]
-    rows += [weight[:, None] * each for each in np.moveaxis(monomial_slopes(at[..., :2], HEIGHT), -1, 0)]
+    rows += [
+        weight[:, None] * each for each in np.moveaxis(monomial_slopes(at[..., :2], HEIGHT), -1, 0)
+    ]
     wanted = np.concatenate([at[..., 2], weight * slope[..., 0], weight * slope[..., 1]], axis=1)
     return np.asarray(np.einsum("ncq,nq->nc", np.linalg.pinv(np.concatenate(rows, axis=1)), wanted))

@@ -1,1 +1,2 @@
-"""Two parts that may touch: meshes that match, who faces whom, and what passes between their nodes."""
+"""Two parts that may touch: meshes that match, who faces whom, and what passes between their
+nodes."""

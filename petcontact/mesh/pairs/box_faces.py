@@ -1,4 +1,5 @@
-"""Grid lines on the faces of boxes, and how they are projected from one face to another that is parallel."""
+"""Grid lines on the faces of boxes, and how they are projected from one face to another that is
+parallel."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from .ray_casting import SLACK
 
 
 def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
-    """The grid lines along both axes of each face of a mesh of the box, twelve sides; none where a face is no grid."""
+    """The grid lines along both axes of each face of a mesh of the box, twelve sides; none where a
+    face is no grid."""
     result: list[SideMesh] = []
     for number, face in enumerate(BOX_PARTS.values()):
         mine = np.flatnonzero(mesh.part == number)
@@ -35,12 +37,14 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
 
 @frozen
 class FaceProjection:
-    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of the secondary's `partner[k]`.
+    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of the
+    secondary's `partner[k]`.
 
     Attributes
     ----------
     start, size : two (2,) arrays each
-        Where the axes of the secondary and of the primary begin, the primary moved onto the secondary, and their lengths.
+        Where the axes of the secondary and of the primary begin, the primary moved onto the
+        secondary, and their lengths.
     """
 
     secondary: tuple[int, Index]
@@ -50,13 +54,15 @@ class FaceProjection:
     size: tuple[Array, Array]
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Places of a side of the secondary on the primary: side (-1 beyond it) and fraction of it."""
+        """Places of a side of the secondary on the primary: side (-1 beyond it) and fraction of
+        it."""
         other = self.partner.index(side)
         place = self.start[0][side] + self.size[0][side] * fractions
         return _within(other, place, self.start[1][other], self.size[1][other])
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Places of a side of the primary on the secondary: side (-1 beyond it) and fraction of it."""
+        """Places of a side of the primary on the secondary: side (-1 beyond it) and fraction of
+        it."""
         other = self.partner[side]
         place = self.start[1][side] + self.size[1][side] * fractions
         return _within(other, place, self.start[0][other], self.size[0][other])
@@ -69,9 +75,12 @@ def _within(side: int, place: Array, start: float, size: float) -> tuple[Index, 
 
 
 def face_projection(
-    secondary: tuple[int, BoxSurface, str], primary: tuple[int, BoxSurface, str], direction: Array | None
+    secondary: tuple[int, BoxSurface, str],
+    primary: tuple[int, BoxSurface, str],
+    direction: Array | None,
 ) -> FaceProjection | None:
-    """Of two faces, each given by the number of its body, the box, and its name; None where they do not face one another."""
+    """Of two faces, each given by the number of its body, the box, and its name; None where they do
+    not face one another."""
     (a, one, part), (b, two, other) = secondary, primary
     (axis, side), (across, opposite) = BOX_PARTS[part], BOX_PARTS[other]
     own, theirs = face_axes(axis, side), face_axes(across, opposite)
@@ -82,7 +91,9 @@ def face_projection(
     moved = two.lower - way * (height / way[axis])
     first, second = list(own), list(theirs)
     return FaceProjection(
-        (a, 2 * list(BOX_PARTS).index(part) + np.arange(2)), (b, 2 * list(BOX_PARTS).index(other) + np.arange(2)),
-        (own.index(theirs[0]), own.index(theirs[1])), (one.lower[first], moved[second]),
+        (a, 2 * list(BOX_PARTS).index(part) + np.arange(2)),
+        (b, 2 * list(BOX_PARTS).index(other) + np.arange(2)),
+        (own.index(theirs[0]), own.index(theirs[1])),
+        (one.lower[first], moved[second]),
         ((one.upper - one.lower)[first], (two.upper - two.lower)[second]),
-    )  # fmt: skip
+    )

@@ -1,4 +1,5 @@
-"""Intersections of polygons in the plane, and quadrature on them; polygons are padded by their last corner."""
+"""Intersections of polygons in the plane, and quadrature on them; polygons are padded by their last
+corner."""
 
 from __future__ import annotations
 
@@ -49,17 +50,20 @@ def clip(subject: Array, clipper: Array) -> Array:
 def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
     """What quadrilaterals with curved sides share, as convex polygons with signs.
 
-    A curved side bounds the straight quadrilateral and the sliver between them, which is added or taken away.
+    A curved side bounds the straight quadrilateral and the sliver between them, which is added or
+    taken away.
 
     Parameters
     ----------
     subject, clipper : (n, 4, m + 1, 2), (n, 4, l + 1, 2) arrays
-        Points along each side, counter-clockwise, its corners first and last; sides of length 0 are allowed.
+        Points along each side, counter-clockwise, its corners first and last; sides of length 0 are
+        allowed.
 
     Returns
     -------
     list of ((k,) int array, (k, v, 2) array, (k,) array)
-        Which of the n, corners, and signs: first what the straight ones share, then all with slivers.
+        Which of the n, corners, and signs: first what the straight ones share, then all with
+        slivers.
 
     Examples
     --------
@@ -67,7 +71,8 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
 
     >>> import numpy as np
     >>> corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> sides = np.stack([corners, 0.5 * (corners + np.roll(corners, -1, axis=0)), np.roll(corners, -1, axis=0)], axis=1)
+    >>> following = np.roll(corners, -1, axis=0)
+    >>> sides = np.stack([corners, 0.5 * (corners + following), following], axis=1)
     >>> bent = sides.copy()
     >>> bent[0, 1, 1] = 0.1
     >>> parts = shared(sides[None], bent[None])
@@ -88,7 +93,8 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
 
 
 def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
-    """The corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and slivers with signs, 0 for none."""
+    """The corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and slivers with
+    signs, 0 for none."""
     found = [(lines[:, :, 0], np.ones(len(lines)))]
     for side in range(lines.shape[1]):
         sliver = lines[:, side]
@@ -109,7 +115,9 @@ def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
     crosses = side * after < 0.0
     share = np.divide(side, side - after, out=np.zeros_like(side), where=crosses)
     # a corner that stays, then the point in which the edge after it crosses the line
-    points = np.stack([polygon, polygon + share[..., None] * (following - polygon)], axis=2).reshape(n, 2 * v, 2)
+    points = np.stack(
+        [polygon, polygon + share[..., None] * (following - polygon)], axis=2
+    ).reshape(n, 2 * v, 2)
     kept = np.stack([side >= 0.0, crosses], axis=2).reshape(n, 2 * v)
     order = np.argsort(~kept, axis=1, kind="stable")[:, : v + 1]
     last = np.maximum(kept.sum(axis=1) - 1, 0)

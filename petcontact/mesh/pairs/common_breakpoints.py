@@ -1,6 +1,8 @@
-"""Joints that two facing parts have in common: the primary takes those of the secondary, and gives back its corners.
+"""Joints that two facing parts have in common: the primary takes those of the secondary, and gives
+back its corners.
 
-Whatever is cut into elements along a line is a side: the sides of an outline, the two directions of a box's face.
+Whatever is cut into elements along a line is a side: the sides of an outline, the two directions of
+a box's face.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from ...arrays import Array, Index, Mask
 SAME = 1e-9
 """Joints closer than this fraction of a side are one."""
 CLOSE = 0.3
-"""A joint of the secondary closer to one that the primary needs than this fraction of its elements gives way."""
+"""A joint of the secondary closer to one that the primary needs than this fraction of its elements
+gives way."""
 GROWTH = 2.5
 """Ratio of neighbouring elements of the primary from where the secondary ends."""
 
@@ -51,7 +54,8 @@ class Projection(Protocol):
     def primary(self) -> tuple[int, Index]: ...
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Which of the primary's sides joints of one of the secondary's meet, -1 for none, and at which fractions."""
+        """Which of the primary's sides joints of one of the secondary's meet, -1 for none, and at
+        which fractions."""
         ...
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
@@ -64,7 +68,8 @@ Imposed = dict[tuple[int, int], Array]
 
 
 def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
-    """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do without go back."""
+    """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do
+    without go back."""
     imposed: Imposed = {}
     for _ in range(4):
         before = [side.breaks for sides in meshes for side in sides]
@@ -72,7 +77,10 @@ def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
             _carry_back(meshes, pair, imposed)
             _carry_over(meshes, pair, imposed)
         after = (side.breaks for sides in meshes for side in sides)
-        if all(a.shape == b.shape and np.abs(a - b).max() <= SAME for a, b in zip(before, after, strict=True)):
+        if all(
+            a.shape == b.shape and np.abs(a - b).max() <= SAME
+            for a, b in zip(before, after, strict=True)
+        ):
             break
     for pair in pairs:
         _take_orders(meshes, pair)
@@ -87,7 +95,9 @@ def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
         for number in np.unique(met[met >= 0]):
             target = int(a_sides[number])
             key = (a, target)
-            imposed[key] = _distinct(np.concatenate([imposed.get(key, np.empty(0)), fractions[met == number]]))
+            imposed[key] = _distinct(
+                np.concatenate([imposed.get(key, np.empty(0)), fractions[met == number]])
+            )
             meshes[a][target] = _with_joints(meshes[a][target], imposed[key])
 
 
@@ -114,7 +124,8 @@ def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
 
 
 def _filled(breaks: Array, own: Array, faced: Mask) -> Array:
-    """Stretches that nothing faces keep their own joints, graded from the size of the faced element beside them."""
+    """Stretches that nothing faces keep their own joints, graded from the size of the faced element
+    beside them."""
     size = np.where(faced, np.diff(breaks), np.inf)
     pieces = [breaks]
     for k in np.flatnonzero(~faced):
@@ -131,7 +142,8 @@ def _filled(breaks: Array, own: Array, faced: Mask) -> Array:
 
 
 def _growing(first: float, length: float, largest: float) -> Array:
-    """Distances from an end at which elements that grow from the size `first` meet, in the nearer half of `length`."""
+    """Distances from an end at which elements that grow from the size `first` meet, in the nearer
+    half of `length`."""
     steps, size, reach = list[float](), GROWTH * first, 0.0
     while size < 0.7 * largest and reach + size < 0.5 * length:
         reach += size
@@ -175,4 +187,6 @@ def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
 
 def _orders_at(side: SideMesh, middle: Array) -> Index:
     """Orders (n,) of a side's elements at the middles of others (n,)."""
-    return np.asarray(side.order[np.clip(np.searchsorted(side.breaks, middle) - 1, 0, len(side.order) - 1)])
+    return np.asarray(
+        side.order[np.clip(np.searchsorted(side.breaks, middle) - 1, 0, len(side.order) - 1)]
+    )

@@ -1,7 +1,8 @@
 """Two parts that may touch: gap, directions, and the maps between their nodes, in any dimension.
 
-A point x of the secondary faces the point of the primary that the line from x along the direction n meets (n: the
-secondary's outward normal, or one that is given). Action is reaction: the maps of values and of tractions are adjoint.
+A point x of the secondary faces the point of the primary that the line from x along the direction n
+meets (n: the secondary's outward normal, or one that is given). Action is reaction: the maps of
+values and of tractions are adjoint.
 """
 
 from __future__ import annotations
@@ -37,18 +38,22 @@ class Facing:
     distance : (m,) array
         To the primary along n, infinite where it is not met [length].
     values : (m, k) sparse array
-        V: values at the primary's nodes to values at the points that the secondary's nodes face (see `mortar`).
+        V: values at the primary's nodes to values at the points that the secondary's nodes face
+        (see `mortar`).
     loads : (k, m) sparse array
-        W_B⁻¹ Vᵀ W_A, W the nodes' weights: traction at the secondary's nodes to J times it at the primary's nodes, J being
-        the ratio of arc lengths, in space areas, of the secondary and the primary.
+        W_B⁻¹ Vᵀ W_A, W the nodes' weights: traction at the secondary's nodes to J times it at the
+        primary's nodes, J being the ratio of arc lengths, in space areas, of the secondary and the
+        primary.
     matched : bool
         Whether each element of the secondary that is near the primary faces one of its elements.
     sizes : (float, float)
-        Mean length, in space area, of the elements of the secondary and the primary near each other.
+        Mean length, in space area, of the elements of the secondary and the primary near each
+        other.
     ends_within : bool
         Whether the secondary ends within an element of the primary that it is near to.
     sag : (m,) array
-        Height of curved faces over the elements that stand for them there, of either side; 0 where elements match [length].
+        Height of curved faces over the elements that stand for them there, of either side; 0 where
+        elements match [length].
     """
 
     secondary: Index
@@ -68,7 +73,9 @@ class Facing:
         return np.isfinite(self.distance)
 
 
-def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, direction: Array | None) -> Facing:
+def face(
+    secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, direction: Array | None
+) -> Facing:
     """How the nodes of a part face another part, along a direction or the secondary's normals."""
     a, b = secondary.nodes_of(part), primary.nodes_of(other)
     elements, own = secondary.faces(part)
@@ -84,28 +91,50 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     values.eliminate_zeros()
     distance = np.where(met, there.distance, np.inf)
     faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
-    values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
+    values = rounded(
+        balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b])
+    )
     far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
     size = float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1))
     near, close = segments.take(far < NEAR * size), np.unique(segments.other[far < CLOSE * size])
-    measure = [np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
-               for mesh, some in ((secondary, elements), (primary, others))]  # fmt: skip
+    measure = [
+        np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
+        for mesh, some in ((secondary, elements), (primary, others))
+    ]
     couples = _couples(near, measure[0])
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
-    sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
+    sizes = [
+        float(every[numbers].sum()) / max(1, len(numbers))
+        for every, numbers in zip(measure, sides, strict=True)
+    ]
     missed = np.zeros(len(a))
     if not matched:
         number = np.searchsorted(elements, secondary.element[a])
         missed = np.where(met, np.maximum(sag(own)[number], sag(opposite)[there.face]), 0.0)
-    pushed = values.data * np.repeat(secondary.weight[a], np.diff(values.indptr)) / primary.weight[b][values.indices]
+    pushed = (
+        values.data
+        * np.repeat(secondary.weight[a], np.diff(values.indptr))
+        / primary.weight[b][values.indices]
+    )
     loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
-    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
-                  not matched and _ends_within(own, opposite, close, direction), missed)  # fmt: skip
+    return Facing(
+        a,
+        b,
+        normal,
+        distance,
+        values,
+        scipy.sparse.csr_array(loads),
+        matched,
+        (sizes[0], sizes[1]),
+        not matched and _ends_within(own, opposite, close, direction),
+        missed,
+    )
 
 
 def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array | None) -> bool:
-    """Whether some points within one of the primary's elements face the secondary, and others do not."""
+    """Whether some points within one of the primary's elements face the secondary, and others do
+    not."""
     line = (np.arange(opposite.SAMPLES) + 0.5) / opposite.SAMPLES
     share = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     number = np.repeat(numbers, len(share))
@@ -119,5 +148,7 @@ def _couples(segments: Segments, size: Array) -> Index:
     """Which faces of the secondary, of sizes (n,), and of the primary face one another, (k, 2)."""
     many = int(segments.other.max(initial=0)) + 1
     couples, number = np.unique(segments.face * many + segments.other, return_inverse=True)
-    couples = couples[np.bincount(number, segments.weight, len(couples)) > SHARED * size[couples // many]]
+    couples = couples[
+        np.bincount(number, segments.weight, len(couples)) > SHARED * size[couples // many]
+    ]
     return np.column_stack(np.divmod(couples, many))

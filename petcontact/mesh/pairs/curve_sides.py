@@ -17,11 +17,16 @@ from .ray_casting import along
 
 
 def as_meshed(boundary: Any, mesh: Any) -> Any:
-    """The boundary whose sides a mesh was cut from: graded meshes join sides that go on straight or along one circle."""
+    """The boundary whose sides a mesh was cut from: graded meshes join sides that go on straight or
+    along one circle."""
     if not isinstance(boundary, Outline):
         return boundary
     ends = {(x, y) for x, y in mesh.end.tolist()}
-    return boundary if all(tuple(side.end.tolist()) in ends for side in boundary.sides) else boundary.joined
+    return (
+        boundary
+        if all(tuple(side.end.tolist()) in ends for side in boundary.sides)
+        else boundary.joined
+    )
 
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
@@ -42,7 +47,8 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
 
 @frozen
 class CurveProjection:
-    """The sides of two parts that face one another (see `joints.Projection`) as curves, and the direction if given."""
+    """The sides of two parts that face one another (see `joints.Projection`) as curves, and the
+    direction if given."""
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]
@@ -67,15 +73,24 @@ def curve_projection(
     secondary: tuple[int, Outline, str], primary: tuple[int, Outline, str], direction: Array | None
 ) -> CurveProjection:
     """Of two parts, each given by the number of its body, the outline, and its name."""
-    numbers = [np.array([k for k, side in enumerate(outline.sides) if side.part == part])
-               for _, outline, part in (secondary, primary)]  # fmt: skip
-    own, other = (sides_of(outline, chosen) for (_, outline, _), chosen in zip((secondary, primary), numbers, strict=True))
-    return CurveProjection((secondary[0], numbers[0]), (primary[0], numbers[1]), own, other, direction)
+    numbers = [
+        np.array([k for k, side in enumerate(outline.sides) if side.part == part])
+        for _, outline, part in (secondary, primary)
+    ]
+    own, other = (
+        sides_of(outline, chosen)
+        for (_, outline, _), chosen in zip((secondary, primary), numbers, strict=True)
+    )
+    return CurveProjection(
+        (secondary[0], numbers[0]), (primary[0], numbers[1]), own, other, direction
+    )
 
 
 def sides_of(outline: Outline, numbers: Index) -> Curves:
     """Some sides of an outline."""
     sides = [outline.sides[k] for k in numbers]
     return Curves(
-        np.array([s.start for s in sides]), np.array([s.end for s in sides]), np.array([s.curvature for s in sides])
+        np.array([s.start for s in sides]),
+        np.array([s.end for s in sides]),
+        np.array([s.curvature for s in sides]),
     )

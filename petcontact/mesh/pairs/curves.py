@@ -1,4 +1,5 @@
-"""Where rays and perpendiculars from points meet straight sides and arcs, and the segments that face one another."""
+"""Where rays and perpendiculars from points meet straight sides and arcs, and the segments that
+face one another."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from ..basis import gauss
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 FEW, BLOCK = 512, 64
-"""Curves from which on those that points may meet are sorted out first, for so many points at a time."""
+"""Curves from which on those that points may meet are sorted out first, for so many points at a
+time."""
 MARGIN = 1.0 + 1e-6
 """Of lengths by which that is done."""
 
@@ -37,9 +39,12 @@ class Curves(Faces):
     SAMPLES: ClassVar[int] = 17
 
     def at(self, number: Index, fraction: Array) -> tuple[Array, Array]:
-        """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some curves."""
+        """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some
+        curves."""
         start, end, bend = self.start[number], self.end[number], self.curvature[number]
-        return on_arcs(start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0)
+        return on_arcs(
+            start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0
+        )
 
     def spread(self, number: Index, share: Array) -> Array:
         """See `Faces.spread`."""
@@ -68,7 +73,9 @@ class Curves(Faces):
         """See `Faces.cast`."""
         return self._nearest(_crossings, x, direction)
 
-    def _nearest(self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array) -> Hits:
+    def _nearest(
+        self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array
+    ) -> Hits:
         """Of all meetings within the curves the one with the smallest distance, either way."""
         face, place, far = np.full(len(x), -1), np.zeros(len(x)), np.full(len(x), np.inf)
         for k, number, distance, fraction in self._met(meet, x, vector):
@@ -87,26 +94,41 @@ class Curves(Faces):
     def _met(
         self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array
     ) -> Iterator[tuple[int, Index, Array, Array]]:
-        """For some points after others: the number of the first, curves (n,) that they may meet, increasing, and distances
-        and fractions (m, n)."""
+        """For some points after others: the number of the first, curves (n,) that they may meet,
+        increasing, and distances and fractions (m, n)."""
         every = np.arange(len(self))
         step = max(1, TOGETHER // max(1, len(self))) if len(self) <= FEW else BLOCK
         for k in range(0, len(x), step):
             here, along = x[k : k + step], vector[k : k + step]
-            number = every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](here, along, self))
-            yield k, number, *meet(here, along, Curves(self.start[number], self.end[number], self.curvature[number]))
+            number = (
+                every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](here, along, self))
+            )
+            yield (
+                k,
+                number,
+                *meet(
+                    here,
+                    along,
+                    Curves(self.start[number], self.end[number], self.curvature[number]),
+                ),
+            )
 
     def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where points x with outward normals (m, 2) are faced: the nearest foot of a perpendicular, or against a
-        direction. The distance is along the curve's normal, or the direction."""
+        """From where points x with outward normals (m, 2) are faced: the nearest foot of a
+        perpendicular, or against a direction. The distance is along the curve's normal, or the
+        direction."""
         if direction is None:
             return self._nearest(_feet, x, normal)
         hits = self.cast(x, -along(direction, normal))
         # what looks away is met through the body
         seen = normal @ direction < 0.0
-        return Hits(np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf))
+        return Hits(
+            np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf)
+        )
 
-    def segments(self, other: Curves, order: Index, opposite: Index, direction: Array | None) -> Segments:
+    def segments(
+        self, other: Curves, order: Index, opposite: Index, direction: Array | None
+    ) -> Segments:
         """See `Faces.segments`: each curve is cut where one of the others begins or ends."""
         number, low, high = self._cut(other, direction)
         middle = self.at(number, 0.5 * (low + high))
@@ -130,7 +152,8 @@ class Curves(Faces):
         return Segments.joined(parts)
 
     def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
-        """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions (k,) at either end."""
+        """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions
+        (k,) at either end."""
         x, normal = other.at(*other.rims()[:2])
         numbers, fractions = ([part] for part in self.rims()[:2])
         away = along(direction, normal)
@@ -149,13 +172,16 @@ class Curves(Faces):
 
 
 def _crossings(x: Array, direction: Array, curves: Curves) -> tuple[Array, Array]:
-    """Distances and fractions (m, n) where lines meet curves whose normals point against them, else not a number."""
+    """Distances and fractions (m, n) where lines meet curves whose normals point against them, else
+    not a number."""
     chord = curves.end - curves.start
     away = curves.start[None] - x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         across = direction[:, None, 0] * chord[:, 1] - direction[:, None, 1] * chord[:, 0]
         t = (away[..., 0] * chord[:, 1] - away[..., 1] * chord[:, 0]) / across
-        fraction = (away[..., 0] * direction[:, None, 1] - away[..., 1] * direction[:, None, 0]) / across
+        fraction = (
+            away[..., 0] * direction[:, None, 1] - away[..., 1] * direction[:, None, 0]
+        ) / across
     # the normal of a straight line is its chord turned by -90°
     facing = direction[:, None, 0] * chord[:, 1] - direction[:, None, 1] * chord[:, 0] < 0.0
     t, fraction = (np.where(facing, values, np.nan) for values in (t, fraction))
@@ -171,9 +197,12 @@ def _cast_on_arcs(x: Array, direction: Array, curves: Curves, bent: Index) -> tu
     along = np.einsum("mkc,mc->mk", offset, direction)
     square = along**2 - np.einsum("mkc,mkc->mk", offset, offset) + 1.0 / bend**2
     root = np.sqrt(np.where(square >= 0.0, square, np.nan))
-    # the normal points away from the centre where the arc turns left: the line enters that circle, and leaves the other
+    # the normal points away from the centre where the arc turns left: the line enters that circle,
+    # and leaves the other
     t = -along - np.sign(bend) * root
-    return t, _fraction_on_arc(x[:, None] + t[..., None] * direction[:, None] - centre, curves, bent)
+    return t, _fraction_on_arc(
+        x[:, None] + t[..., None] * direction[:, None] - centre, curves, bent
+    )
 
 
 def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
@@ -181,13 +210,17 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
     first = (curves.start - curves.centre)[bent]
     size = np.hypot(*(curves.end - curves.start)[bent].T)
     whole = 2.0 * half_angles(size, curves.curvature[bent])
-    angle = np.arctan2(first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0], np.einsum("kc,mkc->mk", first, offset))
+    angle = np.arctan2(
+        first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0],
+        np.einsum("kc,mkc->mk", first, offset),
+    )
     fraction: Array = angle / whole
     return fraction
 
 
 def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
-    """Distances along the curves' normals and fractions (m, n) of the feet of perpendiculars from points that face them."""
+    """Distances along the curves' normals and fractions (m, n) of the feet of perpendiculars from
+    points that face them."""
     chord = curves.end - curves.start
     length = np.hypot(*chord.T)
     away = x[:, None] - curves.start[None]
@@ -213,27 +246,35 @@ def _on_lines(x: Array, direction: Array, curves: Curves) -> Mask:
     spread = float(np.abs(direction[:, 0] * mean[1] - direction[:, 1] * mean[0]).max())
     offset = middle - centre[0]
     across = np.abs(offset[:, 0] * mean[1] - offset[:, 1] * mean[0])
-    return np.asarray(across <= MARGIN * (centre[1] + size + spread * (np.hypot(*offset.T) + size + centre[1])))
+    return np.asarray(
+        across <= MARGIN * (centre[1] + size + spread * (np.hypot(*offset.T) + size + centre[1]))
+    )
 
 
 def _beside(x: Array, normal: Array, curves: Curves) -> Mask:
-    """Which curves (n,) perpendiculars from points may stand on: arcs, and straight ones beside which points are."""
+    """Which curves (n,) perpendiculars from points may stand on: arcs, and straight ones beside
+    which points are."""
     centre, middle, size = _around(x, curves)
     chord, offset = curves.end - curves.start, centre[0] - middle
     length = np.hypot(*chord.T)
-    beside = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= MARGIN * length * (centre[1] + size)
+    beside = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= MARGIN * length * (
+        centre[1] + size
+    )
     return np.asarray(beside | (curves.curvature != 0.0))
 
 
 def _around(x: Array, curves: Curves) -> tuple[tuple[Array, float], Array, Array]:
-    """Centre and radius of some points; middles of chords (n, 2), and lengths (n,) within which curves are around these."""
+    """Centre and radius of some points; middles of chords (n, 2), and lengths (n,) within which
+    curves are around these."""
     centre, chord = x.mean(axis=0), curves.end - curves.start
     length = np.hypot(*chord.T)
     size = arc_lengths(length, half_angles(length, curves.curvature))
     return (centre, float(np.hypot(*(x - centre).T).max())), 0.5 * (curves.start + curves.end), size
 
 
-MAY_MEET: dict[Callable[[Array, Array, Curves], tuple[Array, Array]], Callable[[Array, Array, Curves], Mask]] = {
+MAY_MEET: dict[
+    Callable[[Array, Array, Curves], tuple[Array, Array]], Callable[[Array, Array, Curves], Mask]
+] = {
     _crossings: _on_lines,
     _feet: _beside,
 }

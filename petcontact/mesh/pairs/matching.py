@@ -1,4 +1,5 @@
-"""Meshes of several bodies whose elements match where parts face one another, by the kind of their boundaries."""
+"""Meshes of several bodies whose elements match where parts face one another, by the kind of their
+boundaries."""
 
 from __future__ import annotations
 
@@ -16,15 +17,17 @@ from .curve_sides import as_meshed, curve_projection, mesh_of_sides, side_meshes
 from .periodic import translated_sides
 
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
-    Outline: (side_meshes, mesh_of_sides, curve_projection), BoxSurface: (grid_lines, mesh_of_lines, face_projection)
-}  # fmt: skip
-"""Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep their elements."""
+    Outline: (side_meshes, mesh_of_sides, curve_projection),
+    BoxSurface: (grid_lines, mesh_of_lines, face_projection),
+}
+"""Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep
+their elements."""
 
 
 @frozen
 class PairParts:
-    """Two parts that face one another, (body, part) each, and the direction if it is given; or of which one is the other of
-    the same body moved along."""
+    """Two parts that face one another, (body, part) each, and the direction if it is given; or of
+    which one is the other of the same body moved along."""
 
     secondary: tuple[int, str]
     primary: tuple[int, str]
@@ -35,24 +38,36 @@ class PairParts:
 def matched(
     boundaries: Sequence[Boundary], meshes: Sequence[BoundaryMesh], pairs: Sequence[PairParts]
 ) -> list[BoundaryMesh]:
-    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut anew.
+    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut
+    anew.
 
     Raises
     ------
     InputError
         If periodic parts are not one the other moved along.
     """
-    boundaries = [as_meshed(boundary, mesh) for boundary, mesh in zip(boundaries, meshes, strict=True)]
+    boundaries = [
+        as_meshed(boundary, mesh) for boundary, mesh in zip(boundaries, meshes, strict=True)
+    ]
     kinds = [KINDS.get(type(boundary)) for boundary in boundaries]
-    joints = [kind[0](*given) if kind else [] for kind, *given in zip(kinds, boundaries, meshes, strict=True)]
+    joints = [
+        kind[0](*given) if kind else []
+        for kind, *given in zip(kinds, boundaries, meshes, strict=True)
+    ]
     projections = []
     for pair in pairs:
         (a, part), (b, other) = pair.secondary, pair.primary
         kind = kinds[a]
         if pair.periodic:
-            projections.append(translated_sides(a, as_outline(boundaries[a], "periodic"), part, other))
+            projections.append(
+                translated_sides(a, as_outline(boundaries[a], "periodic"), part, other)
+            )
         elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
-            projections.append(kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction))
+            projections.append(
+                kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction)
+            )
     match(joints, [projection for projection in projections if projection is not None])
-    return [kind[1](boundary, sides) if kind and sides else mesh
-            for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)]  # fmt: skip
+    return [
+        kind[1](boundary, sides) if kind and sides else mesh
+        for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)
+    ]

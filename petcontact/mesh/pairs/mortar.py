@@ -1,9 +1,11 @@
-"""The mortar projection: displacement of the primary as polynomials of the secondary's elements, in any dimension.
+"""The mortar projection: displacement of the primary as polynomials of the secondary's elements, in
+any dimension.
 
-On each element of the secondary, u_B at the points that are faced is projected in L2, segment by segment, onto the element's
-polynomials: V = M_A⁻¹ C with M_A = ∫ L_A L_A and C = ∫ L_A L_B (Bernardi, Maday and Patera, 1994; Puso and Laursen, CMAME
-193, 2004). V keeps constants and positions across the direction; the transpose, weighted,
-therefore hands on force and moment of the normal tractions exactly.
+On each element of the secondary, u_B at the points that are faced is projected in L2, segment by
+segment, onto the element's polynomials: V = M_A⁻¹ C with M_A = ∫ L_A L_A and C = ∫ L_A L_B
+(Bernardi, Maday and Patera, 1994; Puso and Laursen, CMAME 193, 2004). V keeps constants and
+positions across the direction; the transpose, weighted, therefore hands on force and moment of the
+normal tractions exactly.
 """
 
 from __future__ import annotations
@@ -22,17 +24,26 @@ ROUND = 1e-12
 SMOOTH = 0.5
 """Least cosine between the normals of neighbouring elements of one smooth surface."""
 LARGEST = 1.0
-"""Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees stays where it is."""
+"""Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees
+stays where it is."""
 STABLE = 0.02
-"""Least ratio of sums of squares with signs and without; polynomials that pieces do not determine so well are left out."""
+"""Least ratio of sums of squares with signs and without; polynomials that pieces do not determine
+so well are left out."""
 WHOLE = 0.9
-"""Share of an element that faces something from which on all its polynomials are determined there; below, affine ones."""
+"""Share of an element that faces something from which on all its polynomials are determined there;
+below, affine ones."""
 
 
 def projection(
-    secondary: BoundaryMesh, elements: Index, primary: BoundaryMesh, others: Index, segments: Segments, y: Array
+    secondary: BoundaryMesh,
+    elements: Index,
+    primary: BoundaryMesh,
+    others: Index,
+    segments: Segments,
+    y: Array,
 ) -> scipy.sparse.csr_array:
-    """V, (n_A, n_B): values at the nodes of the primary to values at those of the secondary that face it, else no entries.
+    """V, (n_A, n_B): values at the nodes of the primary to values at those of the secondary that
+    face it, else no entries.
 
     Parameters
     ----------
@@ -50,22 +61,41 @@ def projection(
     root = np.sqrt(np.abs(weight))
     size = np.bincount(secondary.element, secondary.weight, secondary.n_elements)
     start = np.flatnonzero(np.diff(element, prepend=-1))
-    count, nodes = np.diff(np.append(start, len(element))), np.diff(secondary.first_node)[element[start]]
-    whole = np.add.reduceat(weight, start) >= WHOLE * size[element[start]] if len(start) else np.zeros(0, dtype=bool)
+    count, nodes = (
+        np.diff(np.append(start, len(element))),
+        np.diff(secondary.first_node)[element[start]],
+    )
+    whole = (
+        np.add.reduceat(weight, start) >= WHOLE * size[element[start]]
+        if len(start)
+        else np.zeros(0, dtype=bool)
+    )
     # elements alike are projected at once, those that face something in part one by one
     signed = np.minimum.reduceat(weight, start) < 0.0 if len(start) else whole
     alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
-    rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    rows, columns, entries = (
+        [np.empty(0, dtype=np.int64)],
+        [np.empty(0, dtype=np.int64)],
+        [np.empty(0)],
+    )
     for points, p, negative, one in np.unique(alike, axis=0).tolist():
         chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
         place = start[chosen][:, None] + np.arange(points)
         node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
         factor = root[place][:, :, None] * basis[place][:, :, :p]
         if negative:
-            found = np.stack([
-                _signed(inside, sign, [*([np.eye(p)] if one < 0 else []), _affine(x), np.ones((p, 1))])
-                for inside, sign, x in zip(factor, np.sign(weight[place]), secondary.x[node], strict=True)
-            ])  # fmt: skip
+            found = np.stack(
+                [
+                    _signed(
+                        inside,
+                        sign,
+                        [*([np.eye(p)] if one < 0 else []), _affine(x), np.ones((p, 1))],
+                    )
+                    for inside, sign, x in zip(
+                        factor, np.sign(weight[place]), secondary.x[node], strict=True
+                    )
+                ]
+            )
         else:
             trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
             found = trial @ np.linalg.pinv(factor @ trial)
@@ -81,8 +111,9 @@ def projection(
 
 
 def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
-    """The inverse (p, q) of a factor (q, p) in least squares with signs (q,), of the first trial functions (p, r) that they
-    determine; zero where nothing is: what lies beside the other side, but for slivers that cancel."""
+    """The inverse (p, q) of a factor (q, p) in least squares with signs (q,), of the first trial
+    functions (p, r) that they determine; zero where nothing is: what lies beside the other side,
+    but for slivers that cancel."""
     for trial in trials:
         along, size, across = np.linalg.svd(factor @ trial, full_matrices=False)
         known = size > ROUND * size[0]
@@ -96,8 +127,8 @@ def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
 def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.sparse.csr_array:
     """Nodal values of the primary to values at points x (q, d) of its elements, (q, n).
 
-    Constant elements are given the slopes that their neighbours suggest, so that they, too, know linear functions; their
-    means stay what they are.
+    Constant elements are given the slopes that their neighbours suggest, so that they, too, know
+    linear functions; their means stay what they are.
     """
     values = mesh.basis_at(element, place)
     constant = np.unique(element[mesh.order[element] == 0])
@@ -110,7 +141,8 @@ def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.s
 
 
 def _slopes(mesh: BoundaryMesh, nodes: Index) -> list[scipy.sparse.csr_array]:
-    """Derivatives (n, n) along the axes at some of the nodes, tangential ones, from values at their nearest neighbours."""
+    """Derivatives (n, n) along the axes at some of the nodes, tangential ones, from values at their
+    nearest neighbours."""
     n, d = mesh.x.shape
     same = np.flatnonzero(np.isin(mesh.node_part, mesh.node_part[nodes]))
     tree = scipy.spatial.cKDTree(mesh.x[same])
@@ -119,12 +151,18 @@ def _slopes(mesh: BoundaryMesh, nodes: Index) -> list[scipy.sparse.csr_array]:
     # neighbours round a corner are none
     smooth = np.einsum("mkd,md->mk", mesh.normal[near], mesh.normal[nodes]) > SMOOTH
     tangent = mesh.tangents(nodes)
-    inverse = np.linalg.pinv(np.einsum("mkd,mtd->mkt", away, tangent) * smooth[..., None], rcond=1e-6)
+    inverse = np.linalg.pinv(
+        np.einsum("mkd,mtd->mkt", away, tangent) * smooth[..., None], rcond=1e-6
+    )
     slope = np.einsum("mtk,mtd->mdk", inverse, tangent)
     rows = np.broadcast_to(nodes[:, None], near.shape)
     place = np.stack([rows, rows]).ravel(), np.stack([near, rows]).ravel()
-    return [scipy.sparse.csr_array(scipy.sparse.coo_array((np.stack([part, -part]).ravel(), place), shape=(n, n)))
-            for part in slope.transpose(1, 0, 2)]  # fmt: skip
+    return [
+        scipy.sparse.csr_array(
+            scipy.sparse.coo_array((np.stack([part, -part]).ravel(), place), shape=(n, n))
+        )
+        for part in slope.transpose(1, 0, 2)
+    ]
 
 
 def _blocks(mesh: BoundaryMesh, element: Index, place: Array) -> Array:
@@ -140,16 +178,20 @@ def _affine(x: Array) -> Array:
     """Nodal values (k, r) of the affine functions along an element, by its nodes (k, d)."""
     away = x - x.mean(axis=0)
     along, size, _ = np.linalg.svd(away / (np.abs(away).max() or 1.0), full_matrices=False)
-    return np.column_stack([np.ones(len(x)), along[:, : x.shape[1] - 1][:, size[: x.shape[1] - 1] > ROUND]])
+    return np.column_stack(
+        [np.ones(len(x)), along[:, : x.shape[1] - 1][:, size[: x.shape[1] - 1] > ROUND]]
+    )
 
 
 def balanced(
     values: scipy.sparse.csr_array, x: Array, faced: Array, tangent: Array, weight: Array
 ) -> scipy.sparse.csr_array:
-    """V with the centre of the points that it takes its values from where it belongs, across the direction.
+    """V with the centre of the points that it takes its values from where it belongs, across the
+    direction.
 
-    On curved elements, and on constant ones that face something in part, that centre lies beside the line along which a node
-    looks: the smallest change of V, by linear functions, moves it there.
+    On curved elements, and on constant ones that face something in part, that centre lies beside
+    the line along which a node looks: the smallest change of V, by linear functions, moves it
+    there.
 
     Parameters
     ----------
@@ -164,7 +206,9 @@ def balanced(
     """
     off = np.einsum("mtd,md->mt", tangent, values @ x - faced)
     entries = values.data.copy()
-    for i in np.flatnonzero((np.abs(off).max(axis=1) > ROUND * np.abs(x).max()) & (np.diff(values.indptr) > 0)):
+    for i in np.flatnonzero(
+        (np.abs(off).max(axis=1) > ROUND * np.abs(x).max()) & (np.diff(values.indptr) > 0)
+    ):
         mine = slice(values.indptr[i], values.indptr[i + 1])
         nodes = values.indices[mine]
         share = weight[nodes] / weight[nodes].sum()
@@ -180,6 +224,8 @@ def balanced(
 def rounded(values: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     """V with entries that are 0 or 1 to round-off made so."""
     whole = np.rint(values.data)
-    values.data = np.where((np.abs(values.data - whole) < ROUND) & (np.abs(whole) <= 1.0), whole, values.data)
+    values.data = np.where(
+        (np.abs(values.data - whole) < ROUND) & (np.abs(whole) <= 1.0), whole, values.data
+    )
     values.eliminate_zeros()
     return values

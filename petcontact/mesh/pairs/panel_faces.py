@@ -1,4 +1,5 @@
-"""Where rays from points meet panels, flat or curved, and the polygons in which panels face one another."""
+"""Where rays from points meet panels, flat or curved, and the polygons in which panels face one
+another."""
 
 from __future__ import annotations
 
@@ -18,15 +19,19 @@ from .clipping import area, cross, fan_rule, shared
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 BENT = 1e-2
-"""Distance over the size of a curved panel within which two lie beside one another: shadows have straight sides."""
+"""Distance over the size of a curved panel within which two lie beside one another: shadows have
+straight sides."""
 REACH = 5
 """Points along each direction of a curved panel at which its size is found."""
 PIECES, THIN = 6, 3
-"""Straight pieces of a curved side, and points of the rule on what lies between it and its chord, along each direction."""
+"""Straight pieces of a curved side, and points of the rule on what lies between it and its chord,
+along each direction."""
 ALIKE = 1e-6
-"""Distance over the size of a panel up to which corners and middles of sides are those of another."""
+"""Distance over the size of a panel up to which corners and middles of sides are those of
+another."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
-"""Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
+"""Newton's steps to where a line meets a curved panel, the relative step that ends them, and how
+far they may leave it."""
 SHALLOW = 0.05
 """Overlaps over the size of a panel up to which no other face lies between."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
@@ -73,13 +78,19 @@ class PanelFaces(Faces):
         arrays = [[getattr(chord, key) for chord in chords] for key in ("centre", "frame", "size")]
         arrays += [[_four(group.polygon) for group in some] for some in (chords, groups)]
         arrays += [[group.shape for group in groups]]
-        centre, frame, size, outline, polygon, shape = (np.concatenate(parts)[chosen] for parts in arrays)
-        bent = np.concatenate([np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups])[chosen]
+        centre, frame, size, outline, polygon, shape = (
+            np.concatenate(parts)[chosen] for parts in arrays
+        )
+        bent = np.concatenate(
+            [np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups]
+        )[chosen]
         return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
 
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
         """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
-        x = self.centre[number] + self.size[number, None] * np.einsum("kc,kcd->kd", place, self.frame[number, :2])
+        x = self.centre[number] + self.size[number, None] * np.einsum(
+            "kc,kcd->kd", place, self.frame[number, :2]
+        )
         normal, bent = np.array(self.frame[number, 2]), np.flatnonzero(self.bent[number])
         if len(bent):
             x[bent], along = position(self.shape[number[bent]], place[bent])
@@ -111,7 +122,9 @@ class PanelFaces(Faces):
         length = np.linalg.norm(edge, axis=2)
         # distance (k, 4) inside of each edge; a doubled corner has none
         none = np.full(length.shape, np.inf)
-        depth = np.divide(cross(edge, place[:, None] - polygon), length, out=none, where=length > 0.0).min(axis=1)
+        depth = np.divide(
+            cross(edge, place[:, None] - polygon), length, out=none, where=length > 0.0
+        ).min(axis=1)
         # the same point on the edge of two panels belongs to the one that holds it better
         rank = np.abs(distance) - 1e-12 * self.size[j] * np.minimum(depth, 1.0)
         best = np.flatnonzero(depth >= -SLACK)
@@ -121,7 +134,9 @@ class PanelFaces(Faces):
         face[i[best]], places[i[best]], far[i[best]] = j[best], place[best], distance[best]
         return Hits(face, places, far)
 
-    def segments(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
+    def segments(
+        self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
+    ) -> Segments:
         """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
         found = self._clipped(other, order, opposite, direction)
         found = self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
@@ -132,18 +147,27 @@ class PanelFaces(Faces):
         kept[~kept] = ~other.beyond(x[~kept], normal[~kept], distance[~kept])
         return found.take(kept)
 
-    def _clipped(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
+    def _clipped(
+        self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
+    ) -> Segments:
         """`segments` of panels, whatever lies between."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
-        outward, against = (np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2]))
+        outward, against = (
+            np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2])
+        )
         ahead = (outward > SLACK) & (against < -SLACK)
         i, j = i[ahead], j[ahead]
         pieces = PIECES if self.bent.any() or other.bent.any() else 1
-        rim = self._projected(np.arange(len(self))[:, None, None], self._rim(pieces), self.frame[:, None, None, 2])
-        shadow = self._projected(i[:, None, None], other._rim(pieces)[j], normal[i, None, None])[:, ::-1, ::-1]
+        rim = self._projected(
+            np.arange(len(self))[:, None, None], self._rim(pieces), self.frame[:, None, None, 2]
+        )
+        shadow = self._projected(i[:, None, None], other._rim(pieces)[j], normal[i, None, None])[
+            :, ::-1, ::-1
+        ]
         i, j, sides, shadow = self._one_to_one(i, j, rim[i], shadow)
-        # the rule with q points is exact to 2q - 2, of products with positions and with the panel's own polynomials, too
+        # the rule with q points is exact to 2q - 2, of products with positions and with the panel's
+        # own polynomials, too
         own = self._degree(order)[i]
         count = (own + np.maximum(other._degree(opposite)[j], np.maximum(own, 1)) + 1) // 2 + 1
         # the area factor of curved panels
@@ -155,8 +179,12 @@ class PanelFaces(Faces):
                 mine = np.flatnonzero(rule == points)
                 local, weight = fan_rule(polygon[mine], points)
                 chosen = weight > 0.0
-                face, seen = (np.broadcast_to(k[number[mine], None], weight.shape)[chosen] for k in (i, j))
-                place, weights = self._lifted(face, local[chosen], (sign[mine, None] * weight)[chosen])
+                face, seen = (
+                    np.broadcast_to(k[number[mine], None], weight.shape)[chosen] for k in (i, j)
+                )
+                place, weights = self._lifted(
+                    face, local[chosen], (sign[mine, None] * weight)[chosen]
+                )
                 x, outward = self.at(face, place)
                 opposite_place = other._met(seen, x, along(direction, outward))[0]
                 found = np.all(np.isfinite(opposite_place), axis=1)
@@ -164,8 +192,11 @@ class PanelFaces(Faces):
         return Segments.joined(parts)
 
     def _rim(self, pieces: int) -> Array:
-        """Points (n, 4, pieces + 1, 3) along the sides; curved ones enclose as much with their chord as the curve does."""
-        start, end = (corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1)))
+        """Points (n, 4, pieces + 1, 3) along the sides; curved ones enclose as much with their
+        chord as the curve does."""
+        start, end = (
+            corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1))
+        )
         share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
         # ends to the last digit: a side between two places that are one has no direction
         place = start + share * (end - start)
@@ -177,12 +208,17 @@ class PanelFaces(Faces):
         # of a parabola, inscribed lines leave out 1/pieces²
         return x if pieces == 1 else np.asarray(chord + (x - chord) / (1.0 - pieces**-2))
 
-    def _one_to_one(self, i: Index, j: Index, rim: Array, shadow: Array) -> tuple[Index, Index, Array, Array]:
-        """Couples with their sides and shadows; curved panels that match face one another whole, and nothing else."""
+    def _one_to_one(
+        self, i: Index, j: Index, rim: Array, shadow: Array
+    ) -> tuple[Index, Index, Array, Array]:
+        """Couples with their sides and shadows; curved panels that match face one another whole,
+        and nothing else."""
         middle = rim.shape[2] // 2
         if middle == 0:
             return i, j, rim, shadow
-        marks, others = (np.concatenate([lines[:, :, 0], lines[:, :, middle]], axis=1) for lines in (rim, shadow))
+        marks, others = (
+            np.concatenate([lines[:, :, 0], lines[:, :, middle]], axis=1) for lines in (rim, shadow)
+        )
         apart = np.abs(marks[:, :, None] - others[:, None]).max(axis=3)
         alike = np.all(apart.min(axis=2) < ALIKE, axis=1)
         kept = alike | ~(np.isin(i, i[alike]) | np.isin(j, j[alike]))
@@ -194,13 +230,16 @@ class PanelFaces(Faces):
         return np.where(np.all(self.polygon[:, 2] == self.polygon[:, 3], axis=1), order, 2 * order)
 
     def _met(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
-        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their continuation, and distances (k,).
+        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their
+        continuation, and distances (k,).
 
         NaN and infinity where they do not, or meet a curved panel from behind.
         """
         plane = self.frame[number, 2]
         with np.errstate(divide="ignore", invalid="ignore"):  # lines along the plane
-            distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
+            distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(
+                direction * plane, axis=1
+            )
         place, bent = self._projected(number, x, direction), np.flatnonzero(self.bent[number])
         if len(bent):
             place[bent], distance[bent] = self._pierced(number[bent], x[bent], direction[bent])
@@ -209,41 +248,67 @@ class PanelFaces(Faces):
     def _pierced(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
         """`_met` of curved panels."""
         if _meet is None:
-            return _newton(self.shape[number], self.polygon[number], x, direction, self.size[number])
+            return _newton(
+                self.shape[number], self.polygon[number], x, direction, self.size[number]
+            )
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
         arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
-        _meet(len(x), *map(native.pointer, (native.contiguous(number, np.int64), *arrays)), STEPS, CLOSE, SLACK, BEYOND,
-              native.pointer(place), native.pointer(distance))  # fmt: skip
+        _meet(
+            len(x),
+            *map(native.pointer, (native.contiguous(number, np.int64), *arrays)),
+            STEPS,
+            CLOSE,
+            SLACK,
+            BEYOND,
+            native.pointer(place),
+            native.pointer(distance),
+        )
         return place, distance
 
     def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:
-        """Own local coordinates (k, 2) and areas (k,) of points and weights in the planes of some panels' corners."""
+        """Own local coordinates (k, 2) and areas (k,) of points and weights in the planes of some
+        panels' corners."""
         weight, place = weight * self.size[number] ** 2, np.array(local)
         bent = np.flatnonzero(self.bent[number])
         if len(bent):
             some = number[bent]
-            x = self.centre[some] + self.size[some, None] * np.einsum("kc,kcd->kd", local[bent], self.frame[some, :2])
+            x = self.centre[some] + self.size[some, None] * np.einsum(
+                "kc,kcd->kd", local[bent], self.frame[some, :2]
+            )
             place[bent] = self._pierced(some, x, -self.frame[some, 2])[0]
             lean = np.sum(self.at(some, place[bent])[1] * self.frame[some, 2], axis=1)
-            weight[bent] = np.where(lean > SLACK, weight[bent] / np.where(lean > SLACK, lean, 1.0), 0.0)
+            weight[bent] = np.where(
+                lean > SLACK, weight[bent] / np.where(lean > SLACK, lean, 1.0), 0.0
+            )
         kept = np.all(np.isfinite(place), axis=1)
         return np.where(kept[:, None], place, 0.0), np.where(kept, weight, 0.0)
 
     def _near_lines(self, x: Array, direction: Array, radius: Array) -> tuple[Index, Index]:
-        """Lines through points (m, 3), thick by radii (m,), and panels that they may meet from outside, (k,) and (k,)."""
+        """Lines through points (m, 3), thick by radii (m,), and panels that they may meet from
+        outside, (k,) and (k,)."""
         found = [(np.empty(0, dtype=np.int64),) * 2]
         step = max(1, TOGETHER // max(1, len(self)))
         middle = self.centre.mean(axis=0)
         c, x = self.centre - middle, x - middle
-        # squared distance of line and centre less the squared reach, as one product of what lines and panels have
-        square, reach, (a, b) = np.sum(c**2, axis=1), np.sqrt(1.0 + SLACK) * self._reach, np.triu_indices(3)
+        # squared distance of line and centre less the squared reach, as one product of what lines
+        # and panels have
+        square, reach, (a, b) = (
+            np.sum(c**2, axis=1),
+            np.sqrt(1.0 + SLACK) * self._reach,
+            np.triu_indices(3),
+        )
         panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
         for k in range(0, len(x), step):
             way, point = direction[k : k + step], x[k : k + step]
             past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
-            thick, pairs = np.sqrt(1.0 + SLACK) * radius[k : k + step], np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b]
+            thick, pairs = (
+                np.sqrt(1.0 + SLACK) * radius[k : k + step],
+                np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b],
+            )
             shifted = 2.0 * (past[:, None] * way - point)
-            lines = np.column_stack([shifted, np.ones(len(way)), -2.0 * thick, far - past**2 - thick**2, -pairs])
+            lines = np.column_stack(
+                [shifted, np.ones(len(way)), -2.0 * thick, far - past**2 - thick**2, -pairs]
+            )
             # the squares cancel to round-off of the farthest
             i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
             outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -SLACK)
@@ -262,13 +327,23 @@ class PanelFaces(Faces):
         return np.where(self.bent, away.max(axis=1), self.size)
 
     def _projected(self, number: Index, x: Array, direction: Array) -> Array:
-        """Local coordinates (..., 2) where lines through points (..., 3) meet planes of panels, not finite if parallel."""
+        """Local coordinates (..., 2) where lines through points (..., 3) meet planes of panels, not
+        finite if parallel."""
         plane, away = self.frame[number, 2], x - self.centre[number]
         with np.errstate(divide="ignore", invalid="ignore"):
-            away = away - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None] * direction
-            return np.asarray(np.einsum("...cd,...d->...c", self.frame[number, :2], away) / self.size[number][..., None])
+            away = (
+                away
+                - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None]
+                * direction
+            )
+            return np.asarray(
+                np.einsum("...cd,...d->...c", self.frame[number, :2], away)
+                / self.size[number][..., None]
+            )
 
-    def _nearest_only(self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None) -> Segments:
+    def _nearest_only(
+        self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None
+    ) -> Segments:
         """Without the points that lie behind other panels of the part, seen from the panel."""
         x, y = self.at(found.face, found.place)[0], other.at(found.other, found.opposite)[0]
         distance = np.linalg.norm(y - x, axis=1)
@@ -285,8 +360,12 @@ class PanelFaces(Faces):
         outward = self.at(found.face[asked], found.place[asked])[1]
         first = other.cast(x[asked], outward if direction is None else normal[found.face[asked]])
         kept = np.ones(len(x), dtype=bool)
-        slack = np.maximum(slack[found.face[asked]], np.where(other.bent[found.other[asked]], BENT, SLACK))
-        kept[asked] = distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
+        slack = np.maximum(
+            slack[found.face[asked]], np.where(other.bent[found.other[asked]], BENT, SLACK)
+        )
+        kept[asked] = (
+            distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
+        )
         return found.take(kept)
 
 
@@ -295,10 +374,14 @@ def _four(polygon: Array) -> Array:
     return np.pad(polygon, ((0, 0), (0, 4 - polygon.shape[1]), (0, 0)), mode="edge")
 
 
-def _newton(shape: Array, polygon: Array, x: Array, direction: Array, size: Array) -> tuple[Array, Array]:
+def _newton(
+    shape: Array, polygon: Array, x: Array, direction: Array, size: Array
+) -> tuple[Array, Array]:
     """Where lines meet curved panels, a panel each (see `PanelFaces._met`)."""
     place = polygon[:, [0, 1, 2]].mean(axis=1)
-    place = np.where(np.all(polygon[:, 2] == polygon[:, 3], axis=1)[:, None], place, polygon.mean(axis=1))
+    place = np.where(
+        np.all(polygon[:, 2] == polygon[:, 3], axis=1)[:, None], place, polygon.mean(axis=1)
+    )
     low, high = polygon.min(axis=1) - BEYOND, polygon.max(axis=1) + BEYOND
     distance, step = np.zeros(len(x)), np.full((len(x), 3), np.inf)
     for _ in range(STEPS):
@@ -306,7 +389,9 @@ def _newton(shape: Array, polygon: Array, x: Array, direction: Array, size: Arra
         matrix = np.stack([along[:, 0], along[:, 1], -direction], axis=2)
         away = y - x - distance[:, None] * direction
         # lines along the panel meet it nowhere
-        flat = np.abs(np.linalg.det(matrix)) <= SLACK * np.linalg.norm(np.cross(along[:, 0], along[:, 1]), axis=1)
+        flat = np.abs(np.linalg.det(matrix)) <= SLACK * np.linalg.norm(
+            np.cross(along[:, 0], along[:, 1]), axis=1
+        )
         matrix[flat] = np.eye(3)
         step = -np.linalg.solve(matrix, away[..., None])[..., 0]
         place = np.clip(place + step[:, :2], low, high)
@@ -317,4 +402,6 @@ def _newton(shape: Array, polygon: Array, x: Array, direction: Array, size: Arra
     y, along = position(shape, place)
     missed = np.linalg.norm(y - x - distance[:, None] * direction, axis=1) > SLACK * size
     behind = np.sum(np.cross(along[:, 0], along[:, 1]) * direction, axis=1) >= 0.0
-    return np.where((missed | behind)[:, None], np.nan, place), np.where(missed | behind, np.inf, distance)
+    return np.where((missed | behind)[:, None], np.nan, place), np.where(
+        missed | behind, np.inf, distance
+    )

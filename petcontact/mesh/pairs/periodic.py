@@ -1,4 +1,5 @@
-"""Sides of one outline of which one is the other moved along: their joints, and which nodes belong together."""
+"""Sides of one outline of which one is the other moved along: their joints, and which nodes belong
+together."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ APART = 1e-6
 
 @frozen
 class TranslatedSides:
-    """A `Projection` from the sides of a part to those of its partner, which the body lies on the other side of."""
+    """A `Projection` from the sides of a part to those of its partner, which the body lies on the
+    other side of."""
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]
@@ -37,21 +39,28 @@ def translated_sides(number: int, outline: Outline, part: str, partner: str) -> 
     InputError
         If one is not the other moved along.
     """
-    own, other = ([k for k, side in enumerate(outline.sides) if side.part == name] for name in (part, partner))
+    own, other = (
+        [k for k, side in enumerate(outline.sides) if side.part == name] for name in (part, partner)
+    )
     same = len(own) == len(other)
     if same:
-        pairs = [(outline.sides[a], outline.sides[b]) for a, b in zip(own, other[::-1], strict=True)]
+        pairs = [
+            (outline.sides[a], outline.sides[b]) for a, b in zip(own, other[::-1], strict=True)
+        ]
         length = sum(side.length for side, _ in pairs)
         ways = np.array([(b.end - a.start, b.start - a.end) for a, b in pairs]).reshape(-1, 2)
         turned = max(abs(a.curvature + b.curvature) for a, b in pairs) * length
         same = bool(np.ptp(ways, axis=0).max() <= APART * length and turned <= APART)
     if not same:
-        raise InputError(f"part {partner!r} is not part {part!r} moved along, side by side; periodic parts are")
+        raise InputError(
+            f"part {partner!r} is not part {part!r} moved along, side by side; periodic parts are"
+        )
     return TranslatedSides((number, np.array(own)), (number, np.array(other)))
 
 
 def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
-    """The nodes of the partner in the order of those of the part, which the same elements carry from the other end."""
+    """The nodes of the partner in the order of those of the part, which the same elements carry
+    from the other end."""
     own, other = mesh.nodes_of(part), mesh.nodes_of(partner)
     order = np.argsort(mesh.variables(own)["s"]), np.argsort(-mesh.variables(other)["s"])
     result = np.empty_like(own)

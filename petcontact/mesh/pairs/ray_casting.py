@@ -1,4 +1,5 @@
-"""Where rays from points meet the faces of a part, and segments: what curves and panels have in common."""
+"""Where rays from points meet the faces of a part, and segments: what curves and panels have in
+common."""
 
 from __future__ import annotations
 
@@ -21,7 +22,11 @@ TOGETHER = 1 << 18
 
 def along(direction: Array | None, normal: Array) -> Array:
     """The direction at points with outward normals (m, d): these, or the one that is given."""
-    return normal if direction is None else np.broadcast_to(direction / np.linalg.norm(direction), normal.shape)
+    return (
+        normal
+        if direction is None
+        else np.broadcast_to(direction / np.linalg.norm(direction), normal.shape)
+    )
 
 
 @frozen
@@ -45,7 +50,8 @@ class Hits:
 
 @frozen
 class Segments:
-    """Quadrature points on a part where it faces another one; each segment lies on one face of either.
+    """Quadrature points on a part where it faces another one; each segment lies on one face of
+    either.
 
     Attributes
     ----------
@@ -70,7 +76,12 @@ class Segments:
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
         """All points of some lists, at least one."""
-        return Segments(*(np.concatenate([getattr(part, key) for part in parts]) for key in Segments.__annotations__))
+        return Segments(
+            *(
+                np.concatenate([getattr(part, key) for part in parts])
+                for key in Segments.__annotations__
+            )
+        )
 
 
 class Faces(ABC):
@@ -88,24 +99,31 @@ class Faces(ABC):
 
     @abstractmethod
     def spread(self, number: Index, share: Array) -> Array:
-        """Places, as in `Hits`, of some faces (k,) at shares (k, d-1) of their directions, from 0 to 1 of each."""
+        """Places, as in `Hits`, of some faces (k,) at shares (k, d-1) of their directions, from 0
+        to 1 of each."""
 
     @abstractmethod
     def rims(self) -> tuple[Index, Array, Array]:
-        """Numbers of the faces and places where the sides of panels begin and end; the ends of curves, twice."""
+        """Numbers of the faces and places where the sides of panels begin and end; the ends of
+        curves, twice."""
 
     @abstractmethod
-    def segments(self, other: Any, order: Index, opposite: Index, direction: Array | None) -> Segments:
-        """Where these faces, of orders (n,), face those of another part of the same kind, of orders `opposite`.
+    def segments(
+        self, other: Any, order: Index, opposite: Index, direction: Array | None
+    ) -> Segments:
+        """Where these faces, of orders (n,), face those of another part of the same kind, of orders
+        `opposite`.
 
-        Along the outward normals, or a direction; products of the two polynomials are integrated exactly where the faces
-        are straight or flat.
+        Along the outward normals, or a direction; products of the two polynomials are integrated
+        exactly where the faces are straight or flat.
         """
 
     def cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting of the lines x + t·direction with faces whose outward normal points against it.
+        """The nearest meeting of the lines x + t·direction with faces whose outward normal points
+        against it.
 
-        It lies behind a point only where the body overlaps it: the far side of a body is no face that meets it.
+        It lies behind a point only where the body overlaps it: the far side of a body is no face
+        that meets it.
 
         Parameters
         ----------
@@ -116,11 +134,17 @@ class Faces(ABC):
         beyond = self.beyond(x, direction, hits.distance)
         if len(deep := np.flatnonzero((hits.distance < 0.0) & ~beyond)):
             beyond[deep] = self._goes_round(hits.face[deep], direction[deep], -hits.distance[deep])
-        return Hits(np.where(beyond, -1, hits.face), hits.place, np.where(beyond, np.inf, hits.distance)) \
-            if beyond.any() else hits  # fmt: skip
+        return (
+            Hits(
+                np.where(beyond, -1, hits.face), hits.place, np.where(beyond, np.inf, hits.distance)
+            )
+            if beyond.any()
+            else hits
+        )
 
     def beyond(self, x: Array, direction: Array, distance: Array) -> Mask:
-        """Which of the meetings at some distances (m,) lie behind a point and beyond another face, which looks its way."""
+        """Which of the meetings at some distances (m,) lie behind a point and beyond another face,
+        which looks its way."""
         result = distance < 0.0
         behind = np.flatnonzero(result)
         half = 0.5 * distance[behind, None] * direction[behind]
@@ -129,12 +153,16 @@ class Faces(ABC):
         return result
 
     def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:
-        """Which of some faces are turned along a direction somewhere, or nearly so, and are smaller than some depth: of a
-        line that meets one twice, outward and inward, or touches it, only one meeting is found."""
+        """Which of some faces are turned along a direction somewhere, or nearly so, and are smaller
+        than some depth: of a line that meets one twice, outward and inward, or touches it, only one
+        meeting is found."""
         d = direction.shape[1]
         corners = np.array(list(itertools.product((0.0, 1.0), repeat=d - 1)))
         place = self.spread(np.repeat(number, len(corners)), np.tile(corners, (len(number), 1)))
-        x, normal = (each.reshape(len(number), -1, d) for each in self.at(np.repeat(number, len(corners)), place))
+        x, normal = (
+            each.reshape(len(number), -1, d)
+            for each in self.at(np.repeat(number, len(corners)), place)
+        )
         turned = np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > -GRAZING
         return np.asarray(turned & (depth > np.linalg.norm(np.ptp(x, axis=1), axis=1)))
 

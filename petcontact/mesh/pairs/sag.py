@@ -9,16 +9,18 @@ from ...arrays import Array
 from .ray_casting import Faces
 
 SMOOTH = 0.5
-"""Least cosine between the normals of neighbours on one curved face; beyond that they meet in an edge."""
+"""Least cosine between the normals of neighbours on one curved face; beyond that they meet in an
+edge."""
 SAME = 1e-6
 """Middles of sides closer than this fraction of the element are one."""
 
 
 def sag(faces: Faces) -> Array:
-    """h²/(8R) = hθ/8 of each face, (n,), θ being the largest angle to a neighbour of about the length h [length].
+    """h²/(8R) = hθ/8 of each face, (n,), θ being the largest angle to a neighbour of about the
+    length h [length].
 
-    Elements that follow the curve meet their neighbours smoothly: of these it is 0. Neighbours are found where whole sides
-    coincide.
+    Elements that follow the curve meet their neighbours smoothly: of these it is 0. Neighbours are
+    found where whole sides coincide.
 
     Examples
     --------
@@ -26,7 +28,8 @@ def sag(faces: Faces) -> Array:
     >>> from petcontact.mesh.pairs.curves import Curves
     >>> turn = np.linspace(0.0, 2.0 * np.pi, 41)
     >>> points = np.column_stack([np.cos(turn), np.sin(turn)])
-    >>> round(float(sag(Curves(points[:-1], points[1:], np.zeros(40))).max()), 5)  # 1 - cos(π/40) = 0.00308
+    >>> polygon = Curves(points[:-1], points[1:], np.zeros(40))
+    >>> round(float(sag(polygon).max()), 5)  # 1 - cos(π/40) = 0.00308
     0.00308
     """
     number, start, end = faces.rims()
@@ -35,10 +38,16 @@ def sag(faces: Faces) -> Array:
     count = np.bincount(number, minlength=len(faces))
     centre = np.column_stack([np.bincount(number, column, len(faces)) / count for column in x.T])
     reach = np.linalg.norm(x - centre[number], axis=1)
-    i, j = scipy.spatial.cKDTree(x).query_pairs(SAME * float(reach.min(initial=np.inf)), output_type="ndarray").T
+    i, j = (
+        scipy.spatial.cKDTree(x)
+        .query_pairs(SAME * float(reach.min(initial=np.inf)), output_type="ndarray")
+        .T
+    )
     cosine = np.sum(normal[i] * normal[j], axis=1)
     smooth = (cosine > SMOOTH) & (number[i] != number[j])
-    height = np.where(smooth, (reach[i] + reach[j]) * np.arccos(np.clip(cosine, -1.0, 1.0)) / 8.0, 0.0)
+    height = np.where(
+        smooth, (reach[i] + reach[j]) * np.arccos(np.clip(cosine, -1.0, 1.0)) / 8.0, 0.0
+    )
     # the arc cosine knows small angles to 1e-8 only
     height[cosine > 1.0 - 1e-14] = 0.0
     result = np.zeros(len(faces))

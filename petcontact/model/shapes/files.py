@@ -27,14 +27,16 @@ SurfaceNumber = Annotated[int, pydantic.Field(strict=True, ge=1)]
 class Gmsh(Model):
     """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
 
-    In space the triangles and quadrilaterals of the physical surfaces become panels, curved where cells of second order are;
-    in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
-    order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    In space the triangles and quadrilaterals of the physical surfaces become panels, curved where
+    cells of second order are; in the plane each boundary line of the mesh is a side of its own and
+    so one element at least, and lines of second order become circular arcs through their three
+    nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
-    Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by the extra `petcontact[cad]`: curved triangles of about
-    mesh.element_size (default: a twelfth of the diagonal of the box around it), at least eight around a full circle. Parts
-    are the surfaces' names in a STEP file, else their numbers, which `petcontact mesh part.step` lists. Lengths are in
-    millimetres, as OpenCASCADE reads them.
+    Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by the extra `petcontact[cad]`:
+    curved triangles of about mesh.element_size (default: a twelfth of the diagonal of the box
+    around it), at least eight around a full circle. Parts are the surfaces' names in a STEP file,
+    else their numbers, which `petcontact mesh part.step` lists. Lengths are in millimetres, as
+    OpenCASCADE reads them.
 
     Attributes
     ----------
@@ -43,7 +45,8 @@ class Gmsh(Model):
     file : str
         Path of the file; in a config it is relative to the config's folder.
     parts : table of lists of int, optional
-        Of a CAD file: names, and the numbers of the surfaces that each is for; the other surfaces keep their own.
+        Of a CAD file: names, and the numbers of the surfaces that each is for; the other surfaces
+        keep their own.
     solid : str or int, optional
         Of a CAD file with several solids: name or number of the one that is meant.
     """
@@ -57,7 +60,10 @@ class Gmsh(Model):
     def _keys_of_cad(self) -> Gmsh:
         for key in ("parts", "solid"):
             if getattr(self, key) is not None and not is_cad(self.file):
-                raise ValueError(f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical surfaces")
+                raise ValueError(
+                    f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical "
+                    f"surfaces"
+                )
         numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
         for number in numbers:
             if numbers.count(number) > 1:
@@ -70,7 +76,8 @@ class Gmsh(Model):
         Raises
         ------
         InputError
-            If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
+            If the file cannot be read, names no part somewhere, or its boundary lines or surface do
+            not close.
         """
         if is_cad(self.file):
             return cad_surface(str(regular_file(self.file, LARGEST_CAD)), self.parts, self.solid)
@@ -81,9 +88,10 @@ class Gmsh(Model):
 class Superelement(Model):
     """A body of any code, known by the condensed stiffness or compliance of its contact surface.
 
-    Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says what the file holds.
-    Conditions on its parts work; loads inside are in the file. The material is that of the surface: it says how stiff the
-    faces are against tractions that finite elements of their size do not resolve. Fields inside are not known.
+    Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says
+    what the file holds. Conditions on its parts work; loads inside are in the file. The material is
+    that of the surface: it says how stiff the faces are against tractions that finite elements of
+    their size do not resolve. Fields inside are not known.
 
     Attributes
     ----------

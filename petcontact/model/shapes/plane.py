@@ -33,14 +33,18 @@ class Rectangle(Model):
 
     @pydantic.model_validator(mode="after")
     def _has_area(self) -> Rectangle:
-        if not (self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]):
+        if not (
+            self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]
+        ):
             raise ValueError("upper_right must lie to the right of and above lower_left")
         return self
 
     def outline(self) -> Outline:
         """The outline, starting at the lower left corner."""
         (x0, y0), (x1, y1) = self.lower_left, self.upper_right
-        return _polygon(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), ("bottom", "right", "top", "left"))
+        return _polygon(
+            ((x0, y0), (x1, y0), (x1, y1), (x0, y1)), ("bottom", "right", "top", "left")
+        )
 
 
 class Polygon(Model):
@@ -63,7 +67,10 @@ class Polygon(Model):
     @pydantic.model_validator(mode="after")
     def _one_name_a_side(self) -> Polygon:
         if len(self.parts) != len(self.vertices):
-            raise ValueError(f"{len(self.vertices)} vertices need as many part names in parts, got {len(self.parts)}")
+            raise ValueError(
+                f"{len(self.vertices)} vertices need as many part names in parts, got "
+                f"{len(self.parts)}"
+            )
         return self
 
     def outline(self) -> Outline:
@@ -91,8 +98,8 @@ class OutlineSide(Model):
     through : point, optional
         Makes the side the circular arc through this point [length].
     radius : float, optional
-        Makes the side a circular arc of at most half a circle: it turns left (bulges to the right) where positive,
-        right where negative [length].
+        Makes the side a circular arc of at most half a circle: it turns left (bulges to the right)
+        where positive, right where negative [length].
     """
 
     part: str = pydantic.Field(min_length=1)
@@ -103,9 +110,13 @@ class OutlineSide(Model):
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> OutlineSide:
         if self.through is not None and self.radius is not None:
-            raise ValueError(f"side {self.part!r}: an arc is given by through or by radius, not by both")
+            raise ValueError(
+                f"side {self.part!r}: an arc is given by through or by radius, not by both"
+            )
         if self.radius == 0.0:
-            raise ValueError(f"side {self.part!r}: radius must not be 0; leave it out for a straight side")
+            raise ValueError(
+                f"side {self.part!r}: radius must not be 0; leave it out for a straight side"
+            )
         return self
 
     def sides_from(self, start: Array) -> list[Side]:
@@ -144,20 +155,24 @@ class Circle(Model):
         x, y = self.center
         r = self.radius
         corners = [np.array(p) for p in ((x + r, y), (x, y + r), (x - r, y), (x, y - r))]
-        return [Side(a, b, self.part, 1.0 / r) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+        return [
+            Side(a, b, self.part, 1.0 / r)
+            for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)
+        ]
 
 
 class SideBySide(Model):
-    """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary, the others holes; or,
-    `exterior`, all of them holes of an infinite plate.
+    """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary,
+    the others holes; or, `exterior`, all of them holes of an infinite plate.
 
     Attributes
     ----------
     shape : "outline"
         The shape.
     loops : list of loops
-        A loop is a list of sides, the first of which starts where the last one ends, or a circle. Loops may be given in
-        either direction: the outer one is turned counter-clockwise, holes clockwise.
+        A loop is a list of sides, the first of which starts where the last one ends, or a circle.
+        Loops may be given in either direction: the outer one is turned counter-clockwise, holes
+        clockwise.
     exterior : bool
         Whether the body is the infinite plate around the loops.
     """
@@ -185,17 +200,25 @@ def loops_of(given: Sequence[Sequence[OutlineSide] | Circle]) -> list[list[Side]
     InputError
         If an arc does not exist, or a side has no length.
     """
-    return [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(given)]
+    return [
+        loop.loop() if isinstance(loop, Circle) else _loop(loop, number)
+        for number, loop in enumerate(given)
+    ]
 
 
 def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
     if len(given) < 2:
-        raise InputError(f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)")
+        raise InputError(
+            f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)"
+        )
     start = np.array(given[-1].to, dtype=float)
     sides: list[Side] = []
     for side in given:
         if tuple(start) == side.to:
-            raise InputError(f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has no length")
+            raise InputError(
+                f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
+                f"no length"
+            )
         sides += side.sides_from(start)
         start = sides[-1].end
     return sides

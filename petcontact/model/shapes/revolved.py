@@ -17,12 +17,14 @@ Degrees = Annotated[float, pydantic.Field(strict=True, gt=0.0, le=360.0)]
 
 
 class Revolved(Model):
-    """A plane section, turned about an axis: curved panels, in parts named like the sides of the section.
+    """A plane section, turned about an axis: curved panels, in parts named like the sides of the
+    section.
 
-    The section is given in (r, z), r >= 0 away from the axis and z along it, by loops as those of `shape = "outline"`. Where
-    the body is solid on the axis, a side lies on it, whose name says nothing. A body turned by less than a full circle has
-    two plane faces more, the parts start and end; it begins in the half plane through the axis and x (y where the axis is
-    along x), and is turned right-handed about the axis.
+    The section is given in (r, z), r >= 0 away from the axis and z along it, by loops as those of
+    `shape = "outline"`. Where the body is solid on the axis, a side lies on it, whose name says
+    nothing. A body turned by less than a full circle has two plane faces more, the parts start and
+    end; it begins in the half plane through the axis and x (y where the axis is along x), and is
+    turned right-handed about the axis.
 
     Attributes
     ----------
@@ -55,7 +57,8 @@ class Revolved(Model):
         Raises
         ------
         InputError
-            If an arc does not exist, sides have no length, cross or touch, or the section passes the axis.
+            If an arc does not exist, sides have no length, cross or touch, or the section passes
+            the axis.
         """
         along = np.array(self.axis) / np.linalg.norm(self.axis)
         start = np.eye(3)[1 if along[1] == along[2] == 0.0 else 0]

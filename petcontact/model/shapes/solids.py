@@ -14,7 +14,8 @@ from .revolved import Revolved
 
 
 class Box(Model):
-    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top z+.
+    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top
+    z+.
 
     Attributes
     ----------

@@ -1,9 +1,11 @@
-"""Adaptive solution: solve, find where the solution is singular, refine towards it, estimate, repeat.
+"""Adaptive solution: solve, find where the solution is singular, refine towards it, estimate,
+repeat.
 
-Meshes come from refinement levels, each with an error about ten times smaller than the one before: more order and
-a milder grading where the solution is smooth, smaller elements of low order at corners and edges of contact, stick and
-slip. The solution of one level places these edges for the next one and is its start. The difference of two levels is the
-error of the lower one; it is the estimate for the upper one, which is returned. What the last step gains is not claimed.
+Meshes come from refinement levels, each with an error about ten times smaller than the one before:
+more order and a milder grading where the solution is smooth, smaller elements of low order at
+corners and edges of contact, stick and slip. The solution of one level places these edges for the
+next one and is its start. The difference of two levels is the error of the lower one; it is the
+estimate for the upper one, which is returned. What the last step gains is not claimed.
 """
 
 from __future__ import annotations
@@ -40,14 +42,17 @@ from .slip import Slip
 from .tractions import Tractions
 
 TIGHTER = 0.25
-"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
+"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate
+enough."""
 MANY_NODES = 1000
-"""From which on a mesh is reported of, and its operators are released, before those of the next are made: several GB in
-all. Of smaller ones only the last is reported of; what depends on the path of the loads is looked at on the last of all."""
+"""From which on a mesh is reported of, and its operators are released, before those of the next are
+made: several GB in all. Of smaller ones only the last is reported of; what depends on the path of
+the loads is looked at on the last of all."""
 
 
 def quantity_for(problem: Problem) -> Quantity:
-    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails.
+    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space
+    their tails.
 
     Raises
     ------
@@ -55,10 +60,16 @@ def quantity_for(problem: Problem) -> Quantity:
         If no part is in contact.
     """
     if not interfaces_of(problem):
-        raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
+        raise InputError(
+            "contact: no part is in contact, which adaptive meshes follow; set mesh.element_size"
+        )
     if not all(isinstance(body.geometry.outline(), Outline) for body in problem.body):
         return PanelTails(problem)
-    slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
+    slip = (
+        len(problem.body) == 1
+        and not problem.step
+        and all(side.holds_normal for side in interfaces_of(problem))
+    )
     return Slip() if slip else Tractions(problem)
 
 
@@ -73,21 +84,36 @@ class AdaptiveSolve:
     discrete : Discrete or None
         The problem on the last mesh.
     missed, left : float
-        What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the problem's own leaves on
-        it, by the quantity's difference [-].
+        What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the
+        problem's own leaves on it, by the quantity's difference [-].
     broken_off : bool
         Whether a signal, a monitor or a failure ended the last solve.
     """
 
     def __init__(
-        self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any, announce: Announce | None = None,
+        self,
+        problem: Problem,
+        comm: Any,
+        monitor: Monitor | None,
+        law: Any,
+        announce: Announce | None = None,
         reached: Callable[[Reached], None] | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self._began, self._announce, self._reached = time.perf_counter(), announce, reached
-        method = problem.method.model_copy(update={
-            "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
-        })  # fmt: skip
-        self.problem, self.comm, self.monitor, self.law = problem.model_copy(update={"method": method}), comm, monitor, law
+        method = problem.method.model_copy(
+            update={
+                "name": "semismooth-newton",
+                "rule": None,
+                "start": "zero",
+                "formulation": "condensed",
+            }
+        )
+        self.problem, self.comm, self.monitor, self.law = (
+            problem.model_copy(update={"method": method}),
+            comm,
+            monitor,
+            law,
+        )
         self.quantity = quantity_for(problem)
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
@@ -98,7 +124,8 @@ class AdaptiveSolve:
         self._kept: PreparedProblem | None = None
 
     def climb(self, accuracy: float) -> str:
-        """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
+        """Level after level until the estimate is below the accuracy; what kept a level from being
+        solved, or nothing."""
         quantity = self.quantity
         quantity.wanted = accuracy
         self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
@@ -142,7 +169,9 @@ class AdaptiveSolve:
         problem, found = self._kept, self.solutions[-1]
         if problem is not None:
             found = with_paths(problem, found if found.info else reported(problem, found))
-            found = with_missed_curves(problem.discrete, found, self.solutions[0].meshes, self.quantity.wanted)
+            found = with_missed_curves(
+                problem.discrete, found, self.solutions[0].meshes, self.quantity.wanted
+            )
         return replace(found, problem=self.problem)
 
     def close(self) -> None:
@@ -165,7 +194,8 @@ class AdaptiveSolve:
             self._reached(Reached(len(self.solutions), nodes, self.quantity.estimate, seconds))
 
     def _solved(self, level: Any) -> Solution:
-        """The solution on the mesh of a level; again with more digits where compressed operators leave too few."""
+        """The solution on the mesh of a level; again with more digits where compressed operators
+        leave too few."""
         while True:
             may_be_tighter = self._tolerance > TIGHTEST
             try:
@@ -176,14 +206,24 @@ class AdaptiveSolve:
             else:
                 if self.discrete is not None and _is_large(self.discrete):
                     release_memory()
-                if not (may_be_tighter and solution.failed is not None and self._is_too_loose(solution.failed)):
+                if not (
+                    may_be_tighter
+                    and solution.failed is not None
+                    and self._is_too_loose(solution.failed)
+                ):
                     return solution
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Whether an increment is not accepted for the tolerance of compressed operators."""
-        compressed = self.discrete is not None and has_compressed(self.discrete.problem.bem, self.discrete.meshes)
-        return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
+        compressed = self.discrete is not None and has_compressed(
+            self.discrete.problem.bem, self.discrete.meshes
+        )
+        return (
+            compressed
+            and failed.status == "failed"
+            and failed.residuals.get("elastic", 0.0) > self._tolerance
+        )
 
     def _once(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
@@ -198,8 +238,12 @@ class AdaptiveSolve:
 
         with answering(self.comm):
             self.discrete, self._tried = self._prepared(make)
-        factors = known_factors(self.solutions[-1], self.quantity.estimate) if self.solutions else {}
-        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried), factors=factors)
+        factors = (
+            known_factors(self.solutions[-1], self.quantity.estimate) if self.solutions else {}
+        )
+        self._tried = problem = replace(
+            self._tried, start=self.quantity.start(self._tried), factors=factors
+        )
         solution = unreported(problem, self.monitor)
         if _is_large(self.discrete):
             solution = reported(problem, solution)
@@ -210,14 +254,20 @@ class AdaptiveSolve:
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self.law)
         largest = max(mesh.n_nodes for mesh in discrete.meshes)
-        changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
+        changes: dict[str, Any] = (
+            {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
+        )
         if discrete.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
         bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
         if self.solutions:  # where sets cycle there may be no solution
             needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
-            method = method.model_copy(update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))})
-        discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method}))
+            method = method.model_copy(
+                update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))}
+            )
+        discrete = replace(
+            discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})
+        )
         seconds = time.perf_counter() - began
         problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
         problem.timings["mesh"] += seconds
@@ -229,26 +279,36 @@ def _is_large(discrete: Discrete) -> bool:
 
 
 def adapt(
-    problem: Problem, accuracy: float | None = None, *, method: Any = None, rule: Any = None, law: Any = None,
-    comm: Any = None, monitor: Monitor | None = None, announce: Announce | None = None,
+    problem: Problem,
+    accuracy: float | None = None,
+    *,
+    method: Any = None,
+    rule: Any = None,
+    law: Any = None,
+    comm: Any = None,
+    monitor: Monitor | None = None,
+    announce: Announce | None = None,
     reached: Callable[[Reached], None] | None = None,
-) -> Solution:  # fmt: skip
+) -> Solution:
     """The solution with an estimated error below a wanted one, on meshes that follow it.
 
     Parameters
     ----------
     problem : Problem
-        Of plane `[mesh]` tables only `graded_points` count; in space the first mesh is what they ask for. The meshes are
-        found with semismooth Newton; the problem's own method, where it is another one, then solves on the last of them.
+        Of plane `[mesh]` tables only `graded_points` count; in space the first mesh is what they
+        ask for. The meshes are found with semismooth Newton; the problem's own method, where it is
+        another one, then solves on the last of them.
     accuracy : float, optional
-        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by default the smallest
-        `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps (1e-2); in space 2e-2.
+        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by
+        default the smallest `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps
+        (1e-2); in space 2e-2.
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default.
     monitor : callable, optional
-        Called with the state so far after each iteration of each solve; a reason that it returns ends the solve there.
+        Called with the state so far after each iteration of each solve; a reason that it returns
+        ends the solve there.
     announce : callable, optional
         As in `prepare`, on each mesh.
     reached : callable, optional
@@ -257,8 +317,8 @@ def adapt(
     Returns
     -------
     Solution
-        `info["accuracy"]` and `info["estimated_error"]` say what was wanted and what is estimated. The status is "not
-        converged" when the finest refinement level was not enough.
+        `info["accuracy"]` and `info["estimated_error"]` say what was wanted and what is estimated.
+        The status is "not converged" when the finest refinement level was not enough.
 
     Raises
     ------
@@ -277,7 +337,11 @@ def adapt(
         trouble, solution = work.climb(accuracy), work.last()
     finally:
         work.close()
-    own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
+    own = (
+        rule is not None
+        or method is not None
+        or problem.method.resolved_name != "semismooth-newton"
+    )
     if own and not trouble and solution.status == "converged" and work.discrete is not None:
         last = replace(work.discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
@@ -286,35 +350,64 @@ def adapt(
         finally:
             prepared.close()
         work.left = work.quantity.apart(solution) if solution.converged else 0.0
-    if trouble and math.isinf(work.quantity.estimate) and not work.broken_off:  # as of a mesh that the user fixed
+    if (
+        trouble and math.isinf(work.quantity.estimate) and not work.broken_off
+    ):  # as of a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
-    return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
+    return _finished(
+        work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began
+    )
 
 
-def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
+def _finished(
+    work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float
+) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    status, reason, estimate = solution.status, solution.reason, max(quantity.estimate, work.left) if shown else math.inf
+    status, reason, estimate = (
+        solution.status,
+        solution.reason,
+        max(quantity.estimate, work.left) if shown else math.inf,
+    )
     info = {
-        **solution.info, "accuracy": accuracy, "differences": quantity.differences,
-        "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
+        **solution.info,
+        "accuracy": accuracy,
+        "differences": quantity.differences,
+        "levels": [
+            sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions
+        ],
         **(quantity.info() if shown else {}),
-    }  # fmt: skip
+    }
     estimate = info.get("estimated_error", estimate) if math.isinf(estimate) else estimate
     info |= {"estimated_error": estimate} if carries_something(solution) else {}
     reached = short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     if status == "converged" and work.missed > 0.0:
-        status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
+        status, reason = (
+            "not converged",
+            f"no mesh resolves the given data: {work.missed:.1e} of them is missed",
+        )
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
-        status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
-                                           f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
-    elif status == "converged" and accuracy < estimate < USELESS and trouble and not (quantity.asked or work.broken_off):
+        status, reason = (
+            "not converged",
+            (
+                f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
+                f"which semismooth-newton solves to {quantity.estimate:.1e}"
+            ),
+        )
+    elif (
+        status == "converged"
+        and accuracy < estimate < USELESS
+        and trouble
+        and not (quantity.asked or work.broken_off)
+    ):
         info["warnings"] = [*info.get("warnings", []), reached]
     elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
         reason += f"; {quantity.exhausted}"
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", reached
     timings: dict[str, float] = {}
-    for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():
+    for seconds_of in {
+        id(each.timings): each.timings for each in (*work.solutions, solution)
+    }.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
     return replace(solution, info=info, status=status, reason=reason, timings=timings)

@@ -1,4 +1,5 @@
-"""How far the tractions of two solutions of a plane problem are apart, with and without the ends of parts."""
+"""How far the tractions of two solutions of a plane problem are apart, with and without the ends of
+parts."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from ..discrete.interfaces import interfaces_of
 from .part_ends import pressed_sides, singular_places
 
 GROWS = 1.1
-"""Ratio of the largest tractions beside such a place on two meshes from which on they count as infinite there."""
+"""Ratio of the largest tractions beside such a place on two meshes from which on they count as
+infinite there."""
 
 
 @frozen
@@ -34,8 +36,8 @@ class Difference:
     whole : float
         The same with the ends [-].
     singular : dict of lists of float
-        By interface, arc lengths of the ends and corners where tractions grow from mesh to mesh and that leave more than
-        what is left inside [length].
+        By interface, arc lengths of the ends and corners where tractions grow from mesh to mesh and
+        that leave more than what is left inside [length].
     """
 
     inside: float = 0.0
@@ -47,7 +49,9 @@ class Difference:
         return {"error_with_ends": self.whole, "singular": self.singular}
 
 
-def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None = None) -> Difference:
+def difference(
+    coarse: Solution, fine: Solution, places: dict[str, Array] | None = None
+) -> Difference:
     """Of two solutions at the nodes of the finer one; `places` as `fading_places` finds them."""
     places = fading_places(fine.problem) if places is None else places
     inside = whole = 0.0
@@ -55,7 +59,9 @@ def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None
     for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name, pair in other.pairs.items():
             mesh = as_curve(coarse.meshes[coarse.sides[name][0]])
-            to_fine = _interpolation(mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
+            to_fine = _interpolation(
+                mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length
+            )
             old = one.pairs[name]
             now, before = _tractions(pair), _tractions(old)
             change = to_fine @ before - now
@@ -70,39 +76,61 @@ def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None
             at_old = _fading(old, places[name])
             for k, s in enumerate(places[name].tolist()):
                 here, there = (near == k) & (fade < 1.0), (at_old[0] == k) & (at_old[1] < 1.0)
-                peaks = [float(np.abs(values).max(initial=0.0)) for values in (before[there], now[here])]
+                peaks = [
+                    float(np.abs(values).max(initial=0.0)) for values in (before[there], now[here])
+                ]
                 if peaks[1] > GROWS * peaks[0]:
                     share = float(np.sqrt(square[here].sum(axis=0).max())) / size_whole
                     growing.setdefault(name, {})[s] = max(share, growing.get(name, {}).get(s, 0.0))
-    singular = {name: sorted(s for s, share in found.items() if share > inside) for name, found in growing.items()}
+    singular = {
+        name: sorted(s for s, share in found.items() if share > inside)
+        for name, found in growing.items()
+    }
     return Difference(inside, whole, {name: found for name, found in singular.items() if found})
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:
-    """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine nodes."""
+    """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine
+    nodes."""
     worst = 0.0
     for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name, mesh in fine.meshes.items():
-            old, new, s = as_curve(coarse.meshes[name]), other.bodies[name].u, as_curve(mesh).arc_length
+            old, new, s = (
+                as_curve(coarse.meshes[name]),
+                other.bodies[name].u,
+                as_curve(mesh).arc_length,
+            )
             change = np.zeros_like(new)
             for part in mesh.part_names:
                 there, here = old.nodes_of(part), mesh.nodes_of(part)
-                change[here] = _interpolation(old, part, there, s[here]) @ one.bodies[name].u[there] - new[here]
-            size, error = (float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change))
+                change[here] = (
+                    _interpolation(old, part, there, s[here]) @ one.bodies[name].u[there]
+                    - new[here]
+                )
+            size, error = (
+                float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change)
+            )
             worst = max(worst, error / size if size > 0.0 else 0.0)
     return worst
 
 
 def fading_places(problem: Problem) -> dict[str, Array]:
-    """By interface of a plane problem, arc lengths along the secondary at which tractions may be infinite [length]."""
-    outlines: list[Outline] = [as_outline(body.geometry.outline(), "the error").joined for body in problem.body]
+    """By interface of a plane problem, arc lengths along the secondary at which tractions may be
+    infinite [length]."""
+    outlines: list[Outline] = [
+        as_outline(body.geometry.outline(), "the error").joined for body in problem.body
+    ]
     sides = interfaces_of(problem)
     pressed = pressed_sides(outlines, sides)
-    return {side.name: singular_places(outlines[side.body], side.part, pressed[side.body]) for side in sides}
+    return {
+        side.name: singular_places(outlines[side.body], side.part, pressed[side.body])
+        for side in sides
+    }
 
 
 def _fading(pair: PairResult, places: Array) -> tuple[Index, Array]:
-    """The nearest place of each node, and its factor, which falls from 1 to 0 towards it over FADE of the part."""
+    """The nearest place of each node, and its factor, which falls from 1 to 0 towards it over FADE
+    of the part."""
     if len(places) == 0:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
     apart = np.abs(pair.arc_length[:, None] - places[None])
@@ -116,7 +144,8 @@ def _tractions(pair: PairResult) -> Array:
 
 
 def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
-    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)), element by element."""
+    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)),
+    element by element."""
     numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
     starts = mesh.side_start[numbers]
     order = np.argsort(starts)

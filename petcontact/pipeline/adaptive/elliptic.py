@@ -1,5 +1,5 @@
-"""Meshes whose panels follow the edges of elliptical contacts, and of their stick zones, before panels are cut one by
-one."""
+"""Meshes whose panels follow the edges of elliptical contacts, and of their stick zones, before
+panels are cut one by one."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ from ..steps.increment import PreparedProblem
 from ..trust.first_panels import lowest_between
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
-"""Rings of panels about the core of a contact, and the estimate with them, measured on Hertz' contact."""
+"""Rings of panels about the core of a contact, and the estimate with them, measured on Hertz'
+contact."""
 FALL = 0.15
-"""Estimate that rings have to reach at most, over that before: an edge is known the better the smaller it is."""
+"""Estimate that rings have to reach at most, over that before: an edge is known the better the
+smaller it is."""
 MOVED = 0.003
 """Of an edge over the radius, from which on the same rings are set once more."""
 
@@ -34,10 +36,11 @@ Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 
 
 class EllipticContacts:
-    """The rings that each elliptical contact had so far: as many as before once more, where its edge has moved, or more.
+    """The rings that each elliptical contact had so far: as many as before once more, where its
+    edge has moved, or more.
 
-    Panels as wide at a circular edge as those of rings are nine times as many, and the error is larger: p is a root there,
-    which no polynomial follows across.
+    Panels as wide at a circular edge as those of rings are nine times as many, and the error is
+    larger: p is a root there, which no polynomial follows across.
 
     Parameters
     ----------
@@ -48,24 +51,36 @@ class EllipticContacts:
 
     def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
         outlines = [body.geometry.outline() for body in problem.body]
-        self._surfaces = [shape if isinstance(shape, SolidSurface) and shape.known else None for shape in outlines]
-        faces = {side.name: [(side.body, side.part), *([side.primary] if side.primary else [])]
-                 for side in interfaces_of(problem)}  # fmt: skip
+        self._surfaces = [
+            shape if isinstance(shape, SolidSurface) and shape.known else None for shape in outlines
+        ]
+        faces = {
+            side.name: [(side.body, side.part), *([side.primary] if side.primary else [])]
+            for side in interfaces_of(problem)
+        }
         every = [face for both in faces.values() for face in both]
-        self._faces = {name: both for name, both in faces.items()
-                       if all(self._surfaces[body] and every.count((body, part)) == 1 for body, part in both)}  # fmt: skip
+        self._faces = {
+            name: both
+            for name, both in faces.items()
+            if all(self._surfaces[body] and every.count((body, part)) == 1 for body, part in both)
+        }
         self.first = first
         self._made = {name: list[tuple[int, Zone]]() for name in self._faces}
 
     def meshes(
-        self, solution: Solution, small: Mapping[str, Zone], errors: tuple[float, float], completed: Completed
+        self,
+        solution: Solution,
+        small: Mapping[str, Zone],
+        errors: tuple[float, float],
+        completed: Completed,
     ) -> list[SurfaceMesh]:
-        """The meshes of the bodies, with more rings than before where these make an estimate smaller; none where not.
+        """The meshes of the bodies, with more rings than before where these make an estimate
+        smaller; none where not.
 
-        Where contact is at the end of the last step; it must not be elsewhere before. The last rings, which shall do, are
-        about the edges of stick zones too, unless the meshes would not be completed then: rings before them are wider than
-        those at these edges, which they show well enough. `small` are zones where contact is expected that is smaller than
-        a panel.
+        Where contact is at the end of the last step; it must not be elsewhere before. The last
+        rings, which shall do, are about the edges of stick zones too, unless the meshes would not
+        be completed then: rings before them are wider than those at these edges, which they show
+        well enough. `small` are zones where contact is expected that is smaller than a panel.
         """
         for sticks in (True, False):
             rings, meshes = self._ringed(solution, small, errors, sticks)
@@ -77,7 +92,11 @@ class EllipticContacts:
         return []
 
     def _ringed(
-        self, solution: Solution, small: Mapping[str, Zone], errors: tuple[float, float], sticks: bool
+        self,
+        solution: Solution,
+        small: Mapping[str, Zone],
+        errors: tuple[float, float],
+        sticks: bool,
     ) -> tuple[dict[str, tuple[int, Zone]], list[SurfaceMesh]]:
         """How many rings which contacts get about which zones, and the meshes with them."""
         estimate, wanted = errors
@@ -87,17 +106,31 @@ class EllipticContacts:
             dict[str, tuple[int, Zone]](),
         )
         for name, both in self._faces.items():
-            more = [n for n, reached in RINGS.items() if self._may_have(name, n) and reached < estimate]
+            more = [
+                n for n, reached in RINGS.items() if self._may_have(name, n) and reached < estimate
+            ]
             if not more or solution.bilateral:
                 continue
             count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
-            pair, closed = ends[-1].pairs[name], np.any([step.pairs[name].pressure > 0.0 for step in ends], axis=0)
+            pair, closed = (
+                ends[-1].pairs[name],
+                np.any([step.pairs[name].pressure > 0.0 for step in ends], axis=0),
+            )
             zone = small.get(name) or zone_of(pair.x, pair.weight, pair.pressure, closed)
-            if zone is None or any(n == count and zone.apart(old) < MOVED for n, old in self._made[name]):
+            if zone is None or any(
+                n == count and zone.apart(old) < MOVED for n, old in self._made[name]
+            ):
                 continue
             last = RINGS[count] <= wanted or count == max(RINGS)
-            stick = stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone) if sticks and last else None
-            made = [self._filled((meshes[body], self.first[body]), body, part, zone, count, stick) for body, part in both]
+            stick = (
+                stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone)
+                if sticks and last
+                else None
+            )
+            made = [
+                self._filled((meshes[body], self.first[body]), body, part, zone, count, stick)
+                for body, part in both
+            ]
             if any(mesh is None for mesh in made):
                 continue
             for (body, _), mesh in zip(both, made, strict=True):
@@ -112,17 +145,29 @@ class EllipticContacts:
         return rings >= max(made, default=0) and made.count(rings) < 2
 
     def _filled(
-        self, mesh: tuple[SurfaceMesh, SurfaceMesh], body: int, part: str, zone: Zone, count: int, stick: Zone | None
+        self,
+        mesh: tuple[SurfaceMesh, SurfaceMesh],
+        body: int,
+        part: str,
+        zone: Zone,
+        count: int,
+        stick: Zone | None,
     ) -> SurfaceMesh | None:
         """Rings on a face, if there is a place for them."""
         surface = self._surfaces[body]
         assert surface is not None
         patches = patches_of(surface, *mesh, part, zone, sector(count, zone, stick))
-        return next((made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None), None)
+        return next(
+            (made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None),
+            None,
+        )
 
 
-def expected_start(problem: PreparedProblem, small: Sequence[tuple[InterfaceSpec, SmallContact]]) -> Start | None:
-    """No tractions, and overlaps where small contacts are expected, in other pairs everywhere; None where there are none."""
+def expected_start(
+    problem: PreparedProblem, small: Sequence[tuple[InterfaceSpec, SmallContact]]
+) -> Start | None:
+    """No tractions, and overlaps where small contacts are expected, in other pairs everywhere; None
+    where there are none."""
     expected, v = {side.name: zone_about(contact) for side, contact in small}, list[Array]()
     for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
         zone, x = expected.get(side.name), problem.discrete.meshes[side.body].x[face.nodes]
@@ -136,14 +181,21 @@ def zone_about(expected: SmallContact) -> Zone:
     return Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
 
 
-def small_contacts(problem: Problem, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:
-    """Contacts after the last step that are smaller than the panels they are on, or wholly between their nodes."""
+def small_contacts(
+    problem: Problem, solution: Solution
+) -> list[tuple[InterfaceSpec, SmallContact]]:
+    """Contacts after the last step that are smaller than the panels they are on, or wholly between
+    their nodes."""
     found, step = [], solution.tried[-1]
     depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
     for side in interfaces_of(problem):
         both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
         soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
-        mesh, pair, nodes = as_surface(solution.meshes[both[0].name]), step.pairs[side.name], solution.nodes[side.name]
+        mesh, pair, nodes = (
+            as_surface(solution.meshes[both[0].name]),
+            step.pairs[side.name],
+            solution.nodes[side.name],
+        )
         expected = small_contact(mesh, nodes, pair.pressure, pair.gap, 1.0 / soft)
         if depth > 0.0 and not pair.pressure.any():
             lowest = lowest_between(mesh.element[nodes], pair.gap, mesh.n_elements).min()

@@ -1,5 +1,5 @@
-"""The error on meshes that the user fixed: in the plane, where that is cheap, against the same meshes with pairs of elements
-joined; on surfaces by the tails of tractions."""
+"""The error on meshes that the user fixed: in the plane, where that is cheap, against the same
+meshes with pairs of elements joined; on surfaces by the tails of tractions."""
 
 from __future__ import annotations
 
@@ -36,17 +36,18 @@ MOST_INCREMENTS = 12
 NOTHING = 1e-15
 """Pressure over Young's modulus that is round-off, as of bodies that touch exactly."""
 MOST = 100
-"""Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing of the error."""
+"""Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing
+of the error."""
 
 
 def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
-    """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`, the reason; with a
-    warning where the meshes miss much of what is known.
+    """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`,
+    the reason; with a warning where the meshes miss much of what is known.
 
-    On surfaces it comes from the solution itself, see `TailErrors`, with `resultant_error`. On curves what two
-    meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
-    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q, without
-    contact of u.
+    On surfaces it comes from the solution itself, see `TailErrors`, with `resultant_error`. On
+    curves what two meshes differ by is the error of the coarser one; of constant elements, whose
+    error halves with h, it is that of the finer one, of elements of higher order more. It is the
+    error of u_t of the paper's problem, else of p and q, without contact of u.
 
     Parameters
     ----------
@@ -67,10 +68,14 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
-            if coarse.converged and math.isfinite((found := _difference(solution, coarse))["estimated_error"]):
+            if coarse.converged and math.isfinite(
+                (found := _difference(solution, coarse))["estimated_error"]
+            ):
                 return _estimated(solution, found)
             reason = "the problem on half as many elements is not solved"
-        except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
+        except (
+            PetcontactError
+        ):  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
     return replace(solution, info={**solution.info, "error_unknown": reason})
 
@@ -82,7 +87,9 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
         if math.isnan(whole):
-            return replace(solution, info={**solution.info, "error_unknown": "compare with a finer mesh"})
+            return replace(
+                solution, info={**solution.info, "error_unknown": "compare with a finer mesh"}
+            )
         return _estimated(solution, {"estimated_error": min(whole, 1.0)})
     if solution.bilateral and math.isnan(whole):
         beside = beside_error(solution, solved_on)
@@ -94,7 +101,8 @@ def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
     """The solution with an estimate, and a warning where it is large."""
     error = found["estimated_error"]
     text = (
-        f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}: smaller elements, or --adapt, make it less"
+        f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}: smaller "
+        f"elements, or --adapt, make it less"
     )
     return _warned(replace(solution, info={**solution.info, **found}), [text] * bool(error > LARGE))
 
@@ -142,15 +150,23 @@ def _body(solution: Solution) -> Body:
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
     """The solution on meshes of half as many elements."""
     meshes = [as_curve(mesh) for mesh in solution.meshes.values()]
-    return _again(solution, lambda number, one, boundary: joined(meshes[number], boundary), comm, law)
+    return _again(
+        solution, lambda number, one, boundary: joined(meshes[number], boundary), comm, law
+    )
 
 
 def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
     """The solution of the same problem on other meshes."""
     problem = solution.problem
-    method = problem.method.model_copy(update={
-        "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed", "max_iterations": MOST
-    })  # fmt: skip
+    method = problem.method.model_copy(
+        update={
+            "name": "semismooth-newton",
+            "rule": None,
+            "start": "zero",
+            "formulation": "condensed",
+            "max_iterations": MOST,
+        }
+    )
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))
     try:
@@ -160,7 +176,8 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
 
 
 def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
-    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports it."""
+    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports
+    it."""
     if not solution.nodes:
         return {"estimated_error": displacement_difference(other, solution)}
     if solution.bilateral:
@@ -172,9 +189,11 @@ def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
-    """The mesh with pairs of neighbouring elements of each side joined, one left, or a third one joined, in the middle.
+    """The mesh with pairs of neighbouring elements of each side joined, one left, or a third one
+    joined, in the middle.
 
-    Both ends of a side, where errors are largest, have joined elements, and a side run through backwards has the same ones.
+    Both ends of a side, where errors are largest, have joined elements, and a side run through
+    backwards has the same ones.
     """
     ends = np.cumsum([side.length for side in outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)

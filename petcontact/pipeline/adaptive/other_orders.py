@@ -1,4 +1,5 @@
-"""Errors by panels of another order: of u_t in bilateral contact, and of u where there is no contact."""
+"""Errors by panels of another order: of u_t in bilateral contact, and of u where there is no
+contact."""
 
 from __future__ import annotations
 
@@ -23,18 +24,21 @@ from .slip import displacement_scale
 HIGHEST = 3
 """Order of panels."""
 FEW, MOST = 1200, 5000
-"""Nodes of a body up to which another solve is nothing to wait for: of panels of the next order, which costs up to four
-times the first one, and of the solution where they are of the order below, which costs .5 to .8 of it."""
+"""Nodes of a body up to which another solve is nothing to wait for: of panels of the next order,
+which costs up to four times the first one, and of the solution where they are of the order below,
+which costs .5 to .8 of it."""
 SURE = 1.6
-"""Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than they do there."""
+"""Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than
+they do there."""
 
 
 def share(order: int, other: int, exponent: float) -> float:
     """Error over what another order changes, of a functional whose error falls as (p + 1)^-4λ.
 
-    As those of energies do where displacements behave like r^λ at the ends of elements: the error in the norm of energy
-    falls as (p + 1)^-2λ, twice as fast as in h (I. Babuska, M. Suri, The h-p version of the finite element method with
-    quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238), and that of the energy is its square.
+    As those of energies do where displacements behave like r^λ at the ends of elements: the error
+    in the norm of energy falls as (p + 1)^-2λ, twice as fast as in h (I. Babuska, M. Suri, The h-p
+    version of the finite element method with quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238),
+    and that of the energy is its square.
 
     Parameters
     ----------
@@ -52,9 +56,9 @@ def share(order: int, other: int, exponent: float) -> float:
 
 
 def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Error of u_t of one body in bilateral contact, or of u of bodies without contact, the largest over bodies and step
-    ends: in L2 a `share` of what it changes by where all panels are of the next order; without contact, where that costs
-    too much, of the order below.
+    """Error of u_t of one body in bilateral contact, or of u of bodies without contact, the largest
+    over bodies and step ends: in L2 a `share` of what it changes by where all panels are of the
+    next order; without contact, where that costs too much, of the order below.
 
     Parameters
     ----------
@@ -65,8 +69,9 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     Returns
     -------
     float
-        nan where it is not known: in contact, with panels of order 3 and where more than `FEW` nodes were to be solved
-        for; without it with panels of order 0, too, where these are many, and on more than `MOST`.
+        nan where it is not known: in contact, with panels of order 3 and where more than `FEW`
+        nodes were to be solved for; without it with panels of order 0, too, where these are many,
+        and on more than `MOST`.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
@@ -74,12 +79,20 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     change = 1
     if max(map(_next_nodes, meshes)) > FEW or max(mesh.order.max() for mesh in meshes) >= HIGHEST:
         change = -1
-        if solution.bilateral or max(mesh.n_nodes for mesh in meshes) > MOST or min(mesh.order.min() for mesh in meshes) < 1:
+        if (
+            solution.bilateral
+            or max(mesh.n_nodes for mesh in meshes) > MOST
+            or min(mesh.order.min() for mesh in meshes) < 1
+        ):
             return math.nan
     orders = [int(mesh.order.max()) for mesh in meshes]
-    shares = [share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)]
-    changed = [other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, each)
-               for mesh, each in zip(meshes, shares, strict=True)]  # fmt: skip
+    shares = [
+        share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)
+    ]
+    changed = [
+        other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, each)
+        for mesh, each in zip(meshes, shares, strict=True)
+    ]
     other = _converged(solved_on, changed)
     if other is None:
         return math.nan
@@ -88,21 +101,30 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
         for mesh, second, each, name in zip(meshes, changed, shares, one.bodies, strict=True):
             found = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
             (lower, u), (higher, finer) = found[::change]
-            apart, nodes = lower.basis_at(higher.element, higher.places) @ u - finer, np.arange(higher.n_nodes)
+            apart, nodes = (
+                lower.basis_at(higher.element, higher.places) @ u - finer,
+                np.arange(higher.n_nodes),
+            )
             if solution.bilateral:
                 nodes, size = other.contact.nodes, displacement_scale(solution)
                 apart = apart - np.sum(apart * higher.normal, axis=1, keepdims=True) * higher.normal
             else:
                 size = _norm(mesh.weight, one.bodies[name].u)
-            worst = max(worst, SURE * each * _norm(higher.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0)
+            worst = max(
+                worst,
+                SURE * each * _norm(higher.weight[nodes], apart[nodes]) / size
+                if size > 0.0
+                else 0.0,
+            )
     return worst
 
 
 def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Error of u_t of one body in bilateral contact that is due to its other faces, over ‖u_t‖, by what it changes by where
-    these are of the order below.
+    """Error of u_t of one body in bilateral contact that is due to its other faces, over ‖u_t‖, by
+    what it changes by where these are of the order below.
 
-    It sees what tails do not: a body that is too stiff as a whole, since its held face or its bending is resolved poorly.
+    It sees what tails do not: a body that is too stiff as a whole, since its held face or its
+    bending is resolved poorly.
 
     Parameters
     ----------
@@ -136,7 +158,11 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
 def _exponent(solution: Solution, number: int) -> float:
     """λ of a body; what is in contact may stick where some of it does."""
     sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
-    slides = dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,)) if solution.bilateral else {}
+    slides = (
+        dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
+        if solution.bilateral
+        else {}
+    )
     body = solution.problem.body[number]
     return edge_exponent(as_surface(list(solution.meshes.values())[number]), body, slides)
 
@@ -145,7 +171,9 @@ def _norm(weight: Array, values: Array) -> float:
     return math.sqrt(float(weight @ np.sum(values**2, axis=1)))
 
 
-def _converged(solved_on: Callable[[MeshMaker], Solution], meshes: Sequence[SurfaceMesh]) -> Solution | None:
+def _converged(
+    solved_on: Callable[[MeshMaker], Solution], meshes: Sequence[SurfaceMesh]
+) -> Solution | None:
     """The solution on other meshes, where there is one."""
     try:
         other = solved_on(lambda number, one, boundary: meshes[number])
@@ -162,11 +190,11 @@ def _next_nodes(mesh: SurfaceMesh) -> int:
 
 
 def other_order(mesh: SurfaceMesh, marked: Mask, change: int, gained: float) -> SurfaceMesh:
-    """The mesh with marked panels of another order, and curved sides so far nearer to, or from, the arcs through their
-    points that this times `gained` is what they are off.
+    """The mesh with marked panels of another order, and curved sides so far nearer to, or from, the
+    arcs through their points that this times `gained` is what they are off.
 
-    A parabola of chord h and sagitta s = hθ/4 lies hθ³/120 inside of an arc of the angle 2θ, on average; one whose sagitta
-    is less by 0.8 s (s/h)² lies that much further inside.
+    A parabola of chord h and sagitta s = hθ/4 lies hθ³/120 inside of an arc of the angle 2θ, on
+    average; one whose sagitta is less by 0.8 s (s/h)² lies that much further inside.
 
     Parameters
     ----------

@@ -39,8 +39,9 @@ SHARE = 0.9
 SMALLEST = 12
 """Times that panels may be halved for one mesh where a contact is smaller than they are."""
 DEEPEST, NARROW = 4, 1.0
-"""Times that panels at a rim may be halved for one mesh, and their width over that of the strip there in which errors fade
-out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
+"""Times that panels at a rim may be halved for one mesh, and their width over that of the strip
+there in which errors fade out: p may be infinite at a rim, and no panel wider than the strip sees
+an end of it."""
 
 
 def _surface(body: Body) -> SolidSurface | None:
@@ -54,7 +55,8 @@ class PanelTails:
     Attributes
     ----------
     levels : range
-        As many meshes as a budget allows; each has the panels of the one before, some of them cut or of order 2.
+        As many meshes as a budget allows; each has the panels of the one before, some of them cut
+        or of order 2.
     attempts : int
     accuracy : float
         That is wanted by default [-].
@@ -77,20 +79,31 @@ class PanelTails:
         self._estimates: list[float] = []
         self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
-        self._meshes, self._expected = list[BoundaryMesh](), list[tuple[InterfaceSpec, SmallContact]]()
+        self._meshes, self._expected = (
+            list[BoundaryMesh](),
+            list[tuple[InterfaceSpec, SmallContact]](),
+        )
         self._first = FirstMeshes(problem)
         self._elliptic = EllipticContacts(problem, self._first.plain)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
-    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
+    def mesh(
+        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int
+    ) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
         if not self._meshes:
             bodies = len(self._problem.body)
-            return LevelMesh(self._first.mesh(number, one, boundary, budget_of(bodies, self.asked).nodes / bodies), 0.0)
+            return LevelMesh(
+                self._first.mesh(
+                    number, one, boundary, budget_of(bodies, self.asked).nodes / bodies
+                ),
+                0.0,
+            )
         return LevelMesh(self._meshes[number], 0.0)
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """The first increment of the last solution, or where contact is expected that the last mesh was too coarse for."""
+        """The first increment of the last solution, or where contact is expected that the last mesh
+        was too coarse for."""
         self._motions = sum(free.shape[2] for free in problem.discrete.motions)
         if self._last is None:
             return expected_start(problem, self._expected)
@@ -111,8 +124,14 @@ class PanelTails:
             meshes, along = self._directions(solution)
             mine = [marked[a:b] for a, b in itertools.pairwise(counts)]
             raised = [each & smooth for each, smooth in zip(mine, errors.smooth(), strict=True)]
-            self._refine(solution, [halved(mesh, each & ~higher, tails) for mesh, each, higher, tails
-                                    in zip(meshes, mine, raised, along, strict=True)], raised)  # fmt: skip
+            self._refine(
+                solution,
+                [
+                    halved(mesh, each & ~higher, tails)
+                    for mesh, each, higher, tails in zip(meshes, mine, raised, along, strict=True)
+                ],
+                raised,
+            )
 
     def _follows(self, solution: Solution) -> bool:
         """Whether the next meshes have rings of panels that follow the edges of contacts."""
@@ -120,38 +139,57 @@ class PanelTails:
         def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
             count = 0
             while count < (count := sum(mesh.n_elements for mesh in meshes)):
-                meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
+                meshes = self._cut(
+                    meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+                )[0]
             return [] if self._too_much(solution, meshes) else meshes
 
-        small = {side.name: zone_about(expected) for side, expected in small_contacts(self._problem, solution)}
+        small = {
+            side.name: zone_about(expected)
+            for side, expected in small_contacts(self._problem, solution)
+        }
         meshes = self._elliptic.meshes(solution, small, (self.estimate, self.wanted), completed)
         self._meshes = [*meshes] or self._meshes
         return bool(meshes)
 
     @staticmethod
     def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:
-        """The meshes, and squares of the tails along both coordinates of their panels at the ends of all steps."""
+        """The meshes, and squares of the tails along both coordinates of their panels at the ends
+        of all steps."""
         meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         ends = [step.bodies.values() for step in step_ends(solution.steps)]
-        return meshes, [np.sum([directions(mesh, body.traction) for body in each], axis=0)
-                        for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)]  # fmt: skip
+        return meshes, [
+            np.sum([directions(mesh, body.traction) for body in each], axis=0)
+            for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)
+        ]
 
     def goes_on(self, solution: Solution) -> bool:
-        """Whether a solution that is not accepted asks for smaller panels: those in which surfaces may overlap, or all where
-        tractions are not in equilibrium."""
+        """Whether a solution that is not accepted asks for smaller panels: those in which surfaces
+        may overlap, or all where tractions are not in equilibrium."""
         failed = solution.failed
-        if failed is None or failed.status != "not converged" or not failed.residuals.get("overlap", 0.0) <= OVERLAP:
+        if (
+            failed is None
+            or failed.status != "not converged"
+            or not failed.residuals.get("overlap", 0.0) <= OVERLAP
+        ):
             return False
-        if not (unresolved := is_unresolved(failed.residuals)) and "overlap between nodes" not in failed.reason:
+        if (
+            not (unresolved := is_unresolved(failed.residuals))
+            and "overlap between nodes" not in failed.reason
+        ):
             return False
         self._expected = small_contacts(self._problem, solution)
         if not unresolved and self._follows(solution):
             return True
         marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
         for side in self._sides:
-            element = solution.meshes[self._problem.body[side.body].name].element[solution.nodes[side.name]]
+            element = solution.meshes[self._problem.body[side.body].name].element[
+                solution.nodes[side.name]
+            ]
             gap = failed.pairs[side.name].gap
-            marked[side.body] |= (lowest_between(element, gap, len(marked[side.body])) <= gap.min())[:, None]
+            marked[side.body] |= (
+                lowest_between(element, gap, len(marked[side.body])) <= gap.min()
+            )[:, None]
         for found in (overlapping_sides, unseen_panels):
             for mine, more in zip(marked, found(self._problem, solution, failed), strict=True):
                 mine |= more
@@ -159,7 +197,8 @@ class PanelTails:
         return not self.exhausted
 
     def _squares(self, errors: TailErrors, step: StepResult) -> list[Array]:
-        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area]."""
+        """Squared errors of the elements of each body after a step, over those of p, or of u_t
+        [length² · area]."""
         solution = errors.solution
         meshes = list(solution.meshes.values())
         if solution.bilateral:
@@ -175,10 +214,15 @@ class PanelTails:
             np.add.at(square[side.body], mesh.element[nodes], error)
             for total, jumps in zip(square, errors.jump_squares(step, side), strict=True):
                 total += jumps / norms[-1]
-        # elsewhere tractions matter as far as their errors reach the contact; the estimate has none of them
+        # elsewhere tractions matter as far as their errors reach the contact; the estimate has none
+        # of them
         beside = [
-            np.bincount(mesh.element, mesh.weight * size.of(body.traction) ** 2) * faded(mesh, contact) * ~contact
-            for mesh, size, contact, body in zip(meshes, errors.tails, touching, step.bodies.values(), strict=True)
+            np.bincount(mesh.element, mesh.weight * size.of(body.traction) ** 2)
+            * faded(mesh, contact)
+            * ~contact
+            for mesh, size, contact, body in zip(
+                meshes, errors.tails, touching, step.bodies.values(), strict=True
+            )
         ]
         whole, there = sum(each.sum() for each in beside), sum(each.sum() for each in square)
         share = min(1.0 / min(norms), there / whole) if whole > 0.0 else 0.0
@@ -207,8 +251,12 @@ class PanelTails:
         return known[2]
 
     def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
-        """The next meshes: panels of the next order, others halved along marked coordinates, again at rims; or why not."""
-        meshes, small = [as_surface(mesh) for mesh in solution.meshes.values()], small_contacts(self._problem, solution)
+        """The next meshes: panels of the next order, others halved along marked coordinates, again
+        at rims; or why not."""
+        meshes, small = (
+            [as_surface(mesh) for mesh in solution.meshes.values()],
+            small_contacts(self._problem, solution),
+        )
         if small:
             marked, most = self._within(meshes, small), SMALLEST
         else:
@@ -228,7 +276,9 @@ class PanelTails:
         self._meshes = [*found] or self._meshes
 
     @staticmethod
-    def _within(meshes: Sequence[SurfaceMesh], small: Sequence[tuple[InterfaceSpec, SmallContact]]) -> list[Mask]:
+    def _within(
+        meshes: Sequence[SurfaceMesh], small: Sequence[tuple[InterfaceSpec, SmallContact]]
+    ) -> list[Mask]:
         """Which panels of secondaries are too long for small contacts, along both coordinates."""
         marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
         for side, expected in small:
@@ -244,23 +294,31 @@ class PanelTails:
                 own, other = self._facing(side, meshes)
                 lower = meshes[b].order[other] <= meshes[side.body].order[own]
                 raised[b][other[raised[side.body][own] & lower]] = True
-        return [replace(mesh, order=mesh.order + mine) for mesh, mine in zip(meshes, raised, strict=True)]
+        return [
+            replace(mesh, order=mesh.order + mine)
+            for mesh, mine in zip(meshes, raised, strict=True)
+        ]
 
     def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Which of the marks are of secondaries, along coordinates on which panels of boxes end at a rim and are long."""
+        """Which of the marks are of secondaries, along coordinates on which panels of boxes end at
+        a rim and are long."""
         result = [np.zeros_like(mine) for mine in marked]
         for side in self._sides:
             mesh, boundary = meshes[side.body], _surface(self._problem.body[side.body])
             if isinstance(boundary, BoxSurface):
                 size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
                 length = np.linalg.norm(sides(mesh), axis=2)
-                here = (mesh.part == mesh.part_names.index(side.part))[:, None] & (length > NARROW * FADE * size)
+                here = (mesh.part == mesh.part_names.index(side.part))[:, None] & (
+                    length > NARROW * FADE * size
+                )
                 result[side.body] |= marked[side.body] & here & at_edges(mesh, boundary)
         return result
 
-    def _cut(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> tuple[list[SurfaceMesh], list[Index]]:
-        """Meshes cut along marked coordinates with the panels that face them and those too large beside them, and the number
-        of each panel's parent."""
+    def _cut(
+        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
+    ) -> tuple[list[SurfaceMesh], list[Index]]:
+        """Meshes cut along marked coordinates with the panels that face them and those too large
+        beside them, and the number of each panel's parent."""
         vectors, marked = [sides(mesh) for mesh in meshes], [mine.copy() for mine in marked]
         lengths = [np.linalg.norm(each, axis=2) for each in vectors]
         for side in self._sides:
@@ -269,32 +327,48 @@ class PanelTails:
                 own, other = self._facing(side, meshes)
                 axis = matched(vectors[side.body][own], vectors[b][other])
                 length = np.take_along_axis(lengths[b][other], axis, axis=1)
-                k, a = np.nonzero(marked[side.body][own] & (length > FINER * lengths[side.body][own]))
+                k, a = np.nonzero(
+                    marked[side.body][own] & (length > FINER * lengths[side.body][own])
+                )
                 marked[b][other[k], axis[k, a]] = True
-        marked = [mine | too_large(mesh, contact)
-                  for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)]  # fmt: skip
+        marked = [
+            mine | too_large(mesh, contact)
+            for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)
+        ]
         for thin, multiple in self._first.thin.items():
             marked[thin] |= slender(meshes[thin], multiple)
-        finer = [cut(mesh, mine, _surface(body))
-                 for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
+        finer = [
+            cut(mesh, mine, _surface(body))
+            for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)
+        ]
         parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
         more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []
-        if any(mine.any() for mine in more) and self._last is not None and not self._too_much(self._last, finer):
+        if (
+            any(mine.any() for mine in more)
+            and self._last is not None
+            and not self._too_much(self._last, finer)
+        ):
             finer, number = self._cut(finer, more)
             parent = [old[new] for old, new in zip(parent, number, strict=True)]
         return finer, parent
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
-        return beyond_budget(self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked)
+        return beyond_budget(
+            self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked
+        )
 
     def apart(self, solution: Solution) -> float:
-        """Relative difference of p and q between the last solution and one by another method on the same mesh."""
+        """Relative difference of p and q between the last solution and one by another method on the
+        same mesh."""
         assert self._last is not None
         worst = 0.0
         for name, pair in solution.pairs.items():
             old = self._last.pairs[name]
             size = float(np.sqrt(pair.weight @ pair.pressure**2)) or math.inf
-            for change in (pair.pressure - old.pressure, np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1)):
+            for change in (
+                pair.pressure - old.pressure,
+                np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1),
+            ):
                 worst = max(worst, float(np.sqrt(pair.weight @ change**2)) / size)
         return worst
 

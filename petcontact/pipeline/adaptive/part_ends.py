@@ -1,4 +1,5 @@
-"""Where parts in contact end or turn a corner, and where the corners of the other part of a pair press on them."""
+"""Where parts in contact end or turn a corner, and where the corners of the other part of a pair
+press on them."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from ...mesh.pairs.curve_sides import curve_projection
 from ..discrete.interfaces import InterfaceSpec
 
 AT_END = 1e-6
-"""Distance from the ends of a side, relative to it, below which a corner faces that end and not the side."""
+"""Distance from the ends of a side, relative to it, below which a corner faces that end and not the
+side."""
 
 
 @frozen
@@ -34,21 +36,32 @@ class PressedSides:
     pressing: set[tuple[int, int]] = field(default_factory=set)
 
 
-def pressed_sides(outlines: Sequence[Outline], sides: Sequence[InterfaceSpec]) -> list[PressedSides]:
+def pressed_sides(
+    outlines: Sequence[Outline], sides: Sequence[InterfaceSpec]
+) -> list[PressedSides]:
     """Of each body, where the corners of parts meet the sides of the other part of their pair."""
     found = [PressedSides() for _ in outlines]
     for side in sides:
         if side.primary is None or side.periodic:
             continue
         a, (b, other) = side.body, side.primary
-        pair = curve_projection((a, outlines[a], side.part), (b, outlines[b], other), side.direction)
-        ways = ((pair.secondary, pair.primary, pair.to_primary), (pair.primary, pair.secondary, pair.to_secondary))
+        pair = curve_projection(
+            (a, outlines[a], side.part), (b, outlines[b], other), side.direction
+        )
+        ways = (
+            (pair.secondary, pair.primary, pair.to_primary),
+            (pair.primary, pair.secondary, pair.to_secondary),
+        )
         for (one, own), (partner, faced), project in ways:
             corners = singular_ends(outlines[one])
             for k, number in enumerate(own.tolist()):
                 met, place = project(k, np.array([0.0, 1.0]))
                 for end in (0, 1):
-                    if corners[number][end] and met[end] >= 0 and AT_END < place[end] < 1.0 - AT_END:
+                    if (
+                        corners[number][end]
+                        and met[end] >= 0
+                        and AT_END < place[end] < 1.0 - AT_END
+                    ):
                         target = int(faced[met[end]])
                         at = float(place[end]) * outlines[partner].sides[target].length
                         found[partner].inner.setdefault(target, []).append(at)
@@ -57,10 +70,15 @@ def pressed_sides(outlines: Sequence[Outline], sides: Sequence[InterfaceSpec]) -
 
 
 def singular_places(outline: Outline, part: str, pressed: PressedSides) -> Array:
-    """Arc lengths along a part at which it ends, has a corner, or a corner presses on it, increasing [length]."""
+    """Arc lengths along a part at which it ends, has a corner, or a corner presses on it,
+    increasing [length]."""
     places = []
-    for k, (side, start, ends) in enumerate(zip(outline.sides, outline.offsets, singular_ends(outline), strict=True)):
+    for k, (side, start, ends) in enumerate(
+        zip(outline.sides, outline.offsets, singular_ends(outline), strict=True)
+    ):
         if side.part == part:
-            places += [start + at for at, corner in zip((0.0, side.length), ends, strict=True) if corner]
+            places += [
+                start + at for at, corner in zip((0.0, side.length), ends, strict=True) if corner
+            ]
             places += [start + at for at in pressed.inner.get(k, [])]
     return np.unique(places)

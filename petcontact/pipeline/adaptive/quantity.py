@@ -1,4 +1,5 @@
-"""What an adaptive solve asks of the quantity that it refines for, and what it reports of each mesh."""
+"""What an adaptive solve asks of the quantity that it refines for, and what it reports of each
+mesh."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ class Reached:
 
 @frozen
 class Budget:
-    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
+    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on
+    it."""
 
     nodes: int
     seconds: float
@@ -60,7 +62,8 @@ USELESS = 0.5
 
 
 class Quantity(Protocol):
-    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in space.
+    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in
+    space.
 
     Attributes
     ----------
@@ -88,7 +91,9 @@ class Quantity(Protocol):
     def attempts(self) -> int: ...
     @property
     def estimate(self) -> float: ...
-    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Any) -> LevelMesh: ...
+    def mesh(
+        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Any
+    ) -> LevelMesh: ...
     def start(self, problem: PreparedProblem) -> Start | None: ...
     def goes_on(self, solution: Solution) -> bool: ...
     def observe(self, solution: Solution, level: Any) -> None: ...
@@ -104,14 +109,20 @@ def budget_of(bodies: int, asked: bool) -> Budget:
 
 
 def beyond_budget(
-    problem: Problem, meshes: Sequence[BoundaryMesh], counts: tuple[int, int], wanted: float, asked: bool
+    problem: Problem,
+    meshes: Sequence[BoundaryMesh],
+    counts: tuple[int, int],
+    wanted: float,
+    asked: bool,
 ) -> str:
     """What solves on meshes in space cost beyond the budget or the memory; nothing where they fit.
 
     `counts` are those of increments, and of motions that only contact holds.
     """
     sides = interfaces_of(problem)
-    bem = suitable_bem(resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes)
+    bem = suitable_bem(
+        resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes
+    )
     budget = budget_of(len(meshes), asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
@@ -119,7 +130,10 @@ def beyond_budget(
         goes_on = f"--accuracy {wanted:g} goes on, to at most {budget_of(len(meshes), True)}"
         more = "a [mesh] of your own may have more" if asked else goes_on
         kind = "" if asked else " where no accuracy is named"
-        return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
+        return (
+            f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is "
+            f"{budget}; {more}"
+        )
     faces = [(side.body, side.part) for side in sides]
     both = [*faces, *(side.primary for side in sides if side.primary is not None)]
     dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
@@ -132,13 +146,23 @@ def beyond_budget(
     return ""
 
 
-def short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
-    """What was reached and wanted, and why there is no more; `differ`: where the last meshes do most, if that is known."""
+def short_of(
+    estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str
+) -> str:
+    """What was reached and wanted, and why there is no more; `differ`: where the last meshes do
+    most, if that is known."""
     if trouble and quantity.asked and not quantity.exhausted:
         return trouble
-    known = f"the error is estimated to be {estimate:.2g}" if math.isfinite(estimate) else "the error is not known"
+    known = (
+        f"the error is estimated to be {estimate:.2g}"
+        if math.isfinite(estimate)
+        else "the error is not known"
+    )
     where = trouble or "on the finest mesh"
     if growing(quantity.differences):
-        where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+        where += (
+            f"; the differences of the meshes grow: "
+            f"{', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+        )
     where += f"; {differ}" if differ else ""
     return f"{known}, {accuracy:g} was wanted: {where}"

@@ -1,4 +1,5 @@
-"""Slip of one body in bilateral contact, followed from mesh to mesh: what an adaptive solve refines for, and its error."""
+"""Slip of one body in bilateral contact, followed from mesh to mesh: what an adaptive solve refines
+for, and its error."""
 
 from __future__ import annotations
 
@@ -17,7 +18,13 @@ from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
-from ...refinement.contact_line import ContactLine, difference, farthest_apart, largest, without_specks
+from ...refinement.contact_line import (
+    ContactLine,
+    difference,
+    farthest_apart,
+    largest,
+    without_specks,
+)
 from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
@@ -26,11 +33,14 @@ from ..steps.increment import PreparedProblem
 from ..trust.increments import is_unresolved
 
 GAIN = 25.0
-"""Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance: that of the first two."""
+"""Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance:
+that of the first two."""
 LEAST_SLIP = 1e-3
-"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
+"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to
+that."""
 NEGLIGIBLE = 1e-5
-"""What friction moves a half space by, of that, below which the signs of slip are those of round-off."""
+"""What friction moves a half space by, of that, below which the signs of slip are those of
+round-off."""
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
 BEYOND = 2.0
@@ -40,7 +50,8 @@ FIRST_LOOK = 12
 
 
 class Slip:
-    """u_t and its transition points between stick and slip, where it behaves like the power 3/2 of the distance.
+    """u_t and its transition points between stick and slip, where it behaves like the power 3/2 of
+    the distance.
 
     Attributes
     ----------
@@ -69,7 +80,9 @@ class Slip:
         """Those of `SLIP_LADDER` that the wanted accuracy needs."""
         return SLIP_LADDER.to(self.wanted)
 
-    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
+    def mesh(
+        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
+    ) -> LevelMesh:
         """Graded to the transition points that the last solution shows.
 
         Raises
@@ -82,16 +95,23 @@ class Slip:
             self._body = Body.of(posed, as_outline(boundary, "--adapt").joined).with_powers()
             check_compatible(posed, self._body.outline)
         body = self._body
-        longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
-                   for side, contact in zip(body.outline.sides, body.contact, strict=True)]  # fmt: skip
+        longest = [
+            side.length / FIRST_LOOK if contact and not self._shown else np.inf
+            for side, contact in zip(body.outline.sides, body.contact, strict=True)
+        ]
         return body.mesh(level, longest, self._shown[-1] if self._shown else None)
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """v and σ on another mesh whose sets are the zones of the last solution: exact where its transition points are."""
+        """v and σ on another mesh whose sets are the zones of the last solution: exact where its
+        transition points are."""
         if self._last is None:
             return None
         assert self._body is not None
-        zones, contact, ways = transition_zones(self._body, self._shown[-1]), self._last.contact, list[Array]()
+        zones, contact, ways = (
+            transition_zones(self._body, self._shown[-1]),
+            self._last.contact,
+            list[Array](),
+        )
         for side, face in zip(problem.discrete.sides, problem.discrete.interfaces, strict=True):
             mine = [zone for zone in zones if zone.part == side.part]
             begins = np.maximum.accumulate([zone.start for zone in mine])
@@ -100,14 +120,18 @@ class Slip:
         # where all components are looked for none but the tangential one has zones
         way = np.zeros((problem.system.size, problem.system.k))
         way[:, 0] = np.concatenate(ways)
-        return float(np.abs(contact.u_t).max()) * way, -BEYOND * float(np.abs(contact.sigma_t).max()) * way
+        return float(np.abs(contact.u_t).max()) * way, -BEYOND * float(
+            np.abs(contact.sigma_t).max()
+        ) * way
 
     def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
         lines = contact_lines(self._body, solution)
         if self._last is not None:
-            self.differences.append(difference(self._shown[-1], lines) / displacement_scale(solution))
+            self.differences.append(
+                difference(self._shown[-1], lines) / displacement_scale(solution)
+            )
         self._shown.append(lines)
         self._levels.append(level)
         self._last = solution
@@ -115,7 +139,9 @@ class Slip:
     def apart(self, solution: Solution) -> float:
         """Relative difference of u_t between the last solution that was kept and another one."""
         assert self._body is not None
-        return difference(self._shown[-1], contact_lines(self._body, solution)) / displacement_scale(solution)
+        return difference(
+            self._shown[-1], contact_lines(self._body, solution)
+        ) / displacement_scale(solution)
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
@@ -131,7 +157,9 @@ class Slip:
         assert self._body is not None
         if SLIP_LADDER.believes(self.differences, self.wanted):
             return max(self.differences[0], self._levels[1].error)
-        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in self._levels])
+        return estimated_error(
+            self.differences, [self._body.truncation(level.resolved) for level in self._levels]
+        )
 
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""
@@ -142,20 +170,27 @@ class Slip:
             side = np.flatnonzero(self._body.contact)[number]
             along = self._body.outline.offsets[side] + s
             differ = {
-                "meshes_differ": f"the last two differ most on {self._body.outline.sides[side].part!r} at s = {along:.6g}"
+                "meshes_differ": f"the last two differ most on "
+                f"{self._body.outline.sides[side].part!r} at s = {along:.6g}"
             }
         zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
-        return {"largest_slip": largest(self._shown[-1]), "zones": [dataclasses.astuple(zone) for zone in zones],
-                "zone_errors": zone_errors(zones, before[0] if before else []), **differ}  # fmt: skip
+        return {
+            "largest_slip": largest(self._shown[-1]),
+            "zones": [dataclasses.astuple(zone) for zone in zones],
+            "zone_errors": zone_errors(zones, before[0] if before else []),
+            **differ,
+        }
 
 
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
-    """Error of the last level from the differences of neighbouring ones, infinite while there are fewer than two of them.
+    """Error of the last level from the differences of neighbouring ones, infinite while there are
+    fewer than two of them.
 
-    The last difference is the error of the last level but one, and an estimate for the last one that does not flatter.
-    Two levels may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
-    to gain more than GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
-    differences d_k = C (T_k - T_(k+1)).
+    The last difference is the error of the last level but one, and an estimate for the last one
+    that does not flatter. Two levels may be alike by chance, or because elements at a corner are as
+    small as they can be: no step is believed to gain more than GAIN, and nothing more than the
+    sizes of elements at corners allow: errors C T_k there show as differences d_k = C (T_k -
+    T_(k+1)).
 
     Parameters
     ----------
@@ -166,7 +201,9 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """
     if len(differences) < 2:
         return math.inf
-    least = [max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
+    least = [
+        max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)
+    ]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
     # each difference bounds C, as far as its two meshes differ at corners at all
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
@@ -175,9 +212,11 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
 
 
 def displacement_scale(solution: Solution) -> float:
-    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger.
+    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if
+    that is larger.
 
-    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly nothing.
+    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly
+    nothing.
     """
     mesh, contact = solution.mesh, solution.contact
     mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
@@ -194,26 +233,46 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
     compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
-    negligible = NEGLIGIBLE * displacement_scale(solution) / (compliance * float(contact.weight.sum()))
+    negligible = (
+        NEGLIGIBLE * displacement_scale(solution) / (compliance * float(contact.weight.sum()))
+    )
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k
-        # without friction, or with less than moves anything, there are no transitions: one zone, whatever the sign of u_t
+        # without friction, or with less than moves anything, there are no transitions: one zone,
+        # whatever the sign of u_t
         free = chosen & (contact.friction_bound <= negligible)
         sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
         mine = np.flatnonzero(side_of_element == k)
         offset = mesh.side_start[mine[0]]
-        breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset
+        breaks = (
+            np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]])
+            - offset
+        )
         kinks = body.kinks[k]
         power = mesh.power[mine]
         if power.any():
             # no polynomial reaches into an element that is a power
-            kinks = np.unique([*kinks, *breaks[1:-1][[power[0] > 0.0, *[False] * (len(mine) - 3), power[-1] < 0.0]]])
-        lines.append(ContactLine(
-            contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
-            contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
-            without_specks(sign[chosen], element[chosen]), kinks, (float(power[0]), float(-power[-1])),
-        ))  # fmt: skip
+            kinks = np.unique(
+                [
+                    *kinks,
+                    *breaks[1:-1][[power[0] > 0.0, *[False] * (len(mine) - 3), power[-1] < 0.0]],
+                ]
+            )
+        lines.append(
+            ContactLine(
+                contact.arc_length[chosen] - offset,
+                contact.weight[chosen],
+                element[chosen],
+                breaks,
+                contact.u_t[chosen, 0],
+                contact.sigma_t[chosen, 0],
+                contact.friction_bound[chosen],
+                without_specks(sign[chosen], element[chosen]),
+                kinks,
+                (float(power[0]), float(-power[-1])),
+            )
+        )
     return lines
 
 
@@ -229,19 +288,27 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
             continue
         line = next(lines)
         # between the nodes that it parts, whatever an extrapolation says
-        found = [min(max(at, float(line.s[cut - 1])), float(line.s[cut]))
-                 for at, cut in zip(line.transitions, line.cuts.tolist(), strict=True)]  # fmt: skip
+        found = [
+            min(max(at, float(line.s[cut - 1])), float(line.s[cut]))
+            for at, cut in zip(line.transitions, line.cuts.tolist(), strict=True)
+        ]
         ends = [0.0, *found, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])
-            if zones and zones[-1].part == side.part and zones[-1].sign == sign and zones[-1].end == start + a:
+            if (
+                zones
+                and zones[-1].part == side.part
+                and zones[-1].sign == sign
+                and zones[-1].end == start + a
+            ):
                 a = zones.pop().start - start
             zones.append(Zone(side.part, start + a, start + b, sign))
     return zones
 
 
 def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
-    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone [length]."""
+    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone
+    [length]."""
 
     def moved(part: str, at: float) -> float:
         ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]

@@ -23,28 +23,32 @@ from ..trust.thickness import bending_error
 from .slip import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
-"""Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of scripts/verify_space."""
+"""Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of
+scripts/verify_space."""
 LEAST = (0.26, 0.42)
-"""The next degrees over the last one, for order 2 and 3, of x ln x, which displacements are beside edges of loaded faces:
-Legendre coefficients fall as k^-3."""
+"""The next degrees over the last one, for order 2 and 3, of x ln x, which displacements are beside
+edges of loaded faces: Legendre coefficients fall as k^-3."""
 SECOND = 9.2
-"""Of linear elements in contact, over the square of that error relative to u_t: h² as against the h of their tail."""
+"""Of linear elements in contact, over the square of that error relative to u_t: h² as against the h
+of their tail."""
 BESIDE = 0.41
 """The error of u_t over that of u on other faces, before it fades with the distance."""
 HELD = 0.085
-"""Error of u_t over what the tails of tractions on other faces would move a half space by; they move the whole contact."""
+"""Error of u_t over what the tails of tractions on other faces would move a half space by; they
+move the whole contact."""
 UNEVEN = 1.4
 """Error of u_t over what tractions lack of equilibrium."""
 LINEAR = 1.65
-"""Factor on both of them, of linear panels: what bends them is of the next order, and not in their tails."""
+"""Factor on both of them, of linear panels: what bends them is of the next order, and not in their
+tails."""
 MOST = (1.3, 2.5)
-"""The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor, the step from it says
-little of the next one."""
+"""The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor,
+the step from it says little of the next one."""
 UNEVENLY = 0.5
 """Squared error of p over that of its jumps between panels: both sides are off alike."""
 EVENLY, EVEN = 0.4, 0.1
-"""Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of a ring on a shaft; and
-the variance of such a p over the square of its mean."""
+"""Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of
+a ring on a shaft; and the variance of such a p over the square of its mean."""
 SURELY = 2.0
 """Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
 
@@ -69,18 +73,23 @@ class TailErrors:
 
     @functools.cached_property
     def _edges(self) -> dict[tuple[int, str], EdgeJumps]:
-        parts = {(side.body, side.part) for side in self._sides} | {side.primary for side in self._sides if side.primary}
+        parts = {(side.body, side.part) for side in self._sides} | {
+            side.primary for side in self._sides if side.primary
+        }
         return {(body, part): EdgeJumps(self._meshes[body], part) for body, part in parts}
 
     def error(self, beside: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
-        """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and q, and of resultants.
+        """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and
+        q, and of resultants.
 
-        Of p and q: tails and what jumps of u add, or jumps of p where these are more, over ‖p‖, which fade out towards
-        the rim of a part as `difference` does. Of u_t
-        of the paper's problem, over ‖u_t‖: `whole` where that is known (see `whole_error`), else the tail of u in the
-        contact, and what other faces add: `beside` where that is known (see `beside_error`), else by `slip_squares` and by
-        what tractions lack of equilibrium. Resultants are off by about the product of both, and by the same lack; where p is
-        nearly even by a share of what it is off by as a function, and everything by what thin bodies bend too little.
+        Of p and q: tails and what jumps of u add, or jumps of p where these are more, over ‖p‖,
+        which fade out towards the rim of a part as `difference` does. Of u_t
+        of the paper's problem, over ‖u_t‖: `whole` where that is known (see `whole_error`), else
+        the tail of u in the contact, and what other faces add: `beside` where that is known (see
+        `beside_error`), else by `slip_squares` and by what tractions lack of equilibrium.
+        Resultants are off by about the product of both, and by the same lack; where p is nearly
+        even by a share of what it is off by as a function, and everything by what thin bodies bend
+        too little.
         """
         solution, worst, even = self.solution, 0.0, 0.0
         for step in step_ends(solution.steps):
@@ -88,17 +97,35 @@ class TailErrors:
                 pair, weight = step.pairs[side.name], self.weight(side, step)
                 size = float(weight @ pair.pressure**2)
                 if size > 0.0:
-                    jumps = 0.0 if solution.bilateral else sum(each.sum() for each in self.jump_squares(step, side))
+                    jumps = (
+                        0.0
+                        if solution.bilateral
+                        else sum(each.sum() for each in self.jump_squares(step, side))
+                    )
                     smooth = (weight @ error**2 + jumps for error in _errors(pair))
                     error = math.sqrt(max(self.rough_square(step, side), *smooth) / size)
-                    worst, even = max(worst, error), max(even, error if _is_even(pair, weight) else 0.0)
-        uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
+                    worst, even = (
+                        max(worst, error),
+                        max(even, error if _is_even(pair, weight) else 0.0),
+                    )
+        uneven = max(
+            (float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps),
+            default=0.0,
+        )
         if not solution.bilateral:
             # what overlaps between nodes in contact is not pressed apart: forces lack as much as p
-            pressed = max((step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)), default=0.0)
-            lacks, bending = pressed if pressed > PRESSED else 0.0, max(map(bending_error, self._meshes))
+            pressed = max(
+                (step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)),
+                default=0.0,
+            )
+            lacks, bending = (
+                pressed if pressed > PRESSED else 0.0,
+                max(map(bending_error, self._meshes)),
+            )
             of_resultants = worst**2 + uneven + EVENLY * even + bending
-            return min(max(math.hypot(worst, bending), lacks), 1.0), min(max(of_resultants, lacks), 1.0)
+            return min(max(math.hypot(worst, bending), lacks), 1.0), min(
+                max(of_resultants, lacks), 1.0
+            )
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         if not math.isnan(whole):
@@ -120,8 +147,9 @@ class TailErrors:
         return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
 
     def smooth(self) -> list[Mask]:
-        """Which linear panels of secondaries stick, or slip, all over after each step, away from rims of parts: p and q
-        are smooth there, so that the next order gains more than smaller panels.
+        """Which linear panels of secondaries stick, or slip, all over after each step, away from
+        rims of parts: p and q are smooth there, so that the next order gains more than smaller
+        panels.
 
         Returns
         -------
@@ -143,7 +171,8 @@ class TailErrors:
         return result
 
     def jump_squares(self, step: StepResult, side: InterfaceSpec) -> list[Array]:
-        """Squared errors of p after a step that come from each element of each body, by jumps of u at its edges.
+        """Squared errors of p after a step that come from each element of each body, by jumps of u
+        at its edges.
 
         Returns
         -------
@@ -157,21 +186,35 @@ class TailErrors:
             kernel = kernel_for(mesh, problem.body[number].material)
             nodes = mesh.nodes_of(part)
             carries = np.abs(found.traction[nodes]).max(axis=1) > 0.0
-            loaded = np.bincount(mesh.element[nodes], carries * inside(mesh, part, nodes), mesh.n_elements)
-            share = loaded / np.maximum(np.bincount(mesh.element[nodes], minlength=mesh.n_elements), 1)
-            square = edges.pressure_squares(strained(mesh, found.u), self._sizes[number], kernel) * share[edges.other]
+            loaded = np.bincount(
+                mesh.element[nodes], carries * inside(mesh, part, nodes), mesh.n_elements
+            )
+            share = loaded / np.maximum(
+                np.bincount(mesh.element[nodes], minlength=mesh.n_elements), 1
+            )
+            square = (
+                edges.pressure_squares(strained(mesh, found.u), self._sizes[number], kernel)
+                * share[edges.other]
+            )
             # the larger panel of the two is the one to be cut
             size, pair = self._sizes[number], np.stack([edges.element, edges.other])
-            np.add.at(result[number], pair[np.argmax(size[pair], axis=0), np.arange(len(square))], square)
+            np.add.at(
+                result[number], pair[np.argmax(size[pair], axis=0), np.arange(len(square))], square
+            )
         return result
 
     def rough_square(self, step: StepResult, side: InterfaceSpec) -> float:
-        """Squared error of p after a step by its jumps between panels that are closed all over [stress² · area].
+        """Squared error of p after a step by its jumps between panels that are closed all over
+        [stress² · area].
 
-        Where p varies these are small beside tails. Where it is nearly even, as in a press fit, tails are round-off of the
-        geometry as jumps are, and less than the error.
+        Where p varies these are small beside tails. Where it is nearly even, as in a press fit,
+        tails are round-off of the geometry as jumps are, and less than the error.
         """
-        pair, nodes, mesh = step.pairs[side.name], self.solution.nodes[side.name], self._meshes[side.body]
+        pair, nodes, mesh = (
+            step.pairs[side.name],
+            self.solution.nodes[side.name],
+            self._meshes[side.body],
+        )
         edges, closed, p = (
             self._edges[side.body, side.part],
             np.ones(mesh.n_elements, dtype=bool),
@@ -186,19 +229,26 @@ class TailErrors:
         return float(share[edges.element] @ (length * edges.of(p) ** 2))
 
     def slip_squares(self, step: StepResult) -> Array:
-        """Squared errors of u_t after a step that come from each element of a body in bilateral contact.
+        """Squared errors of u_t after a step that come from each element of a body in bilateral
+        contact.
 
-        In the contact that of the tail of u. Where all of an element slips u is smooth: its next degree is taken to be to
-        the tail as the tail is to the degree before, on linear elements to u_t, and no less than `LEAST`. What other faces
-        lack moves the contact, too, its elements that slip somewhere: the tails of u the less the further away they are,
-        those of tractions, which are infinite along the edges of clamped faces, all alike.
+        In the contact that of the tail of u. Where all of an element slips u is smooth: its next
+        degree is taken to be to the tail as the tail is to the degree before, on linear elements to
+        u_t, and no less than `LEAST`. What other faces lack moves the contact, too, its elements
+        that slip somewhere: the tails of u the less the further away they are, those of tractions,
+        which are infinite along the edges of clamped faces, all alike.
 
         Returns
         -------
         (n_elements,) array
             [length² · area]
         """
-        solution, (mesh,), (tails,), (body,) = self.solution, self._meshes, self.tails, step.bodies.values()
+        solution, (mesh,), (tails,), (body,) = (
+            self.solution,
+            self._meshes,
+            self.tails,
+            step.bodies.values(),
+        )
         contact, slips, sticks = np.zeros((3, mesh.n_elements), dtype=bool)
         for name, pair in step.pairs.items():
             contact[mesh.element[solution.nodes[name]]] = True
@@ -207,9 +257,15 @@ class TailErrors:
         area = np.bincount(mesh.element, mesh.weight)
         share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
         of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
-        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2) * tails.based_squares
+        of_t = (
+            np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
+            * tails.based_squares
+        )
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
-        beside = BESIDE**2 * faded(mesh, contact) * of_u + (HELD * compliance * self._sizes[0]) ** 2 * of_t
+        beside = (
+            BESIDE**2 * faded(mesh, contact) * of_u
+            + (HELD * compliance * self._sizes[0]) ** 2 * of_t
+        )
         linear, higher = contact & (mesh.order == 1), contact & (mesh.order > 1) & ~sticks
         of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
         if higher.any():
@@ -226,7 +282,8 @@ def _is_even(pair: PairResult, weight: Array) -> bool:
 
 
 def _sticks(pair: PairResult) -> bool:
-    """Whether nothing slips, nor would if σ_t were off by several times its estimated error: then u_t = 0 is exact."""
+    """Whether nothing slips, nor would if σ_t were off by several times its estimated error: then
+    u_t = 0 is exact."""
     shear = np.linalg.norm(pair.sigma_t, axis=1) + SURELY * _errors(pair)[1]
     return not np.any(pair.state == SLIP) and bool(np.all(shear < pair.bound))
 
@@ -237,7 +294,8 @@ def _errors(pair: PairResult) -> tuple[Array, Array]:
 
 
 def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:
-    """Factors (m,) of nodes of a part that fall from 1 to 0 over `FADE` of its size towards its rim.
+    """Factors (m,) of nodes of a part that fall from 1 to 0 over `FADE` of its size towards its
+    rim.
 
     p may be infinite at the rim, and no mesh its L2 norm exact.
     """

@@ -1,4 +1,5 @@
-"""Pressure and shear of any contact, followed from mesh to mesh: what an adaptive solve refines for, and its error."""
+"""Pressure and shear of any contact, followed from mesh to mesh: what an adaptive solve refines
+for, and its error."""
 
 from __future__ import annotations
 
@@ -32,14 +33,17 @@ from .slip import DENSE_NODES
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
 PUNCH = 0.5
-"""Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a half-plane."""
+"""Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a
+half-plane."""
 APART = 3.0
-"""Distance of an edge from such a corner, in its smallest elements, below which it is that corner."""
+"""Distance of an edge from such a corner, in its smallest elements, below which it is that
+corner."""
 MANY = 12
-"""Edges on a contact that increments before the end of a step leave, of more of them only some are graded to: kinks that
-follow one another closely are weak."""
+"""Edges on a contact that increments before the end of a step leave, of more of them only some are
+graded to: kinks that follow one another closely are weak."""
 FINEST = 1e-6
-"""Smallest elements at edges, of the thickness of the body: the round-off of displacements over their size is one of p."""
+"""Smallest elements at edges, of the thickness of the body: the round-off of displacements over
+their size is one of p."""
 OUTSIDE = 1e6
 """Shear, in units of the pressure, that no coefficient of friction holds."""
 
@@ -77,7 +81,9 @@ class Tractions:
         """Those of `CONTACT_LADDER` that the wanted accuracy needs."""
         return CONTACT_LADDER.to(self.wanted)
 
-    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
+    def mesh(
+        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
+    ) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
         if number not in self._bodies:
             posed = one()
@@ -85,15 +91,28 @@ class Tractions:
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number].inner
-        found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
+        found = {
+            part: self._edges.get(name, [])
+            for (b, part), name in self._names.items()
+            if b == number
+        }
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
-        for k, (side, start) in enumerate(zip(body.outline.sides, body.outline.offsets, strict=True)):
+        for k, (side, start) in enumerate(
+            zip(body.outline.sides, body.outline.offsets, strict=True)
+        ):
             unseen = side.part in found and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
             corners = [(s, body.corner_size(PUNCH, level.resolved)) for s in pressed.get(k, [])]
-            inside = [(e.s - start, max(level.edge * e.width, FINEST * body.scale)) for e in found.get(side.part, [])]
-            inside = [(s, size) for s, size in inside if 1e-6 * side.length < s < (1.0 - 1e-6) * side.length
-                      and all(abs(s - corner) > APART * size for corner, _ in corners)]  # fmt: skip
+            inside = [
+                (e.s - start, max(level.edge * e.width, FINEST * body.scale))
+                for e in found.get(side.part, [])
+            ]
+            inside = [
+                (s, size)
+                for s, size in inside
+                if 1e-6 * side.length < s < (1.0 - 1e-6) * side.length
+                and all(abs(s - corner) > APART * size for corner, _ in corners)
+            ]
             if corners or inside:
                 inner[k] = sorted([*corners, *inside])
         return body.mesh(level, largest, None, inner)
@@ -108,11 +127,14 @@ class Tractions:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
         self._last, self._level = [solution], level
-        finest = {name: FINEST * self._bodies[body].scale for (body, _), name in self._names.items()}
+        finest = {
+            name: FINEST * self._bodies[body].scale for (body, _), name in self._names.items()
+        }
         self._edges = found_edges(solution, level.edge, finest)
 
     def apart(self, solution: Solution) -> float:
-        """Relative difference of p and q between the last solution that was kept and another one."""
+        """Relative difference of p and q between the last solution that was kept and another
+        one."""
         return difference(self._last[-1], solution, self._places).inside
 
     def goes_on(self, solution: Solution) -> bool:
@@ -125,37 +147,51 @@ class Tractions:
 
     @property
     def estimate(self) -> float:
-        """Of the error of the last mesh: the last difference, which is the error of the mesh before."""
+        """Of the error of the last mesh: the last difference, which is the error of the mesh
+        before."""
         alone = CONTACT_LADDER.believes(self.differences, self.wanted)
         return max(self.differences[0], self._level.error) if alone else believed(self.differences)
 
     def info(self) -> dict[str, Any]:
-        """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to the error."""
+        """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to
+        the error."""
         edges = {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
         return {**edges, **self._apart.info()} if self.differences else edges
 
 
 def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
     """A body whose corners that press on another one are at least as singular as a punch."""
-    exponents = [(min(first, PUNCH) if (k, 0) in pressed.pressing else first,
-                  min(last, PUNCH) if (k, 1) in pressed.pressing else last)
-                 for k, (first, last) in enumerate(body.exponents)]  # fmt: skip
+    exponents = [
+        (
+            min(first, PUNCH) if (k, 0) in pressed.pressing else first,
+            min(last, PUNCH) if (k, 1) in pressed.pressing else last,
+        )
+        for k, (first, last) in enumerate(body.exponents)
+    ]
     return replace(body, exponents=exponents)
 
 
 def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:
     """A body whose data are those of all steps; `one` is it as a problem of its own."""
     steps = problem.conditions(number)
-    for condition in {id(c): c for step in steps for c in step.values() if c not in one.boundary}.values():
+    for condition in {
+        id(c): c for step in steps for c in step.values() if c not in one.boundary
+    }.values():
         rest = tuple(other for other in one.boundary if other.part != condition.part)
         later = fields(one.model_copy(update={"boundary": (*rest, condition)}), body.outline)
         here = [side.part == condition.part for side in body.outline.sides]
-        body = _with_data(body, [more if mine else [] for more, mine in zip(later, here, strict=True)])
+        body = _with_data(
+            body, [more if mine else [] for more, mine in zip(later, here, strict=True)]
+        )
     for loads in set(loads_by_step(problem, number)) - {one.loads or NO_LOADS}:
         body = _with_data(
             body,
             fields(
-                one.model_copy(update={"body": (one.body[0].model_copy(update={"loads": loads, "boundary": ()}),)}),
+                one.model_copy(
+                    update={
+                        "body": (one.body[0].model_copy(update={"loads": loads, "boundary": ()}),)
+                    }
+                ),
                 body.outline,
             ),
         )
@@ -166,9 +202,11 @@ def _with_data(body: Body, data: list[list[Field]]) -> Body:
     return replace(body, data=[[*row, *more] for row, more in zip(body.data, data, strict=True)])
 
 
-def found_edges(solution: Solution, smallest: float, finest: dict[str, float]) -> dict[str, list[Edge]]:
-    """Edges on every interface at the ends of all steps, those that are one merged, and those of the increments before
-    elsewhere: what they leave in q has a kink there."""
+def found_edges(
+    solution: Solution, smallest: float, finest: dict[str, float]
+) -> dict[str, list[Edge]]:
+    """Edges on every interface at the ends of all steps, those that are one merged, and those of
+    the increments before elsewhere: what they leave in q has a kink there."""
     last = {id(step) for step in step_ends(solution.steps)}
     result: dict[str, list[Edge]] = {}
     for name in solution.nodes:
@@ -185,19 +223,34 @@ def _edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> li
     """Of what faces something: where the other part ends is known."""
     order = np.argsort(pair.arc_length)
     order = order[np.isfinite(pair.gap[order])]
-    return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order], pair.gap[order],
-                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64), smallest, finest)  # fmt: skip
+    return edges(
+        pair.arc_length[order],
+        pair.pressure[order],
+        pair.sigma_t[order, 0],
+        pair.bound[order],
+        pair.gap[order],
+        pair.slip_increment[order, 0],
+        pair.state[order].astype(np.int64),
+        smallest,
+        finest,
+    )
 
 
 def _few(solution: Solution) -> bool:
     """Whether a contact is seen by so few nodes that its edges are guesses."""
     pairs = [step.pairs.values() for step in step_ends(solution.steps)]
-    closed = [np.count_nonzero(pair.state != 2) for step in pairs for pair in step if np.any(pair.state == 2)]
+    closed = [
+        np.count_nonzero(pair.state != 2)
+        for step in pairs
+        for pair in step
+        if np.any(pair.state == 2)
+    ]
     return any(0 < count < FEW for count in closed)
 
 
 def warm_start(before: Solution, discrete: Discrete) -> Start:
-    """v and σ on another mesh whose sets are the zones that a solution had after its first increment; of size one."""
+    """v and σ on another mesh whose sets are the zones that a solution had after its first
+    increment; of size one."""
     parts = []
     first = before.steps[0]
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
@@ -207,7 +260,11 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
         own, state = _edges(pair), pair.state.astype(np.int64)
         state, way = (zone_at(pair.arc_length, values, own, s) for values in (state, way))
         open_, slip = 1.0 * (state == OPEN), np.where(state == SLIP, np.where(way == 0, 1, way), 0)
-        columns = ([slip], [-slip * OUTSIDE]) if interface.held else ([slip, -open_], [-slip * OUTSIDE, open_ - 1.0])
+        columns = (
+            ([slip], [-slip * OUTSIDE])
+            if interface.held
+            else ([slip, -open_], [-slip * OUTSIDE, open_ - 1.0])
+        )
         parts.append(tuple(np.column_stack(values) for values in columns))
     v, sigma = (np.concatenate(values).astype(np.float64) for values in zip(*parts, strict=True))
     return v, sigma

@@ -1,1 +1,2 @@
-"""From a problem to its discrete contact problem: interfaces, meshes, data in every load state, laws."""
+"""From a problem to its discrete contact problem: interfaces, meshes, data in every load state,
+laws."""

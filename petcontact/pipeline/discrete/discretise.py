@@ -1,4 +1,5 @@
-"""From a problem to its discrete contact problem: meshes that match, data in every load state, laws."""
+"""From a problem to its discrete contact problem: meshes that match, data in every load state,
+laws."""
 
 from __future__ import annotations
 
@@ -34,8 +35,8 @@ from .load_states import body_motions, boundary_data, check_held
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that its discrete one follows from; the others are those of the method."""
 MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
-"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its boundary; primaries are
-matched afterwards."""
+"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its
+boundary; primaries are matched afterwards."""
 
 
 @dataclass
@@ -49,7 +50,8 @@ class Discrete:
     meshes : list of BoundaryMesh
     sides : list of InterfaceSpec
     interfaces : list of Interface
-        Held normally, all of them, where none may open and no friction depends on pressure: then u_n is known.
+        Held normally, all of them, where none may open and no friction depends on pressure: then
+        u_n is known.
     law : ContactLaw
     data : list of BoundaryData, one a body
         State 0 is the unloaded one, state k the end of step k.
@@ -64,7 +66,8 @@ class Discrete:
     volumes : list of VolumeSolution
         Of each body; None where nothing loads its volume.
     adapted : bool
-        Whether the meshes are not those of the problem's options: what a user could choose better is not advised then.
+        Whether the meshes are not those of the problem's options: what a user could choose better
+        is not advised then.
     """
 
     problem: Problem
@@ -99,9 +102,13 @@ class Discrete:
 
 
 def discretise(
-    problem: Problem, make_mesh: MeshMaker | None = None, law: Any = None, like: Discrete | None = None
+    problem: Problem,
+    make_mesh: MeshMaker | None = None,
+    law: Any = None,
+    like: Discrete | None = None,
 ) -> Discrete:
-    """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or `make_mesh`.
+    """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or
+    `make_mesh`.
 
     Parameters
     ----------
@@ -110,16 +117,18 @@ def discretise(
     law : optional
         As in `solve`.
     like : Discrete, optional
-        Of a problem that differs in friction, gaps, loads, motions or the method only: its meshes are taken, what their
-        sides face, and the data that are the same.
+        Of a problem that differs in friction, gaps, loads, motions or the method only: its meshes
+        are taken, what their sides face, and the data that are the same.
 
     Raises
     ------
     InputError
-        If a part does not exist or has two conditions, data are not finite, a coefficient or bound is negative, or the
-        operators do not fit the machine.
+        If a part does not exist or has two conditions, data are not finite, a coefficient or bound
+        is negative, or the operators do not fit the machine.
     """
-    if like is not None and all(getattr(problem, key) == getattr(like.problem, key) for key in POSED):
+    if like is not None and all(
+        getattr(problem, key) == getattr(like.problem, key) for key in POSED
+    ):
         return replace(like, problem=problem, warnings=list(like.warnings))
     sides = interfaces_of(problem)
     boundaries, meshes = meshed(problem, sides, make_mesh, like)
@@ -137,13 +146,19 @@ def discretise(
             interfaces.append(periodic_interface(problem, side, meshes[side.body]))
             distance.append(0.0)
             continue
-        interface, smallest, never = contact_interface(side, meshes, facing, all(side.holds_normal for side in sides))
+        interface, smallest, never = contact_interface(
+            side, meshes, facing, all(side.holds_normal for side in sides)
+        )
         interfaces.append(interface)
         distance.append(smallest)
         notes += never
     given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    loose = list(map(body_motions, boundaries, data, meshes)) if given is None and isinstance(law, Tresca) else []
+    loose = (
+        list(map(body_motions, boundaries, data, meshes))
+        if given is None and isinstance(law, Tresca)
+        else []
+    )
     if any(free.shape[2] for free in loose):
         _check_friction_holds(interfaces, meshes, data, loose, law.bound)
         # equilibrium of what only contact holds is exact where all its tractions are looked for
@@ -153,8 +168,22 @@ def discretise(
     data, volumes = _with_volume_loads(problem, meshes, data, like)
     notes += [note for volume in volumes if volume is not None for note in volume.notes]
     wear = wear_between(sides, interfaces, meshes)
-    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
-                    [] if like is None else like.mesh_warnings, facings, volumes, make_mesh is not None)  # fmt: skip
+    return Discrete(
+        problem,
+        boundaries,
+        meshes,
+        sides,
+        interfaces,
+        law,
+        data,
+        distance,
+        wear,
+        notes,
+        [] if like is None else like.mesh_warnings,
+        facings,
+        volumes,
+        make_mesh is not None,
+    )
 
 
 def _without_contact(
@@ -168,46 +197,86 @@ def _without_contact(
         As `discretise`; or if a body can move freely, or there is an obstacle.
     """
     for obstacle in problem.obstacle:
-        raise InputError(f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches")
+        raise InputError(
+            f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches"
+        )
     data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
     for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
         if body_motions(boundary, known, mesh).shape[2]:
             check_held(known, mesh, np.zeros(0))
     data, volumes = _with_volume_loads(problem, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
-    return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
-                    np.zeros(0), notes, [] if like is None else like.mesh_warnings, [], volumes)  # fmt: skip
+    return Discrete(
+        problem,
+        boundaries,
+        meshes,
+        [],
+        [],
+        Tresca(np.zeros(0), meshes[0].dim - 1),
+        data,
+        [],
+        np.zeros(0),
+        notes,
+        [] if like is None else like.mesh_warnings,
+        [],
+        volumes,
+    )
 
 
 def _check_size(problem: Problem, sides: list[InterfaceSpec], meshes: list[BoundaryMesh]) -> None:
-    """Refuse what does not fit the machine before what faces what is looked for, which of many panels takes long."""
+    """Refuse what does not fit the machine before what faces what is looked for, which of many
+    panels takes long."""
     secondary = [(side.body, side.part) for side in sides]
     met = {*secondary, *(side.primary for side in sides if side.primary)}
     nodes = {place: len(meshes[place[0]].nodes_of(place[1])) for place in met}
-    contact = [sum(count for (body, _), count in nodes.items() if body == b) for b in range(len(meshes))]
+    contact = [
+        sum(count for (body, _), count in nodes.items() if body == b) for b in range(len(meshes))
+    ]
     directions = meshes[0].dim - all(side.holds_normal for side in sides)
-    needed_memory(resolved_bem(problem.bem), meshes, contact, directions, sum(nodes[place] for place in secondary))
+    needed_memory(
+        resolved_bem(problem.bem),
+        meshes,
+        contact,
+        directions,
+        sum(nodes[place] for place in secondary),
+    )
 
 
 def meshed(
-    problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None, like: Discrete | None = None
+    problem: Problem,
+    sides: list[InterfaceSpec],
+    make_mesh: MeshMaker | None,
+    like: Discrete | None = None,
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
     """Boundaries and meshes of the bodies, which match where parts face one another."""
-    boundaries: list[Boundary] = list(like.boundaries) if like else [body.geometry.outline() for body in problem.body]
+    boundaries: list[Boundary] = (
+        list(like.boundaries) if like else [body.geometry.outline() for body in problem.body]
+    )
     check_parts(problem, boundaries, sides)
-    posed = [functools.partial(as_problem, body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
+    posed = [
+        functools.partial(as_problem, body, boundaries[b], sides, b)
+        for b, body in enumerate(problem.body)
+    ]
     if like is not None:
         for one, boundary in zip(posed, boundaries, strict=True):
             if isinstance(boundary, Outline):
                 check_compatible(one(), boundary)
         return boundaries, like.meshes
-    own = [mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])
-           for b, one in enumerate(posed)]  # fmt: skip
-    pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
+    own = [
+        mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])
+        for b, one in enumerate(posed)
+    ]
+    pairs = [
+        PairParts((s.body, s.part), s.primary, s.direction, s.periodic)
+        for s in sides
+        if s.primary is not None
+    ]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 
 
-def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]) -> list[BoundaryData]:
+def add_volume_loads(
+    problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]
+) -> list[BoundaryData]:
     """The data with particular solutions for volume loads."""
     return _with_volume_loads(problem, meshes, data, None)[0]
 
@@ -215,7 +284,8 @@ def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[Bo
 def _with_volume_loads(
     problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData], like: Discrete | None
 ) -> tuple[list[BoundaryData], list[VolumeSolution | None]]:
-    """Data with the particular solutions of volume loads, and these; of loads that are those of `like` the same ones."""
+    """Data with the particular solutions of volume loads, and these; of loads that are those of
+    `like` the same ones."""
     found, volumes = [], []
     for b, (mesh, known) in enumerate(zip(meshes, data, strict=True)):
         if like is not None and _loads_volume_alike(problem, like.problem, b):
@@ -236,7 +306,11 @@ def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
 
 
 def _check_friction_holds(
-    interfaces: list[Interface], meshes: list[BoundaryMesh], data: list[BoundaryData], motions: list[Array], bound: Array
+    interfaces: list[Interface],
+    meshes: list[BoundaryMesh],
+    data: list[BoundaryData],
+    motions: list[Array],
+    bound: Array,
 ) -> None:
     """Refuse bodies that not even friction holds, whose contacts hold the normal displacement.
 

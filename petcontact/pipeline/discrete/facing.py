@@ -35,16 +35,24 @@ def facing_of(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
     if side.periodic:
         return None
     mesh, direction = meshes[side.body], side.direction
-    if direction is not None and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > OUTWARD:
-        raise InputError(f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to the primary; "
-                         f"{direction.round(6).tolist()} does not")  # fmt: skip
+    if (
+        direction is not None
+        and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > OUTWARD
+    ):
+        raise InputError(
+            f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to "
+            f"the primary; "
+            f"{direction.round(6).tolist()} does not"
+        )
     if side.primary is None:
         return None
     b, part = side.primary
     facing = face(mesh, side.part, meshes[b], part, direction)
     if side.law.normal != "unilateral" and not facing.met.any():
-        raise InputError(f"{side.key}: no node of the secondary faces the primary along its normals; "
-                         f"faces of a {side.law.normal} contact must meet")  # fmt: skip
+        raise InputError(
+            f"{side.key}: no node of the secondary faces the primary along its normals; "
+            f"faces of a {side.law.normal} contact must meet"
+        )
     return facing
 
 
@@ -52,55 +60,122 @@ def mismatch(side: InterfaceSpec, facing: Facing | None) -> list[str]:
     """A note where the elements of a pair do not match."""
     if facing is None or facing.matched or not facing.met.any():
         return []
-    advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
+    advice = (
+        "; the coarser side is the better secondary"
+        if facing.sizes[0] < FINER * facing.sizes[1]
+        else ""
+    )
     if facing.ends_within:
-        advice = ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
-    return [f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
-            f"about twice as far off as on elements that do{advice}"]  # fmt: skip
+        advice = (
+            ", and more at the rim of the secondary, which lies inside elements of the "
+            "primary: let some end there"
+        )
+    return [
+        f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the "
+        f"pressure is "
+        f"about twice as far off as on elements that do{advice}"
+    ]
 
 
 def contact_interface(
     side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
 ) -> tuple[Interface, float, list[str]]:
-    """A side on meshes, the smallest distance or gap of it [length], and notes where it never touches or fits a curve."""
+    """A side on meshes, the smallest distance or gap of it [length], and notes where it never
+    touches or fits a curve."""
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
     if facing is not None:
         normal, present = facing.normal, facing.met
         if not present.any():
-            notes.append(f"pair {side.name!r}: no node of the secondary faces the primary along its normals: "
-                         "they never touch")  # fmt: skip
+            notes.append(
+                f"pair {side.name!r}: no node of the secondary faces the primary along its "
+                f"normals: "
+                "they never touch"
+            )
     else:
-        normal, present = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
+        normal, present = (
+            along(side.direction, mesh.smooth_normal[nodes]).copy(),
+            np.ones(len(nodes), dtype=bool),
+        )
         bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > CURVED
         if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
-            notes.append(f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face as a cup does; "
-                         "give the gap to a flat or another one as an expression")  # fmt: skip
+            notes.append(
+                f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face "
+                f"as a cup does; "
+                "give the gap to a flat or another one as an expression"
+            )
     if side.law.gap == "geometry":
-        gap = facing.distance if facing is not None and side.law.normal == "unilateral" else np.zeros(len(nodes))
+        gap = (
+            facing.distance
+            if facing is not None and side.law.normal == "unilateral"
+            else np.zeros(len(nodes))
+        )
     else:
         gap = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
     gap = np.where(present, gap, np.inf)
     smallest = float(gap.min(initial=np.inf))
     tangent = mesh.tangents_to(normal)
     if facing is None:
-        return Interface(side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle,
-                         held=held), smallest, notes  # fmt: skip
+        return (
+            Interface(
+                side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle, held=held
+            ),
+            smallest,
+            notes,
+        )
     assert side.primary is not None
     sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
-    return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
-                     facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
+    return (
+        Interface(
+            side.name,
+            side.body,
+            nodes,
+            normal,
+            tangent,
+            gap,
+            side.primary[0],
+            facing.primary,
+            facing.values,
+            facing.loads,
+            None,
+            facing.distance,
+            sag,
+        ),
+        smallest,
+        notes,
+    )
 
 
 def periodic_interface(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Interface:
-    """The sides of a periodic strip: they stay together but for the jump, and carry opposite tractions.
+    """The sides of a periodic strip: they stay together but for the jump, and carry opposite
+    tractions.
 
     That holds node by node, whatever lies between.
     """
     assert side.primary is not None
     nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])
-    normal, gap, same = mesh.normal[nodes], np.zeros(len(nodes)), scipy.sparse.csr_array(scipy.sparse.identity(len(nodes)))
-    jump = np.array([(0.0, 0.0), *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body))])
-    return Interface(side.name, side.body, nodes, normal, mesh.tangents_to(normal), gap, side.body, partner, same, same,
-                     jump=jump)  # fmt: skip
+    normal, gap, same = (
+        mesh.normal[nodes],
+        np.zeros(len(nodes)),
+        scipy.sparse.csr_array(scipy.sparse.identity(len(nodes))),
+    )
+    jump = np.array(
+        [
+            (0.0, 0.0),
+            *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body)),
+        ]
+    )
+    return Interface(
+        side.name,
+        side.body,
+        nodes,
+        normal,
+        mesh.tangents_to(normal),
+        gap,
+        side.body,
+        partner,
+        same,
+        same,
+        jump=jump,
+    )

@@ -21,7 +21,8 @@ from .interfaces import InterfaceSpec
 def with_law(
     given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> tuple[list[Interface], ContactLaw]:
-    """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
+    """The law, and interfaces that look for as many components as it has: a law of the user's may
+    have the normal one."""
     if given is None:
         return interfaces, law_between(sides, interfaces, meshes)
     nodes = _contact_nodes(sides, interfaces, meshes)
@@ -32,7 +33,9 @@ def with_law(
     return interfaces, law_of(given, nodes)
 
 
-def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
+def _contact_nodes(
+    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+) -> ContactNodes:
     return ContactNodes(
         np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
         np.concatenate([face.normal for face in interfaces]),
@@ -42,7 +45,9 @@ def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], mesh
     )
 
 
-def law_between(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:
+def law_between(
+    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+) -> ContactLaw:
     """The law that the config names, at the nodes of all interfaces.
 
     Raises
@@ -53,25 +58,49 @@ def law_between(sides: list[InterfaceSpec], interfaces: list[Interface], meshes:
     parts: list[tuple[Array, Array, Mask, Mask]] = []
     for side, interface in zip(sides, interfaces, strict=True):
         m, law, absent = len(interface.nodes), side.law, ~np.isfinite(interface.gap)
-        mu, bound = (_not_negative(side, interface, meshes, key) for key in ("friction_coefficient", "friction_bound"))
+        mu, bound = (
+            _not_negative(side, interface, meshes, key)
+            for key in ("friction_coefficient", "friction_bound")
+        )
         if bound is None:
             bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
         bound = np.where(absent, 0.0, bound)
-        parts.append((np.full(m, np.inf) if mu is None else mu, bound, np.full(m, law.normal == "unilateral"), absent))
-    coefficient, bound, opens, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
+        parts.append(
+            (
+                np.full(m, np.inf) if mu is None else mu,
+                bound,
+                np.full(m, law.normal == "unilateral"),
+                absent,
+            )
+        )
+    coefficient, bound, opens, absent = (
+        np.concatenate(values) for values in zip(*parts, strict=True)
+    )
     if interfaces[0].held:
         return Tresca(bound, meshes[0].dim - 1)
     return SignoriniCoulomb(coefficient, bound, opens, meshes[0].dim, absent)
 
 
-def wear_between(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Array:
-    """Coefficient of Archard's law at the nodes of all interfaces, (M,) [1/stress]; errors as of `law_between`."""
-    found = [_not_negative(side, face, meshes, "wear_coefficient") for side, face in zip(sides, interfaces, strict=True)]
-    return np.concatenate([np.zeros(len(face.nodes)) if values is None else values
-                           for face, values in zip(interfaces, found, strict=True)])  # fmt: skip
+def wear_between(
+    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+) -> Array:
+    """Coefficient of Archard's law at the nodes of all interfaces, (M,) [1/stress]; errors as of
+    `law_between`."""
+    found = [
+        _not_negative(side, face, meshes, "wear_coefficient")
+        for side, face in zip(sides, interfaces, strict=True)
+    ]
+    return np.concatenate(
+        [
+            np.zeros(len(face.nodes)) if values is None else values
+            for face, values in zip(interfaces, found, strict=True)
+        ]
+    )
 
 
-def _not_negative(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh], key: str) -> Array | None:
+def _not_negative(
+    side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh], key: str
+) -> Array | None:
     """Values (m,) of what the law of an interface has under a key; None where it is not given."""
     value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
     if value is None:
@@ -79,6 +108,8 @@ def _not_negative(side: InterfaceSpec, interface: Interface, meshes: list[Bounda
     values = evaluate(value, mesh.variables(nodes), len(nodes), f"{side.key}.{key}")
     if np.any(values < 0.0):
         k = int(np.argmin(values))
-        place = ", ".join(f"{name} = {at:g}" for name, at in zip("xyz", mesh.x[nodes[k]], strict=False))
+        place = ", ".join(
+            f"{name} = {at:g}" for name, at in zip("xyz", mesh.x[nodes[k]], strict=False)
+        )
         raise InputError(f"{side.key}.{key}: must be >= 0, is {values[k]:g} at {place}")
     return values

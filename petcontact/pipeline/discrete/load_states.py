@@ -1,4 +1,5 @@
-"""What the nodes of a body know at the end of every step: its conditions, evaluated, in the directions that suit them."""
+"""What the nodes of a body know at the end of every step: its conditions, evaluated, in the
+directions that suit them."""
 
 from __future__ import annotations
 
@@ -9,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
+from ...bem.boundary_data import (
+    BoundaryData,
+    contact_frames,
+    free_motions,
+    motion_name,
+    without_rigid_motion,
+)
 from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
@@ -27,10 +34,14 @@ FLAT = 1e-9
 
 
 def boundary_data(
-    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int = 1
+    problem: Problem,
+    number: int,
+    mesh: BoundaryMesh,
+    interfaces: Sequence[Interface],
+    step: int = 1,
 ) -> BoundaryData:
-    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k; what is known,
-    displacement or traction, is that of one step.
+    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in
+    state k; what is known, displacement or traction, is that of one step.
 
     Raises
     ------
@@ -41,14 +52,22 @@ def boundary_data(
     frame, known, contact, places = _components(problem, number, mesh, interfaces, step)
     value = np.zeros((len(conditions) + 1, n, d))
     points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, d), body, mesh)
-    forces = [np.zeros_like(points), *(np.array([f.force for f in state]).reshape(points.shape)
-                                       for state in forces_by_step(problem, number))]  # fmt: skip
+    forces = [
+        np.zeros_like(points),
+        *(
+            np.array([f.force for f in state]).reshape(points.shape)
+            for state in forces_by_step(problem, number)
+        ),
+    ]
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
         for part, condition in of_step.items():
             nodes = mesh.nodes_of(part)
             if part not in cache or cache[part][0] is not condition:
-                cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
+                cache[part] = (
+                    condition,
+                    _given(condition, mesh, nodes, f"body {body.name!r}: {part}"),
+                )
             value[s, nodes] = cache[part][1]
     directions = places[:, : directions_looked_for(d, interfaces)]
     for face in interfaces if directions.shape[1] < d else ():
@@ -61,8 +80,9 @@ def boundary_data(
 def _components(
     problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
 ) -> tuple[Array, Mask, Index, Index]:
-    """Frames (n, d, d) of a body in a step, components (n, d) along them whose traction is known, contact nodes (m,), and
-    which directions of their frames (m, d) contact takes, the normal last where it is held."""
+    """Frames (n, d, d) of a body in a step, components (n, d) along them whose traction is known,
+    contact nodes (m,), and which directions of their frames (m, d) contact takes, the normal last
+    where it is held."""
     body, (n, d) = problem.body[number], mesh.x.shape
     frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
     for part, condition in problem.conditions(number)[step - 1].items():
@@ -72,7 +92,10 @@ def _components(
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
             if np.ptp(mesh.normal[nodes], axis=0).max() > FLAT:
-                raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
+                raise InputError(
+                    f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a "
+                    f"plane face"
+                )
             frame[nodes], places = contact_frames(mesh, nodes)
             known[nodes, places[:, -1]] = False
     contact = contact_nodes(interfaces, number)
@@ -90,27 +113,44 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
         with np.errstate(all="ignore"):  # on the boundary
             found = fields_at(mesh, nothing, nothing, body.material, points, outside=np.nan)[0]
         for k in np.flatnonzero(np.isnan(found).any(axis=(1, 2)))[:1]:
-            raise InputError(f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie inside the body")
+            raise InputError(
+                f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie "
+                f"inside the body"
+            )
     return points
 
 
 def later_data(
-    problem: Problem, meshes: Sequence[BoundaryMesh], interfaces: Sequence[Interface], step: int,
-    old: Sequence[BoundaryData], ends: Sequence[tuple[Array, Array]],
-) -> list[BoundaryData] | None:  # fmt: skip
-    """The data of all bodies from a step on, see `_data_from`; None where it holds and frees no component."""
-    new = [_data_from(problem, b, meshes[b], interfaces, step, old[b], end) for b, end in enumerate(ends)]
+    problem: Problem,
+    meshes: Sequence[BoundaryMesh],
+    interfaces: Sequence[Interface],
+    step: int,
+    old: Sequence[BoundaryData],
+    ends: Sequence[tuple[Array, Array]],
+) -> list[BoundaryData] | None:
+    """The data of all bodies from a step on, see `_data_from`; None where it holds and frees no
+    component."""
+    new = [
+        _data_from(problem, b, meshes[b], interfaces, step, old[b], end)
+        for b, end in enumerate(ends)
+    ]
     return None if all(one is other for one, other in zip(new, old, strict=True)) else new
 
 
 def _data_from(
-    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int, old: BoundaryData,
+    problem: Problem,
+    number: int,
+    mesh: BoundaryMesh,
+    interfaces: Sequence[Interface],
+    step: int,
+    old: BoundaryData,
     end: tuple[Array, Array],
-) -> BoundaryData:  # fmt: skip
-    """The data from a step on, after the step before ended with u and traction (n, d); the old ones if the same is known.
+) -> BoundaryData:
+    """The data from a step on, after the step before ended with u and traction (n, d); the old ones
+    if the same is known.
 
-    What is known instead of another thing starts where that ended: a component that was free from its displacement, one
-    that was held from its traction.
+    What is known instead of another thing starts where that ended: a component that was free from
+    its displacement, one that was held from its traction.
     """
     if np.array_equal(_components(problem, number, mesh, interfaces, step)[1], old.traction_known):
         return old
@@ -118,20 +158,24 @@ def _data_from(
     u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
     start = np.where(new.traction_known, traction, u)
     start[new.contact_nodes[:, None], new.contact_directions] = 0.0
-    new.value[step - 1] = np.where(new.traction_known == old.traction_known, new.value[step - 1], start)
+    new.value[step - 1] = np.where(
+        new.traction_known == old.traction_known, new.value[step - 1], start
+    )
     return replace(new, volume=old.volume)
 
 
 def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     """Nodes of a body that may carry contact tractions, in increasing order."""
     found = [i.nodes for i in interfaces if i.body == number]
-    found += [i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None]
+    found += [
+        i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None
+    ]
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
 def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
-    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on hold: none of an infinite
-    plate."""
+    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on
+    hold: none of an infinite plate."""
     if isinstance(boundary, CondensedSurface):
         modes = free_modes(boundary, mesh)
         return modes if data.traction_known.all() else modes[..., :0]
@@ -139,8 +183,8 @@ def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> 
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
-    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no friction; and one that
-    is free since its mesh is too coarse.
+    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no
+    friction; and one that is free since its mesh is too coarse.
 
     Raises
     ------
@@ -152,7 +196,10 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
         return
     name = motion_name(motions[:, :, 0], mesh)
     if few:
-        raise InputError(f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller elements")
+        raise InputError(
+            f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller "
+            f"elements"
+        )
     raise InputError(
         f"boundary: the body can {name} freely (friction does not hold it); "
         "fix it with a displacement condition, a roller or another contact part"
@@ -162,18 +209,31 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
 def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
     """Refuse a vector that has not as many components as the body has dimensions."""
     if len(value) != mesh.dim:
-        raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
+        raise InputError(
+            f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components"
+        )
 
 
-def _given(condition: Displacement | Traction | Symmetry | Periodic, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
+def _given(
+    condition: Displacement | Traction | Symmetry | Periodic,
+    mesh: BoundaryMesh,
+    nodes: Index,
+    key: str,
+) -> Array:
     if isinstance(condition, Symmetry | Periodic):
         return np.zeros((len(nodes), mesh.dim))
     names, count = mesh.variables(nodes), len(nodes)
     if isinstance(condition, Traction) and condition.pressure is not None:
-        return -evaluate(condition.pressure, names, count, f"{key}.pressure")[:, None] * mesh.normal[nodes]
+        return (
+            -evaluate(condition.pressure, names, count, f"{key}.pressure")[:, None]
+            * mesh.normal[nodes]
+        )
     assert condition.value is not None
     check_components(condition.value, mesh, key)
-    columns = [np.zeros(count) if component == "free" and isinstance(condition, Displacement)
-               else evaluate(component, names, count, f"{key}.value[{c}]")
-               for c, component in enumerate(condition.value)]  # fmt: skip
+    columns = [
+        np.zeros(count)
+        if component == "free" and isinstance(condition, Displacement)
+        else evaluate(component, names, count, f"{key}.value[{c}]")
+        for c, component in enumerate(condition.value)
+    ]
     return np.column_stack(columns)

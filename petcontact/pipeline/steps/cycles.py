@@ -1,6 +1,8 @@
-"""Cycles of wear: a range of load steps again and again, many cycles at once where p changes slowly.
+"""Cycles of wear: a range of load steps again and again, many cycles at once where p changes
+slowly.
 
-A jump over N cycles is one cycle whose increments wear as much as N of them, and slip as far as the cycle before did.
+A jump over N cycles is one cycle whose increments wear as much as N of them, and slip as far as the
+cycle before did.
 """
 
 from __future__ import annotations
@@ -28,9 +30,14 @@ Row = tuple[int, Array, Array]
 
 
 def later_cycles(
-    problem: PreparedProblem, done: list[StepResult], state: IncrementState, monitor: Monitor | None, rows: list[Row]
+    problem: PreparedProblem,
+    done: list[StepResult],
+    state: IncrementState,
+    monitor: Monitor | None,
+    rows: list[Row],
 ) -> Iterator[Tried]:
-    """The increments of the last cycle, after all those before it that are not done yet; of one that fails those till then.
+    """The increments of the last cycle, after all those before it that are not done yet; of one
+    that fails those till then.
 
     Parameters
     ----------
@@ -72,10 +79,16 @@ def later_cycles(
 
 
 def _one_cycle(
-    problem: PreparedProblem, done: list[StepResult], state: IncrementState, number: int, times: int,
-    earlier: list[Earlier], monitor: Monitor | None,
-) -> tuple[list[Tried], list[Earlier]]:  # fmt: skip
-    """The increments of a cycle that wears as much as so many, up to one that fails; and what they are to the next."""
+    problem: PreparedProblem,
+    done: list[StepResult],
+    state: IncrementState,
+    number: int,
+    times: int,
+    earlier: list[Earlier],
+    monitor: Monitor | None,
+) -> tuple[list[Tried], list[Earlier]]:
+    """The increments of a cycle that wears as much as so many, up to one that fails; and what they
+    are to the next."""
     posed, tried, following = problem.discrete.problem, list[Tried](), list[Earlier]()
     steps = cycle_steps(posed)
     obstacles = list(posed.obstacle)
@@ -84,7 +97,9 @@ def _one_cycle(
     for s in steps:
         step = posed.step[s - 1]
         obstacles = [changed_obstacle(o, step) for o in obstacles]
-        motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
+        motions = [
+            ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)
+        ]
         origin = steps[-1] if s == steps[0] else None
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
         for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
@@ -94,7 +109,9 @@ def _one_cycle(
             else:
                 found = solved(increment, monitor)
                 v, sigma = found[1].v, found[1].sigma
-                next_ = Earlier(np.linalg.norm(v[:, : problem.system.dim - 1], axis=1), ((v, sigma), (v, sigma)))
+                next_ = Earlier(
+                    np.linalg.norm(v[:, : problem.system.dim - 1], axis=1), ((v, sigma), (v, sigma))
+                )
             tried.append(found)
             following.append(next_)
             state = found[2]
@@ -111,10 +128,19 @@ def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | Non
     """The rows, interface by interface; None where there are none."""
     if not rows:
         return None
-    system, wears = problem.system, [s.law.wear_coefficient is not None for s in problem.discrete.sides]
-    parts = [(face.name, where) for face, where, wear in zip(system.interfaces, system.slices, wears, strict=True) if wear]
+    system, wears = (
+        problem.system,
+        [s.law.wear_coefficient is not None for s in problem.discrete.sides],
+    )
+    parts = [
+        (face.name, where)
+        for face, where, wear in zip(system.interfaces, system.slices, wears, strict=True)
+        if wear
+    ]
     cycle, pressure, depth = zip(*rows, strict=True)
-    found = [{name: np.array(values)[:, where] for name, where in parts} for values in (pressure, depth)]
+    found = [
+        {name: np.array(values)[:, where] for name, where in parts} for values in (pressure, depth)
+    ]
     return WearHistory(np.array(cycle), *found)
 
 
@@ -122,14 +148,25 @@ def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> li
     """The rows up to a cycle, of what a file holds."""
     if wear is None:
         return []
-    zero = {face.name: np.zeros((len(wear.cycle), len(face.nodes))) for face in problem.system.interfaces}
-    pressure, depth = (np.concatenate([{**zero, **values}[name] for name in zero], axis=1)
-                       for values in (wear.pressure, wear.depth))  # fmt: skip
-    return [(int(c), p, h) for c, p, h in zip(wear.cycle, pressure, depth, strict=True) if c <= last]
+    zero = {
+        face.name: np.zeros((len(wear.cycle), len(face.nodes)))
+        for face in problem.system.interfaces
+    }
+    pressure, depth = (
+        np.concatenate([{**zero, **values}[name] for name in zero], axis=1)
+        for values in (wear.pressure, wear.depth)
+    )
+    return [
+        (int(c), p, h) for c, p, h in zip(wear.cycle, pressure, depth, strict=True) if c <= last
+    ]
 
 
 def _change(problem: PreparedProblem, rows: list[Row], new: Row) -> float:
-    """Of p where anything wears, over p, in L2; p that is nearly gone counts as the share `GONE` of what it was."""
+    """Of p where anything wears, over p, in L2; p that is nearly gone counts as the share `GONE` of
+    what it was."""
     weight = np.where(problem.discrete.wear > 0.0, problem.system.weight, 0.0)
-    size = max(contact_norm(new[1][:, None], weight), GONE * max(contact_norm(row[1][:, None], weight) for row in rows))
+    size = max(
+        contact_norm(new[1][:, None], weight),
+        GONE * max(contact_norm(row[1][:, None], weight) for row in rows),
+    )
     return contact_norm((new[1] - rows[-1][1])[:, None], weight) / size if size > 0.0 else 0.0

@@ -21,7 +21,8 @@ from .load_steps import whole_step
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:
-    """Refuse loads that no admissible traction holds where matrices take long: those of compressed bodies.
+    """Refuse loads that no admissible traction holds where matrices take long: those of compressed
+    bodies.
 
     All steps are looked at, at their ends: what contact can hold is convex.
 
@@ -32,14 +33,24 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
     """
     if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
         return
-    prepared, posed = _rigid(discrete, comm), (discrete.problem, discrete.meshes, discrete.interfaces)
+    prepared, posed = (
+        _rigid(discrete, comm),
+        (discrete.problem, discrete.meshes, discrete.interfaces),
+    )
     for number, step in enumerate(prepared.steps, 1):
-        data = later_data(*posed, number, prepared.discrete.data, [(0.0 * mesh.x, 0.0 * mesh.x) for mesh in discrete.meshes])
+        data = later_data(
+            *posed,
+            number,
+            prepared.discrete.data,
+            [(0.0 * mesh.x, 0.0 * mesh.x) for mesh in discrete.meshes],
+        )
         if data is not None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
         where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
         if found := unheld(whole_step(prepared, number), where):
-            raise NoEquilibrium("equilibrium", found, "hold the body, press it more or let friction be larger")
+            raise NoEquilibrium(
+                "equilibrium", found, "hold the body, press it more or let friction be larger"
+            )
 
 
 def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:

@@ -1,4 +1,5 @@
-"""One increment of a load step: its contact problem, its solution, and what it hands to the next."""
+"""One increment of a load step: its contact problem, its solution, and what it hands to the
+next."""
 
 from __future__ import annotations
 
@@ -22,9 +23,11 @@ from ..trust.between_nodes import Places, places_between
 from .tails import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
-"""Tractions, displacements over those before, below which they are round-off; of a pair over all, overlaps over gaps."""
+"""Tractions, displacements over those before, below which they are round-off; of a pair over all,
+overlaps over gaps."""
 Monitor = Callable[[ContactState], str | None]
-"""Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
+"""Called with the state so far after each iteration, which says where it is; a reason that it
+returns ends the solve."""
 
 
 @dataclass
@@ -35,7 +38,8 @@ class ObstacleMotion:
     ----------
     free : (q,) bool array
     position, load : (2, q) arrays
-        At the start and the end of the step: displacement and rotation where given, force and moment where free.
+        At the start and the end of the step: displacement and rotation where given, force and
+        moment where free.
     """
 
     free: Mask
@@ -48,11 +52,15 @@ class ObstacleMotion:
         wanted, load = obstacle.motions(d), np.array(obstacle.loads(d))
         free = np.array([value == "free" for value in wanted])
         end = np.array([0.0 if value == "free" else float(value) for value in wanted])
-        return cls(free, np.array([state.positions[number], end]), np.array([state.loads[number], load]))
+        return cls(
+            free, np.array([state.positions[number], end]), np.array([state.loads[number], load])
+        )
 
     def at(self, factor: float) -> tuple[Array, ...]:
         """Position and load at a load factor of the step."""
-        return tuple((1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load))
+        return tuple(
+            (1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load)
+        )
 
 
 @dataclass
@@ -74,7 +82,8 @@ class IncrementState:
     worn : (M,) array
         Depth by which both sides together are worn [length].
     trend : pair of (M, k) arrays, optional
-        What v_n (no other component) and σ changed by in the increment, over that of the load factor.
+        What v_n (no other component) and σ changed by in the increment, over that of the load
+        factor.
     """
 
     slip: Array
@@ -102,7 +111,8 @@ class PreparedProblem:
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
     factors : dict of int to list of float
-        Load factors by number of a step at which `increments = "auto"` is known to have increments end.
+        Load factors by number of a step at which `increments = "auto"` is known to have increments
+        end.
     named : dict of str to str
         Names of a method and a rule that are not the problem's own.
     """
@@ -119,13 +129,19 @@ class PreparedProblem:
     @property
     def digits_lost(self) -> float:
         """The largest error of an elimination, see `ElasticBody.digits_lost`."""
-        return max((body.digits_lost for body in self.system.bodies if np.isfinite(body.digits_lost)), default=np.nan)
+        return max(
+            (body.digits_lost for body in self.system.bodies if np.isfinite(body.digits_lost)),
+            default=np.nan,
+        )
 
     @functools.cached_property
     def places(self) -> list[Places | None]:
         """Places between the nodes of each contact."""
         discrete = self.discrete
-        return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+        return [
+            places_between(s, i, discrete.meshes)
+            for s, i in zip(discrete.sides, discrete.interfaces, strict=True)
+        ]
 
     @functools.cached_property
     def errors(self) -> list[TractionErrors]:
@@ -134,10 +150,14 @@ class PreparedProblem:
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
-        """Points (m, d), weights and arc lengths (0 in space) of the nodes of each contact, (m,)."""
+        """Points (m, d), weights and arc lengths (0 in space) of the nodes of each contact,
+        (m,)."""
         faces = zip(self.discrete.sides, self.discrete.interfaces, strict=True)
         on = [(self.discrete.meshes[side.body], face.nodes) for side, face in faces]
-        return [(mesh.x[m], mesh.weight[m], mesh.variables(m).get("s", np.zeros(len(m)))) for mesh, m in on]
+        return [
+            (mesh.x[m], mesh.weight[m], mesh.variables(m).get("s", np.zeros(len(m))))
+            for mesh, m in on
+        ]
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -149,8 +169,15 @@ class PreparedProblem:
         system, d = self.system, self.system.dim
         still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
         slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
-        return IncrementState(slip, self.start, alpha, still, still.copy(), np.zeros((system.size, system.k)),
-                              np.zeros(system.size))  # fmt: skip
+        return IncrementState(
+            slip,
+            self.start,
+            alpha,
+            still,
+            still.copy(),
+            np.zeros((system.size, system.k)),
+            np.zeros(system.size),
+        )
 
     def close(self) -> None:
         """Free every PETSc object."""
@@ -183,7 +210,8 @@ class Increment:
     cycle : int
         How many cycles are done at its end; 0 outside of cycles.
     layer : (M,) array, optional
-        Wear on its way: the gap is opened by `layer` times p beyond what is worn before [length/stress].
+        Wear on its way: the gap is opened by `layer` times p beyond what is worn before
+        [length/stress].
     """
 
     problem: PreparedProblem
@@ -220,7 +248,8 @@ class Increment:
 
     @functools.cached_property
     def system(self) -> ContactSystem:
-        """v = u_0 + S σ + M α, E σ + f = 0 with the slip since the increment before, and the gap."""
+        """v = u_0 + S σ + M α, E σ + f = 0 with the slip since the increment before, and the
+        gap."""
         system, d = self.problem.system, self.problem.system.dim
         base, modes, balance = self.shares @ system.base, [system.modes], [system.balance]
         resultant = [self.shares @ system.resultant]
@@ -236,7 +265,11 @@ class Increment:
         if system.k == d:
             shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
-        rigid = Modes(moved.reshape(*u_0.shape, len(load)), np.concatenate(balance).reshape(len(load), *u_0.shape), load)
+        rigid = Modes(
+            moved.reshape(*u_0.shape, len(load)),
+            np.concatenate(balance).reshape(len(load), *u_0.shape),
+            load,
+        )
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
         together = np.where(np.abs(u_0 + shift) > NOTHING * size, u_0 + shift, 0.0)
         return system.at(together, rigid, self.shares, self.layer)
@@ -250,7 +283,9 @@ class Increment:
             If there is no iterate to keep.
         """
         posed, last = self.problem.discrete.problem, list[ContactState]()
-        where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if posed.step else ""
+        where = (
+            f"step {self.number} ({self.name}), load factor {self.target:.4g}" if posed.step else ""
+        )
         where += f", cycle {self.cycle}" if self.cycle > 1 else ""
 
         def keep(state: ContactState) -> str | None:
@@ -261,23 +296,39 @@ class Increment:
         start = self._start()
         if start is None and posed.method.start == "frictionless":
             start = self.system.u_0, np.zeros_like(self.system.u_0)
-        iteration = Iteration(Criterion(posed.method.tolerance, posed.method.stop), posed.method.max_iterations, start, keep)
+        iteration = Iteration(
+            Criterion(posed.method.tolerance, posed.method.stop),
+            posed.method.max_iterations,
+            start,
+            keep,
+        )
         try:
-            return self._without_round_off(self.problem.method(self.system, self.problem.discrete.law, iteration))
+            return self._without_round_off(
+                self.problem.method(self.system, self.problem.discrete.law, iteration)
+            )
         except SolverError as error:
             if not last:
                 raise
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
 
     def _without_round_off(self, outcome: ContactState) -> ContactState:
-        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no race loads, or where bodies
-        only move: what is left of tractions and overlaps there has no digit to be judged by."""
-        acted, left = (float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma))
-        over, share = (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
+        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no
+        race loads, or where bodies only move: what is left of tractions and overlaps there has no
+        digit to be judged by."""
+        acted, left = (
+            float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma)
+        )
+        over, share = (
+            (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
+        )
         sigma, v, least = outcome.sigma.copy(), outcome.v.copy(), share * max(acted, left)
-        strained = np.abs(v - self.system.u_0 if self.system.modes is None else self.system.apply(sigma))
+        strained = np.abs(
+            v - self.system.u_0 if self.system.modes is None else self.system.apply(sigma)
+        )
         for where in self.problem.system.slices if outcome.converged else ():
-            if strained[where].max(initial=0.0) < DIGITS * digits(self.system, v)[where].max(initial=0.0):
+            if strained[where].max(initial=0.0) < DIGITS * digits(self.system, v)[where].max(
+                initial=0.0
+            ):
                 sigma[where] = 0.0
             if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
                 noise = UNLOADED * np.abs(self.system.apply(over.sigma)).max()
@@ -285,7 +336,8 @@ class Increment:
         return replace(outcome, sigma=sigma, v=v)
 
     def _start(self) -> Start | None:
-        """Where a method starts from: the state before, and in a step that has begun what it has changed by so far."""
+        """Where a method starts from: the state before, and in a step that has begun what it has
+        changed by so far."""
         start, trend, way = self.before.start, self.before.trend, self.target - self.begun
         if start is None or trend is None or self.begun == 0.0:
             return start
@@ -295,7 +347,11 @@ class Increment:
         """What this increment hands to the next."""
         system, before = self.problem.system, self.before
         alpha, taken = amplitudes(self.system, outcome), system.modes.shape[1]
-        positions, loads, free_of_bodies = before.positions.copy(), before.loads.copy(), alpha[:taken]
+        positions, loads, free_of_bodies = (
+            before.positions.copy(),
+            before.loads.copy(),
+            alpha[:taken],
+        )
         for k, motion in enumerate(self.obstacles):
             position, load = motion.at(self.target)
             count = int(motion.free.sum())
@@ -304,12 +360,21 @@ class Increment:
             feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
             positions[k], loads[k] = position, np.where(motion.free, load, -feels)
         slip = before.slip + outcome.v[:, : system.dim - 1]
-        worn = before.worn if self.layer is None else before.worn + self.layer * np.maximum(-outcome.sigma[:, -1], 0.0)
+        worn = (
+            before.worn
+            if self.layer is None
+            else before.worn + self.layer * np.maximum(-outcome.sigma[:, -1], 0.0)
+        )
         end, trend = (outcome.v, outcome.sigma), None
         if before.start is not None:
-            one, other = [(now - old) / (self.target - self.begun) for now, old in zip(end, before.start, strict=True)]
+            one, other = [
+                (now - old) / (self.target - self.begun)
+                for now, old in zip(end, before.start, strict=True)
+            ]
             one[:, : system.dim - 1], trend = 0.0, (one, other)
-        return IncrementState(slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend)
+        return IncrementState(
+            slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend
+        )
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:

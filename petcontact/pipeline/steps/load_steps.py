@@ -1,4 +1,5 @@
-"""Load steps: one elimination, then increment after increment with the slip so far as the only history."""
+"""Load steps: one elimination, then increment after increment with the slip so far as the only
+history."""
 
 from __future__ import annotations
 
@@ -28,24 +29,31 @@ from .wear import Tried, solved
 HALVINGS = 8
 """How often an increment that fails is halved."""
 LOOKED_AT_FIRST = 1500
-"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it.
-Where bodies are solved jointly a solve always costs more."""
+"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs
+more; else after it. Where bodies are solved jointly a solve always costs more."""
 SHOWN = 0.2
-"""Estimated error of a solution up to which the increments that its path asked for are those of a finer mesh."""
+"""Estimated error of a solution up to which the increments that its path asked for are those of a
+finer mesh."""
 ROOM = 0.3
-"""With increments = "auto": path error over what is allowed up to which the next increment is twice as large."""
+"""With increments = "auto": path error over what is allowed up to which the next increment is twice
+as large."""
 LEAST = 1e-3
 """Share of a step after which contact begins that is an increment of its own."""
 TOGETHER = 8
-"""Increments whose boundary fields are computed at a time, where that takes no more than products: those after one that is
-not accepted are solved in vain."""
+"""Increments whose boundary fields are computed at a time, where that takes no more than products:
+those after one that is not accepted are solved in vain."""
 
 
 def increments(
-    problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, *, checked: bool = True,
+    problem: PreparedProblem,
+    done: list[StepResult],
+    monitor: Monitor | None,
+    *,
+    checked: bool = True,
     rows: list[Row] | None = None,
-) -> Iterator[StepResult]:  # fmt: skip
-    """Increment after increment from where those done end; the last one has failed where not all steps are reached.
+) -> Iterator[StepResult]:
+    """Increment after increment from where those done end; the last one has failed where not all
+    steps are reached.
 
     Parameters
     ----------
@@ -68,9 +76,17 @@ def increments(
         solving: Iterable[Tried] = ()
         if reached < 1.0:
             problem = _from_step(problem, number, done)
-            begun = state_after(problem, [r for r in done if r.step < number]) if reached > 0.0 else state
-            motions = [ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
-            increment = Increment(problem, step, number, motions, state, reached, cycle=1 if number in cycle else 0)
+            begun = (
+                state_after(problem, [r for r in done if r.step < number])
+                if reached > 0.0
+                else state
+            )
+            motions = [
+                ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)
+            ]
+            increment = Increment(
+                problem, step, number, motions, state, reached, cycle=1 if number in cycle else 0
+            )
             solving = _step(increment, monitor)
         if number in cycle and number == cycle[-1] and not passed:
             solving = itertools.chain(solving, _cycled(problem, done, monitor, rows))
@@ -103,7 +119,9 @@ def _grouped(solving: Iterable[Tried], size: int) -> Iterator[list[Tried]]:
         raise
 
 
-def _cycled(problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, rows: list[Row]) -> Iterator[Tried]:
+def _cycled(
+    problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, rows: list[Row]
+) -> Iterator[Tried]:
     """The last cycle, from the end of those done."""
     yield from later_cycles(problem, done, state_after(problem, done), monitor, rows)
 
@@ -115,22 +133,35 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     """
     problem, step, reached = increment.problem, increment.step, increment.target
     known = [factor for factor in problem.factors.get(increment.number, ()) if factor > reached]
-    # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
+    # known normals and no steps: less of the load is only asked for where there is no equilibrium
+    # at all of it
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     halves = Halves(monitor) if step.increments == "auto" else None
     whole = 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
-    if halves and not known and (first := touching(replace(increment, begun=reached))) > reached + LEAST:
+    if (
+        halves
+        and not known
+        and (first := touching(replace(increment, begun=reached))) > reached + LEAST
+    ):
         known, whole = [first], 1.0 - first
     state, end = increment.before, increment.to(1.0)
     # what contact can hold is convex: loads between two that it can hold need no look
-    costly = problem.system.size <= LOOKED_AT_FIRST or any(body.is_solved_jointly for body in problem.system.bodies)
+    costly = problem.system.size <= LOOKED_AT_FIRST or any(
+        body.is_solved_jointly for body in problem.system.bodies
+    )
     size, doubt = whole, costly and is_unbalanced(end)
     while reached < 1.0 - 1e-12:
         target = known[0] if known else min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
         hopeless = doubt and is_unbalanced(following)
-        tried = None if hopeless else halves(following) if halves and not known else _alone(following, monitor)
+        tried = (
+            None
+            if hopeless
+            else halves(following)
+            if halves and not known
+            else _alone(following, monitor)
+        )
         if tried is None and known:
             size, known = target - reached, []
             continue
@@ -155,23 +186,34 @@ def _alone(increment: Increment, monitor: Monitor | None) -> list[Tried] | None:
 
 
 def first_increment(problem: PreparedProblem) -> Increment:
-    """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
+    """The contact problem that a problem begins with: of its first step the first increment, the
+    whole step if "auto"."""
     increments = problem.steps[0].increments
     return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
 
 
 def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:
-    """Load factors by number of a step at which `increments = "auto"` had increments end, where the solution shows that well
-    enough for another mesh."""
+    """Load factors by number of a step at which `increments = "auto"` had increments end, where the
+    solution shows that well enough for another mesh."""
     steps = enumerate(solution.problem.step if estimate <= SHOWN else (), 1)
-    return {number: [result.load_factor for result in solution.steps if result.step == number and result.cycle <= 1]
-            for number, step in steps if step.increments == "auto"}  # fmt: skip
+    return {
+        number: [
+            result.load_factor
+            for result in solution.steps
+            if result.step == number and result.cycle <= 1
+        ]
+        for number, step in steps
+        if step.increments == "auto"
+    }
 
 
 def whole_step(problem: PreparedProblem, number: int) -> Increment:
-    """A step, from 1, as one increment from the unloaded state: at its end it has the loads of the step."""
+    """A step, from 1, as one increment from the unloaded state: at its end it has the loads of the
+    step."""
     state, steps = problem.begun(), problem.steps[:number]
-    obstacles = [functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle]
+    obstacles = [
+        functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle
+    ]
     motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
     return Increment(problem, steps[-1], number, motions, state, 1.0)
 
@@ -183,21 +225,30 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
     if not done:
         return problem.begun()
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
-    slip, v = (np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment"))
+    slip, v = (
+        np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment")
+    )
     sigma = np.concatenate([pair.sigma_t for pair in pairs])
     if system.k == d:
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
     places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
+    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(
+        len(places), d * (d + 1) // 2
+    )
+    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(
+        len(places), d * (d + 1) // 2
+    )
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
-    return IncrementState(slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn))
+    return IncrementState(
+        slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn)
+    )
 
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
-    """The problem from a step on: eliminated once more where that holds or frees other components than the step before."""
+    """The problem from a step on: eliminated once more where that holds or frees other components
+    than the step before."""
     discrete = problem.discrete
     data = data_from(problem, number, done)
     if data is None:
@@ -207,8 +258,11 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
         return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
 
 
-def data_from(problem: PreparedProblem, number: int, done: Sequence[StepResult]) -> list[BoundaryData] | None:
-    """Boundary data of the bodies from a step on; None where it holds and frees nothing that the step before does not."""
+def data_from(
+    problem: PreparedProblem, number: int, done: Sequence[StepResult]
+) -> list[BoundaryData] | None:
+    """Boundary data of the bodies from a step on; None where it holds and frees nothing that the
+    step before does not."""
     before, discrete = [result for result in done if result.step < number], problem.discrete
     if not before:
         return None

@@ -28,7 +28,8 @@ from .wear import Tried
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
 LAW = 1e-2
-"""Natural residual of a pair, over its tractions, that is not accepted; without any it is 0 or 1."""
+"""Natural residual of a pair, over its tractions, that is not accepted; without any it is 0 or
+1."""
 
 
 Fields = list[tuple[Array, Array]]
@@ -36,7 +37,8 @@ Fields = list[tuple[Array, Array]]
 
 
 def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResult]:
-    """Fields, resultants and residuals of increments with one system; `checked`: the last one with its elastic residual."""
+    """Fields, resultants and residuals of increments with one system; `checked`: the last one with
+    its elastic residual."""
     for each, found in zip(group, _fields(group), strict=True):
         yield _step_result(*each, found, checked=checked and each is group[-1])
 
@@ -46,8 +48,10 @@ def _fields(group: Sequence[Tried]) -> list[Fields]:
     system = group[0][0].problem.system
 
     def boundary(shares: Array, sigma: Array, alpha: Array) -> Fields:
-        return [body.boundary(shares, system.tractions(b, sigma), system.motion(b, alpha))
-                for b, body in enumerate(system.bodies)]  # fmt: skip
+        return [
+            body.boundary(shares, system.tractions(b, sigma), system.motion(b, alpha))
+            for b, body in enumerate(system.bodies)
+        ]
 
     acting = [(increment.shares, outcome.sigma, after.alpha) for increment, outcome, after in group]
     if not system.takes_several:
@@ -57,7 +61,12 @@ def _fields(group: Sequence[Tried]) -> list[Fields]:
 
 
 def _step_result(
-    increment: Increment, outcome: ContactState, after: IncrementState, found: Fields, *, checked: bool
+    increment: Increment,
+    outcome: ContactState,
+    after: IncrementState,
+    found: Fields,
+    *,
+    checked: bool,
 ) -> StepResult:
     problem = increment.problem
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
@@ -67,55 +76,96 @@ def _step_result(
     for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
-        # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
+        # of bodies that are solved jointly one that hardly moves beside the others is solved to no
+        # more digits
         still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * max(moved)
         if checked and not still:
             alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
-    tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma, system.slices)
-    residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
-                 "balance": equilibrium_defect(increment.system, outcome.sigma),
-                 "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
-                 "elimination": problem.digits_lost}  # fmt: skip
+    tangential, *normal = natural_residuals(
+        discrete.law, increment.system, outcome.v, outcome.sigma, system.slices
+    )
+    residuals = {
+        "normal": max(normal, default=0.0),
+        "tangential": tangential,
+        "balance": equilibrium_defect(increment.system, outcome.sigma),
+        "elastic": elastic if checked else np.nan,
+        "equilibrium": unbalanced if checked else np.nan,
+        "elimination": problem.digits_lost,
+    }
     last = increment.target == 1.0
     overlap = overlaps(system, increment.system, discrete.law, problem.places, outcome, closed=last)
-    residuals |= {"overlap": overlap.at_nodes, "between": overlap.depth, "displaced": overlap.displaced,
-                  "pressed": overlap.pressed}  # fmt: skip
+    residuals |= {
+        "overlap": overlap.at_nodes,
+        "between": overlap.depth,
+        "displaced": overlap.displaced,
+        "pressed": overlap.pressed,
+    }
     pairs = _pairs(increment, outcome, after, bodies)
     status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
-    # where a contact begins to grow no mesh has its nodes; of steps before the last one `rough_step` judges
+    # where a contact begins to grow no mesh has its nodes; of steps before the last one
+    # `rough_step` judges
     ends = last and increment.number == len(problem.steps)
-    if status == "converged" and (doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)):
+    if status == "converged" and (
+        doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)
+    ):
         status, reason = "not converged", doubt
     elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
-        status, reason = "not converged", f"the law of contact is missed by {worst:.1e} of the tractions of a pair"
+        status, reason = (
+            "not converged",
+            f"the law of contact is missed by {worst:.1e} of the tractions of a pair",
+        )
     elif status == "converged" and overlap.where:
         reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
     if status == "converged" and overlap.pressed > PRESSED:
         discrete.warnings.append(
-            f"step {increment.name!r}: surfaces overlap between nodes in contact: {overlap.pressed_where}, "
-            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces may be far off; refine "
+            f"step {increment.name!r}: surfaces overlap between nodes in contact: "
+            f"{overlap.pressed_where}, "
+            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces "
+            f"may be far off; refine "
             "the mesh there"
         )
     obstacles = {
-        o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
-                               axial(after.loads[k, d:]))
+        o.name: ObstacleResult(
+            after.positions[k, :d],
+            axial(after.positions[k, d:]),
+            after.loads[k, :d],
+            axial(after.loads[k, d:]),
+        )
         for k, o in enumerate(posed.obstacle)
-    }  # fmt: skip
-    rest = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
+    }
+    rest = contact_norm(
+        law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight
+    )
     return StepResult(
-        increment.name, increment.number, increment.target, status, reason, len(outcome.history), residuals,
-        pairs, bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
-        outcome.history, increment.cycle, increment.origin,
-    )  # fmt: skip
+        increment.name,
+        increment.number,
+        increment.target,
+        status,
+        reason,
+        len(outcome.history),
+        residuals,
+        pairs,
+        bodies,
+        obstacles,
+        after.alpha,
+        float(np.max(outcome.rho)),
+        rest,
+        outcome.history,
+        increment.cycle,
+        increment.origin,
+    )
 
 
-def _judged(increment: Increment, outcome: ContactState, moved: str, elastic: float, limit: float) -> tuple[str, str]:
-    """Status and reason; `moved`: why displacements are not accepted, whose digits no residual is judged by."""
+def _judged(
+    increment: Increment, outcome: ContactState, moved: str, elastic: float, limit: float
+) -> tuple[str, str]:
+    """Status and reason; `moved`: why displacements are not accepted, whose digits no residual is
+    judged by."""
     if outcome.error and (named := unheld_at_the_end(increment)):
         return "not converged", f"{named} ({outcome.reason})"
     if outcome.stopped:
@@ -133,16 +183,22 @@ def _judged(increment: Increment, outcome: ContactState, moved: str, elastic: fl
 
 
 def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -> tuple[str, str]:
-    """Status and reason of what is converged otherwise: action is reaction, but for the couple of friction across a gap."""
+    """Status and reason of what is converged otherwise: action is reaction, but for the couple of
+    friction across a gap."""
     for face in increment.problem.system.interfaces:
         if face.distance is None:
             continue
-        pair, apart = pairs[face.name], np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal
+        pair, apart = (
+            pairs[face.name],
+            np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal,
+        )
         shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
         left = pair.imbalance_beyond(-moment(apart, pair.weight[:, None] * shear))
         if not left <= LARGEST_IMBALANCE:
-            return "not converged", (f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
-                                     "that acts there")  # fmt: skip
+            return "not converged", (
+                f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
+                "that acts there"
+            )
     return "converged", reason
 
 
@@ -157,14 +213,26 @@ def _remedy(increment: Increment) -> str:
 
 
 def _pairs(
-    increment: Increment, outcome: ContactState, after: IncrementState, bodies: dict[str, BodyResult]
+    increment: Increment,
+    outcome: ContactState,
+    after: IncrementState,
+    bodies: dict[str, BodyResult],
 ) -> dict[str, PairResult]:
     discrete, system = increment.problem.discrete, increment.problem.system
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
-    spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound)
+    spent, error = dissipation(
+        discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound
+    )
     problem = increment.problem
-    parts = zip(system.slices, system.interfaces, discrete.sides, problem.contact_nodes, problem.errors, strict=True)
+    parts = zip(
+        system.slices,
+        system.interfaces,
+        discrete.sides,
+        problem.contact_nodes,
+        problem.errors,
+        strict=True,
+    )
     for where, face, side, (x, weight, arc_length), errors in parts:
         sigma, v = outcome.sigma[where], outcome.v[where]
         sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
@@ -179,19 +247,41 @@ def _pairs(
         given, turned = _on_primary(increment, face, traction)
         wears, share = side.law.wear_coefficient is not None, side.law.wear_share
         pairs[face.name] = PairResult(
-            x, face.normal, face.tangent, weight, arc_length, pressure, sigma_t,
-            bound[where], gap, moved + increment.before.slip[where], moved, states[where],
-            weight @ traction, moment(x, weight[:, None] * traction),
-            float(weight @ spent[where]), float(weight @ error[where]), given, turned,
+            x,
+            face.normal,
+            face.tangent,
+            weight,
+            arc_length,
+            pressure,
+            sigma_t,
+            bound[where],
+            gap,
+            moved + increment.before.slip[where],
+            moved,
+            states[where],
+            weight @ traction,
+            moment(x, weight[:, None] * traction),
+            float(weight @ spent[where]),
+            float(weight @ error[where]),
+            given,
+            turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
             functools.partial(errors, pressure, sigma_t, states[where]),
-        )  # fmt: skip
+        )
     return pairs
 
 
-def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:
-    """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the secondary."""
-    if face.primary is None or face.primary_nodes is None or face.loads is None or face.jump is not None:
+def _on_primary(
+    increment: Increment, face: Interface, traction: Array
+) -> tuple[Array | None, Axial | None]:
+    """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the
+    secondary."""
+    if (
+        face.primary is None
+        or face.primary_nodes is None
+        or face.loads is None
+        or face.jump is not None
+    ):
         return None, None
     mesh = increment.problem.discrete.meshes[face.primary]
     force = -mesh.weight[face.primary_nodes, None] * (face.loads @ traction)

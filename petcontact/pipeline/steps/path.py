@@ -1,6 +1,7 @@
 """How much friction at the end of a step depends on its number of increments.
 
-An increment takes all tangential motion of a node for slip in contact, whenever in the increment the node touches.
+An increment takes all tangential motion of a node for slip in contact, whenever in the increment
+the node touches.
 """
 
 from __future__ import annotations
@@ -21,20 +22,22 @@ from .load_steps import data_from, state_after
 from .wear import solved
 
 REPORTED = 0.03
-"""Difference of q, over p in L2, that is reported. One increment is off by .7 to 1.4 times as much as it differs from two
-(a sphere, rollers and discs, a rounded pin), more of them by half as much as they differ from half as many."""
+"""Difference of q, over p in L2, that is reported. One increment is off by .7 to 1.4 times as much
+as it differs from two (a sphere, rollers and discs, a rounded pin), more of them by half as much as
+they differ from half as many."""
 FEW = 4
-"""Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most with 8."""
+"""Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most
+with 8."""
 MOST, PATIENT = 2000, 10
-"""Contact nodes and iterations of a step up to which it is looked at with bodies on H-matrices: there it costs as much as
-the step."""
+"""Contact nodes and iterations of a step up to which it is looked at with bodies on H-matrices:
+there it costs as much as the step."""
 
 
 def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
     """What is to be reported of steps of few increments in which a contact with friction grows.
 
-    One increment is compared with two, more with half as many, each started from its own solution. Where contact begins on
-    the way those before do not count.
+    One increment is compared with two, more with half as many, each started from its own solution.
+    Where contact begins on the way those before do not count.
     """
     sides, found = problem.discrete.sides, []
     turning = any(side.direction is None and side.law.gap == "geometry" for side in sides)
@@ -48,9 +51,13 @@ def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
             touch = " after the bodies touch" if begins else ""
             auto = f'take [[step]] increments = "auto"{along}'
-            found.append(f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between {len(ends)} and "
-                         f"{count} increments{touch}; if all loads grow together, {auto}; if they really come one after the "
-                         "other, give each a [[step]], which is another path")  # fmt: skip
+            found.append(
+                f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between "
+                f"{len(ends)} and "
+                f"{count} increments{touch}; if all loads grow together, {auto}; if they really "
+                f"come one after the "
+                "other, give each a [[step]], which is another path"
+            )
     return found
 
 
@@ -59,8 +66,11 @@ def _after(begins: float, ends: Sequence[StepResult]) -> int:
     return sum(end.load_factor > begins + SAME for end in ends)
 
 
-def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterator[tuple[list[StepResult], Increment]]:
-    """The results of steps of few increments in which nodes with a gap close that carry friction, and the step in one."""
+def _growing(
+    problem: PreparedProblem, results: Sequence[StepResult]
+) -> Iterator[tuple[list[StepResult], Increment]]:
+    """The results of steps of few increments in which nodes with a gap close that carry friction,
+    and the step in one."""
     system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
     jointly = any(body.is_solved_jointly for body in system.bodies)
     looks = system.k == system.dim and not (jointly and system.size > MOST)
@@ -82,7 +92,8 @@ def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterato
 
 
 def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
-    """Whether nodes with a gap that are open at the first of some ends are not at the last, in a pair with friction."""
+    """Whether nodes with a gap that are open at the first of some ends are not at the last, in a
+    pair with friction."""
     friction = pressure = 0.0
     for face in problem.system.interfaces:
         first, pair = ends[0].pairs[face.name], ends[-1].pairs[face.name]
@@ -96,11 +107,18 @@ def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
 def _differences(
     problem: PreparedProblem, ends: list[StepResult], whole: Increment, begins: float, count: int
 ) -> tuple[float, float]:
-    """How much q at the end of a step differs from that after another number of increments from where contact begins, over q
-    and over p, in L2; 0 where one of them fails."""
-    weight, tangential, state, reached = problem.system.weight, problem.system.dim - 1, whole.before, 0.0
+    """How much q at the end of a step differs from that after another number of increments from
+    where contact begins, over q and over p, in L2; 0 where one of them fails."""
+    weight, tangential, state, reached = (
+        problem.system.weight,
+        problem.system.dim - 1,
+        whole.before,
+        0.0,
+    )
     last = state_after(problem, ends)
-    for target in np.append([begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count):
+    for target in np.append(
+        [begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count
+    ):
         near = [r for r in ends if abs(r.load_factor - target) < SAME]
         near_to, share = (state_after(problem, near), 1.0) if near else (last, target)
         assert near_to.start is not None
@@ -111,6 +129,12 @@ def _differences(
         if not outcome.converged:
             return 0.0, 0.0
         reached = target
-    change, q, p = (contact_norm(part, weight) for part in (
-        (outcome.sigma - last.sigma)[:, :tangential], last.sigma[:, :tangential], last.sigma[:, tangential:]))  # fmt: skip
+    change, q, p = (
+        contact_norm(part, weight)
+        for part in (
+            (outcome.sigma - last.sigma)[:, :tangential],
+            last.sigma[:, :tangential],
+            last.sigma[:, tangential:],
+        )
+    )
     return (change / q, change / p) if q * p > 0.0 else (0.0, 0.0)

@@ -1,4 +1,5 @@
-"""Where a solve starts: after the increments of a result file, or from its last iterate, carried over to these meshes."""
+"""Where a solve starts: after the increments of a result file, or from its last iterate, carried
+over to these meshes."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ from .cycles import Row, rows_of
 from .increment import PreparedProblem
 
 NEAREST = 4
-"""Nodes of an old surface mesh between which values are interpolated, by the inverse square of their distance."""
+"""Nodes of an old surface mesh between which values are interpolated, by the inverse square of
+their distance."""
 NAMES = ("zero", "frictionless")
 ELSEWHERE = {
     "title",
@@ -42,12 +44,13 @@ ELSEWHERE = {
     "wear_coefficient",
     "wear_share",
 }
-"""Keys by which a problem may differ from that of a file it goes on from, or that are compared in another way."""
+"""Keys by which a problem may differ from that of a file it goes on from, or that are compared in
+another way."""
 
 
 def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Row]]:
-    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for the first k, and its
-    cycles.
+    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for
+    the first k, and its cycles.
 
     None where the problem has no steps: then the file gives the first iterate.
 
@@ -62,16 +65,30 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     old = _read(file, name)
-    laws, other = ([(c.part, c.normal, c.friction_coefficient is None) for b in each.body for c in b.boundary
-                    if isinstance(c, Contact)] for each in (old.problem, problem.discrete.problem))  # fmt: skip
+    laws, other = (
+        [
+            (c.part, c.normal, c.friction_coefficient is None)
+            for b in each.body
+            for c in b.boundary
+            if isinstance(c, Contact)
+        ]
+        for each in (old.problem, problem.discrete.problem)
+    )
     meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
-    same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
-        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
+    same = (
+        laws == other
+        and set(old.nodes) == {i.name for i in problem.discrete.interfaces}
+        and all(mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)
+    )
     if not same or old.tried[0].alpha.size != problem.system.modes.shape[1]:
-        raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
+        raise InputError(
+            f"method.start: {file} holds other bodies, pairs or meshes than this problem"
+        )
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
-        raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
+        raise InputError(
+            f"method.start: {file} has {len(steps)} converged increments, got {name!r}"
+        )
     steps = _whole_cycles(problem, file, steps[: int(count)] if count else steps)
     _check_posed(problem.discrete.problem, old.problem, file, steps)
     _check_wear(problem, old, file, steps)
@@ -87,10 +104,15 @@ def _check_posed(posed: Problem, before: Problem, file: str, done: list[StepResu
     """
     old, new = (tomllib.loads(each.toml()) for each in (before, posed))
     count = max((result.step for result in done), default=0)
-    done_in, here = ([{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new))
+    done_in, here = (
+        [{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new)
+    )
     for difference in (*_differences(old, new), *_differences(done_in, here, "step")):
-        raise InputError(f"method.start: {file} was solved with {difference}; what is done stays as it was posed, new steps "
-                         "follow its steps in the config")  # fmt: skip
+        raise InputError(
+            f"method.start: {file} was solved with {difference}; what is done stays as it was "
+            f"posed, new steps "
+            "follow its steps in the config"
+        )
 
 
 def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
@@ -98,7 +120,11 @@ def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
     if isinstance(old, dict) and isinstance(new, dict):
         for name in sorted({*old, *new} - ELSEWHERE, key=lambda name: (name != "name", name)):
             yield from _differences(old.get(name), new.get(name), f"{key}.{name}" if key else name)
-    elif isinstance(old, list) and isinstance(new, list) and any(isinstance(each, dict) for each in old + new):
+    elif (
+        isinstance(old, list)
+        and isinstance(new, list)
+        and any(isinstance(each, dict) for each in old + new)
+    ):
         for k, (one, other) in enumerate(zip_longest(old, new)):
             yield from _differences(one, other, f"{key}[{k}]")
     elif old is None or new is None:
@@ -107,20 +133,27 @@ def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
         yield f"{key} = {old!r}, here it is {new!r}"
 
 
-def _check_wear(problem: PreparedProblem, old: Solution, file: str, steps: list[StepResult]) -> None:
+def _check_wear(
+    problem: PreparedProblem, old: Solution, file: str, steps: list[StepResult]
+) -> None:
     """Refuse another wear coefficient than the one by which a file's interfaces are worn.
 
     Raises
     ------
     InputError
     """
-    before, now = ({side.name: side.law for side in interfaces_of(each)} for each in (old.problem, problem.discrete.problem))
+    before, now = (
+        {side.name: side.law for side in interfaces_of(each)}
+        for each in (old.problem, problem.discrete.problem)
+    )
     for name in now if steps else ():
         worn = (wear := steps[-1].pairs[name].wear) is not None and wear.any()
         for key in ("wear_coefficient", "wear_share") if worn else ():
             then, new = (getattr(laws[name], key) for laws in (before, now))
             if then != new:
-                raise InputError(f"method.start: {file} has {name} worn with {key} = {then}, here it is {new}")
+                raise InputError(
+                    f"method.start: {file} has {name} worn with {key} = {then}, here it is {new}"
+                )
 
 
 def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) -> list[StepResult]:
@@ -136,14 +169,19 @@ def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) 
     if posed.cycle is None or most <= 1:
         return steps
     if most > posed.cycle.count:
-        raise InputError(f"method.start: {file} has {most} cycles, cycle.count is {posed.cycle.count}")
-    ends = [k for k, step in enumerate(steps) if step.step == numbers[-1] and step.load_factor == 1.0]
+        raise InputError(
+            f"method.start: {file} has {most} cycles, cycle.count is {posed.cycle.count}"
+        )
+    ends = [
+        k for k, step in enumerate(steps) if step.step == numbers[-1] and step.load_factor == 1.0
+    ]
     whole = steps[: ends[-1] + 1]
     return steps if whole[-1].cycle == posed.cycle.count else whole
 
 
 def first_iterate(problem: PreparedProblem) -> Start | None:
-    """v and σ of the file that `method.start` names, of a problem without steps; None for what goes by name.
+    """v and σ of the file that `method.start` names, of a problem without steps; None for what goes
+    by name.
 
     Raises
     ------
@@ -157,7 +195,8 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
 
 
 def carried_over(problem: PreparedProblem, old: Solution) -> Start:
-    """v and σ of the last increment of a solution at the contact nodes of other meshes, pair by pair.
+    """v and σ of the last increment of a solution at the contact nodes of other meshes, pair by
+    pair.
 
     Raises
     ------
@@ -167,18 +206,28 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
     v, sigma = [], []
     for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
         if face.name not in old.last.pairs:
-            raise InputError(f"method.start: the file holds no pair {face.name!r}; it has {', '.join(old.last.pairs)}")
+            raise InputError(
+                f"method.start: the file holds no pair {face.name!r}; it has "
+                f"{', '.join(old.last.pairs)}"
+            )
         pair, mesh = old.last.pairs[face.name], problem.discrete.meshes[side.body]
         near, share = _interpolation(mesh, pair, face.nodes)
 
         def there(values: Array, near: Index = near, share: Array = share) -> Array:
             return np.asarray(np.einsum("nk,nk...->n...", share, values[near]))
 
-        slip, shear = (np.einsum("nk,nkd->nd", getattr(pair, key), pair.tangent) for key in ("slip_increment", "sigma_t"))
-        moved, push = (np.einsum("nkd,nd->nk", face.tangent, there(vectors)) for vectors in (slip, shear))
+        slip, shear = (
+            np.einsum("nk,nkd->nd", getattr(pair, key), pair.tangent)
+            for key in ("slip_increment", "sigma_t")
+        )
+        moved, push = (
+            np.einsum("nkd,nd->nk", face.tangent, there(vectors)) for vectors in (slip, shear)
+        )
         if not face.held:
             gap = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
-            moved, push = (np.column_stack([a, there(b)]) for a, b in ((moved, -gap), (push, -pair.pressure)))
+            moved, push = (
+                np.column_stack([a, there(b)]) for a, b in ((moved, -gap), (push, -pair.pressure))
+            )
         v.append(moved)
         sigma.append(push)
     return np.concatenate(v), np.concatenate(sigma)
@@ -189,13 +238,17 @@ def _read(file: str, name: str) -> Solution:
         return read_solution(file)
     if Path(file).suffix == ".h5":
         raise InputError(f"method.start: there is no file {file!r}")
-    raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, FILE.h5:3 '
-                     "for 3 increments)")  # fmt: skip
+    raise InputError(
+        f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, '
+        f"FILE.h5:3 "
+        "for 3 increments)"
+    )
 
 
 @functools.singledispatch
 def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
-    """From which nodes of a pair values at some nodes of another mesh come, and their shares, (m, k) each: the nearest."""
+    """From which nodes of a pair values at some nodes of another mesh come, and their shares, (m,
+    k) each: the nearest."""
     near = min(NEAREST, len(old.x))
     distance, place = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
     share = 1.0 / np.maximum(distance, 1e-12 * np.ptp(old.x)) ** 2
@@ -210,5 +263,7 @@ def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
     after = np.clip(np.searchsorted(known, s), 1, max(len(known) - 1, 1)) % len(known)
     before = np.maximum(after - 1, 0)
     width = known[after] - known[before]
-    share = np.clip(np.divide(s - known[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0)
+    share = np.clip(
+        np.divide(s - known[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0
+    )
     return order[np.column_stack([before, after])], np.column_stack([1.0 - share, share])

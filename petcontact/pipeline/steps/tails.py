@@ -42,7 +42,10 @@ def traction_errors(discrete: Discrete) -> list[TractionErrors]:
     """Of each contact of a problem on meshes."""
     found, bodies = list[TractionErrors](), discrete.problem.body
     for side, face in zip(discrete.sides, discrete.interfaces, strict=True):
-        mesh, primary = discrete.meshes[side.body], bodies[side.primary[0]] if side.primary else None
+        mesh, primary = (
+            discrete.meshes[side.body],
+            bodies[side.primary[0]] if side.primary else None,
+        )
         touching = bodies[side.body], side.part, primary, side.law.friction_coefficient or 0.0
         found.append(TractionErrors(functools.partial(_tails, mesh, face.nodes, *touching)))
     return found

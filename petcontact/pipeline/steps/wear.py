@@ -1,11 +1,14 @@
-"""Archard's wear within an increment: h' = k p |w'| at each node, where the worn depth h opens the gap that p follows from.
+"""Archard's wear within an increment: h' = k p |w'| at each node, where the worn depth h opens the
+gap that p follows from.
 
-Slip is taken to grow evenly from the start to the end of the increment, and the depth by the singly diagonal implicit
-Runge-Kutta method of order 2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021) with γ = 1 - 1/√2:
-h₁ = h₀ + γ k|Δw| p₁ at the share γ of the increment's loads, h₂ = h₀ + k|Δw| ((1-γ) p₁ + γ p₂) at its end. Each is a
-contact problem whose gap opens by γ k|Δw| times p: S has that much more on its diagonal. The method is L-stable: an
-explicit one makes p jump from node to node where k|Δw| exceeds 2 λ_min(S_nn), this one never. Its weights are positive
-and add up to 1: depths never fall, and the volume is k times the force times the slip where that is the same everywhere.
+Slip is taken to grow evenly from the start to the end of the increment, and the depth by the singly
+diagonal implicit Runge-Kutta method of order 2 (Alexander, SIAM J. Numer. Anal. 14 (1977)
+1006-1021) with γ = 1 - 1/√2: h₁ = h₀ + γ k|Δw| p₁ at the share γ of the increment's loads, h₂ = h₀
++ k|Δw| ((1-γ) p₁ + γ p₂) at its end. Each is a contact problem whose gap opens by γ k|Δw| times p:
+S has that much more on its diagonal. The method is L-stable: an explicit one makes p jump from node
+to node where k|Δw| exceeds 2 λ_min(S_nn), this one never. Its weights are positive and add up to 1:
+depths never fall, and the volume is k times the force times the slip where that is the same
+everywhere.
 """
 
 from __future__ import annotations
@@ -57,20 +60,32 @@ def solved(increment: Increment, monitor: Monitor | None) -> Tried:
         return plain
     first = increment.before.start or (outcome.v, outcome.sigma)
     way = _way(increment, outcome)
-    return worn(increment, Earlier(way, (first, (outcome.v, outcome.sigma))), 1, monitor)[0] if (wear * way).any() else plain
+    return (
+        worn(increment, Earlier(way, (first, (outcome.v, outcome.sigma))), 1, monitor)[0]
+        if (wear * way).any()
+        else plain
+    )
 
 
-def worn(increment: Increment, earlier: Earlier, times: int, monitor: Monitor | None) -> tuple[Tried, Earlier]:
+def worn(
+    increment: Increment, earlier: Earlier, times: int, monitor: Monitor | None
+) -> tuple[Tried, Earlier]:
     """An increment with the wear of so many alike, and what it is to the same one a cycle later."""
     whole = times * increment.problem.discrete.wear * earlier.mean(times)
     before, (first, second) = increment.before, earlier.starts
-    middle = replace(increment, target=increment.begun + GAMMA * (increment.target - increment.begun), layer=GAMMA * whole,
-                     before=replace(before, start=first, trend=None))  # fmt: skip
+    middle = replace(
+        increment,
+        target=increment.begun + GAMMA * (increment.target - increment.begun),
+        layer=GAMMA * whole,
+        before=replace(before, start=first, trend=None),
+    )
     outcome = middle.solved(monitor)
     if not outcome.converged:
         return (middle, outcome, middle.after(outcome)), earlier
     depth = before.worn + (1.0 - GAMMA) * whole * np.maximum(-outcome.sigma[:, -1], 0.0)
-    end = replace(increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth, trend=None))
+    end = replace(
+        increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth, trend=None)
+    )
     last = end.solved(monitor)
     starts = (outcome.v, outcome.sigma), (last.v, last.sigma)
     way = _way(end, last)

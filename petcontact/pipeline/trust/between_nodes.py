@@ -18,13 +18,16 @@ from ...model.expressions import evaluate
 from ..discrete.interfaces import InterfaceSpec
 
 CLOSER = 5
-"""Points along each direction around the deepest point of an element so far, where it is looked for next."""
+"""Points along each direction around the deepest point of an element so far, where it is looked for
+next."""
 ROUNDS = 14
 """How often, each time half as far around it."""
 MOVED = 1e-3
-"""Distance over the size of the mesh by which bodies may come closer where no node tells how far they do."""
+"""Distance over the size of the mesh by which bodies may come closer where no node tells how far
+they do."""
 GapAt = Callable[[Index, Array, Array, Array], Array]
-"""Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where nothing is faced [length]."""
+"""Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where
+nothing is faced [length]."""
 
 
 @frozen
@@ -51,12 +54,20 @@ class Places:
     gap_at: GapAt
 
     def overlap(
-        self, v_n: Array, gap: Array, states: States, within: float, closed: bool = False, unfaced: bool = False
+        self,
+        v_n: Array,
+        gap: Array,
+        states: States,
+        within: float,
+        closed: bool = False,
+        unfaced: bool = False,
     ) -> tuple[float, tuple[Index, Array] | None]:
-        """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, see `point`.
+        """The largest overlap in elements whose nodes are all open, at least 0 [length], and where
+        it is, see `point`.
 
-        It is looked for on a grid of each element, and around the deepest point of the grid where the values beside it leave
-        room for a larger overlap between points: what two smooth faces have between them varies at most as much there.
+        It is looked for on a grid of each element, and around the deepest point of the grid where
+        the values beside it leave room for a larger overlap between points: what two smooth faces
+        have between them varies at most as much there.
 
         Parameters
         ----------
@@ -69,16 +80,25 @@ class Places:
         closed : bool, optional
             Whether to look in all elements that face something at all nodes.
         unfaced : bool, optional
-            Whether to look also in those that face something between the nodes only, which are taken to come as much
-            closer as the nodes that do, or by `MOVED`: a ball may be smaller than an element.
+            Whether to look also in those that face something between the nodes only, which are
+            taken to come as much closer as the nodes that do, or by `MOVED`: a ball may be smaller
+            than an element.
         """
         faced = np.isfinite(gap)
-        unknown = float(np.mean(v_n[faced] + gap[faced])) if faced.any() else MOVED * float(np.ptp(self.mesh.x))
+        unknown = (
+            float(np.mean(v_n[faced] + gap[faced]))
+            if faced.any()
+            else MOVED * float(np.ptp(self.mesh.x))
+        )
         closer = np.full(self.mesh.n_nodes, unknown)
         closer[self.nodes[faced]] = v_n[faced] + gap[faced]
         share, values, distance, beside = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
-        touched[self.mesh.element[self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]]] = True
+        touched[
+            self.mesh.element[
+                self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]
+            ]
+        ] = True
         asked, place = np.flatnonzero(~touched[self.element]), None
         if not len(asked):
             return 0.0, place
@@ -95,8 +115,13 @@ class Places:
             if not room.any():
                 break
             around = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0
-            asked, share = asked[room], np.clip(share[each, best][room, None] + reach * around, 0.0, 1.0)
-            values, distance = self._looked_at(np.repeat(asked, len(around)), share.reshape(-1, share.shape[2]))
+            asked, share = (
+                asked[room],
+                np.clip(share[each, best][room, None] + reach * around, 0.0, 1.0),
+            )
+            values, distance = self._looked_at(
+                np.repeat(asked, len(around)), share.reshape(-1, share.shape[2])
+            )
             over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
             beside = np.ones((len(around), len(around)), dtype=bool)
         return worst, place
@@ -107,8 +132,8 @@ class Places:
 
     @functools.cached_property
     def _grid(self) -> tuple[Array, scipy.sparse.csr_array, Array, Mask]:
-        """Shares (n, g, d-1) of a grid on each face, its ends or corners among it, `_looked_at` there, and which points of a
-        grid are beside which, (g, g)."""
+        """Shares (n, g, d-1) of a grid on each face, its ends or corners among it, `_looked_at`
+        there, and which points of a grid are beside which, (g, g)."""
         one, faces = _grid(self.faces.SAMPLES, self.mesh.dim - 1), len(self.faces)
         share = np.tile(one, (faces, 1))
         beside = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.faces.SAMPLES - 1)
@@ -116,9 +141,12 @@ class Places:
         return share.reshape(faces, *one.shape), *looked_at, beside
 
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
-        """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap there (q,)."""
+        """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap
+        there (q,)."""
         place, element = self.faces.spread(number, share), self.element[number]
-        return self.mesh.basis_at(element, place), self.gap_at(element, place, *self.faces.at(number, place))
+        return self.mesh.basis_at(element, place), self.gap_at(
+            element, place, *self.faces.at(number, place)
+        )
 
 
 @functools.cache
@@ -128,8 +156,11 @@ def _grid(count: int, directions: int) -> Array:
     return np.asarray(points).reshape(-1, directions)
 
 
-def places_between(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh]) -> Places | None:
-    """Places between the nodes of a contact; None where its parts cannot separate, or the gap is known at nodes only."""
+def places_between(
+    side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh]
+) -> Places | None:
+    """Places between the nodes of a contact; None where its parts cannot separate, or the gap is
+    known at nodes only."""
     at_nodes_only = not isinstance(side.law.gap, (int, float, str)) and not callable(side.law.gap)
     if side.law.normal != "unilateral" or at_nodes_only:
         return None
@@ -150,4 +181,6 @@ def _gap_at(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> GapAt:
     if side.primary is None:
         return lambda element, place, x, normal: np.zeros(len(x))
     opposite = meshes[side.primary[0]].faces(side.primary[1])[1]
-    return lambda element, place, x, normal: opposite.cast(x, np.array(along(side.direction, normal))).distance
+    return lambda element, place, x, normal: (
+        opposite.cast(x, np.array(along(side.direction, normal))).distance
+    )

@@ -1,4 +1,5 @@
-"""How far panels that are cut lie off curved faces: beside larger ones, and where no exact surface is known."""
+"""How far panels that are cut lie off curved faces: beside larger ones, and where no exact surface
+is known."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from ..discrete.discretise import Discrete
 from ..discrete.interfaces import interfaces_of
 
 EXPLAINED = 0.1
-"""Share of an overlap between nodes by which a panel is off the surface where it explains the overlap."""
+"""Share of an overlap between nodes by which a panel is off the surface where it explains the
+overlap."""
 DEEP = 2.0
 """Of such overlaps that a gap may exceed the least one by where surfaces may overlap, too."""
 
@@ -30,7 +32,8 @@ DEEP = 2.0
 def with_missed_curves(
     discrete: Discrete, solution: Solution, first: Mapping[str, BoundaryMesh], accuracy: float
 ) -> Solution:
-    """Warned of panels in contact that miss the curved faces they stand for by more than a share of what contact closes.
+    """Warned of panels in contact that miss the curved faces they stand for by more than a share of
+    what contact closes.
 
     Parameters
     ----------
@@ -45,13 +48,20 @@ def with_missed_curves(
     """
     found = list[str]()
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
-        closed = np.any([step.pairs[interface.name].state != OPEN for step in solution.steps], axis=0)
+        closed = np.any(
+            [step.pairs[interface.name].state != OPEN for step in solution.steps], axis=0
+        )
         approach = float(np.abs(interface.gap[closed]).max(initial=0.0))
         place = discrete.meshes[side.body].x[interface.nodes[closed]]
         for number, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
             body = discrete.problem.body[number]
             surface = body.geometry.outline()
-            if not isinstance(surface, SolidSurface) or surface.known or surface.exact or not approach > 0.0:
+            if (
+                not isinstance(surface, SolidSurface)
+                or surface.known
+                or surface.exact
+                or not approach > 0.0
+            ):
                 continue
             mesh = first[body.name]
             numbers, faces = mesh.faces(part)
@@ -60,24 +70,35 @@ def with_missed_curves(
             beside = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
             height = float(sag(faces)[beside[numbers]].max(initial=0.0))
             if height > accuracy * approach:
-                found.append(f"pair {interface.name!r}: finer panels lie on those of the first mesh of {body.name!r}, which "
-                             f"miss its curved faces by about {height:.2g}, next to {approach:.2g} that contact closes: p "
-                             "is as rough, which the estimate does not see; begin with a smaller mesh.element_size, or a "
-                             "finer file")  # fmt: skip
+                found.append(
+                    f"pair {interface.name!r}: finer panels lie on those of the first mesh of "
+                    f"{body.name!r}, which "
+                    f"miss its curved faces by about {height:.2g}, next to {approach:.2g} that "
+                    f"contact closes: p "
+                    "is as rough, which the estimate does not see; begin with a smaller "
+                    "mesh.element_size, or a "
+                    "finer file"
+                )
     warnings = [*solution.info.get("warnings", []), *found]
     return replace(solution, info={**solution.info, "warnings": warnings}) if found else solution
 
 
-def bent_sides(problem: Problem, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float) -> list[Mask]:
-    """Which panels of curved faces have sides that smaller ones hang on and that leave the face by more than a share of p
-    allows for, along both coordinates."""
+def bent_sides(
+    problem: Problem, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float
+) -> list[Mask]:
+    """Which panels of curved faces have sides that smaller ones hang on and that leave the face by
+    more than a share of p allows for, along both coordinates."""
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in [side for side in interfaces_of(problem) if side.law.normal == "unilateral"]:
-        ends, bodies = [step.pairs[side.name] for step in solution.steps], [side.body, *(side.primary or ())[:1]]
+        ends, bodies = (
+            [step.pairs[side.name] for step in solution.steps],
+            [side.body, *(side.primary or ())[:1]],
+        )
         closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
         soft = sum(
-            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in map(problem.body.__getitem__, bodies)
+            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus
+            for b in map(problem.body.__getitem__, bodies)
         )
         strain, size = accuracy * most * soft, float(np.sqrt(ends[-1].weight[closed].sum()))
         for b in bodies:
@@ -87,25 +108,37 @@ def bent_sides(problem: Problem, solution: Solution, meshes: Sequence[SurfaceMes
 
 
 def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
-    """Which panels of curved faces in contact leave these by a share of what surfaces overlap between nodes, near where they
-    may do so, along both coordinates."""
-    meshes, depth = [as_surface(mesh) for mesh in solution.meshes.values()], failed.residuals["between"]
+    """Which panels of curved faces in contact leave these by a share of what surfaces overlap
+    between nodes, near where they may do so, along both coordinates."""
+    meshes, depth = (
+        [as_surface(mesh) for mesh in solution.meshes.values()],
+        failed.residuals["between"],
+    )
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in interfaces_of(problem):
-        element, gap = meshes[side.body].element[solution.nodes[side.name]], failed.pairs[side.name].gap
+        element, gap = (
+            meshes[side.body].element[solution.nodes[side.name]],
+            failed.pairs[side.name].gap,
+        )
         lowest = lowest_between(element, gap, meshes[side.body].n_elements)
         near = failed.pairs[side.name].x[lowest[element] <= gap.min() + DEEP * depth]
         for b, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
             if surface := _curved(problem, b):
                 here = meshes[b].part == meshes[b].part_names.index(part)
-                off = bent(meshes[b], surface, near if len(near) else meshes[b].x, np.inf, EXPLAINED * depth)
+                off = bent(
+                    meshes[b],
+                    surface,
+                    near if len(near) else meshes[b].x,
+                    np.inf,
+                    EXPLAINED * depth,
+                )
                 marked[b] |= off & here[:, None]
     return marked
 
 
 def lowest_between(element: Index, gap: Array, count: int) -> Array:
-    """The least that gaps at nodes (m,) of some of so many elements may be between these, if they vary there as much as from
-    node to node, (count,)."""
+    """The least that gaps at nodes (m,) of some of so many elements may be between these, if they
+    vary there as much as from node to node, (count,)."""
     (least, most), faced = np.full((2, count), np.inf), np.isfinite(gap)
     np.minimum.at(least, element[faced], gap[faced])
     np.minimum.at(most, element[faced], -gap[faced])
@@ -113,15 +146,18 @@ def lowest_between(element: Index, gap: Array, count: int) -> Array:
 
 
 def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
-    """Which panels of contacts that carry nothing may be where the other body is nearest, along both coordinates: it may be
-    smaller than they are, so that none of their nodes faces it."""
+    """Which panels of contacts that carry nothing may be where the other body is nearest, along
+    both coordinates: it may be smaller than they are, so that none of their nodes faces it."""
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in interfaces_of(problem):
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
             mesh, other = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
-            away, near = np.full(mesh.n_elements, np.inf), scipy.spatial.cKDTree(other.x[other.nodes_of(side.primary[1])])
+            away, near = (
+                np.full(mesh.n_elements, np.inf),
+                scipy.spatial.cKDTree(other.x[other.nodes_of(side.primary[1])]),
+            )
             np.minimum.at(away, mesh.element[nodes], near.query(mesh.x[nodes])[0])
             marked[side.body] |= (away - size <= away.min())[:, None]
     return marked

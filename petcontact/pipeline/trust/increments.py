@@ -13,34 +13,42 @@ from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
 
 DIGITS = 1e-4
-"""Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to 1e-12."""
+"""Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to
+1e-12."""
 EQUILIBRIUM = 0.1
-"""Resultant of the tractions and loads of a body over the sum of their sizes that is not accepted; meshes that resolve the
-tractions leave 1e-7 to 7e-3."""
+"""Resultant of the tractions and loads of a body over the sum of their sizes that is not accepted;
+meshes that resolve the tractions leave 1e-7 to 7e-3."""
 OVERLAP = 1e-3
 """Overlap at nodes, over what contact displaces, that is not accepted."""
 BETWEEN = 0.1
 """The same between nodes."""
 PRESSED = 0.3
-"""The same between nodes of which some are in contact, from which on forces are not believed: rollers of 2 rows of nodes in
-contact had .85 and .91, their forces were a fifth of what they should be; of 3 rows .58 and .39; of 8 rows .04."""
+"""The same between nodes of which some are in contact, from which on forces are not believed:
+rollers of 2 rows of nodes in contact had .85 and .91, their forces were a fifth of what they should
+be; of 3 rows .58 and .39; of 8 rows .04."""
 OVERLAPPING = "surfaces overlap between nodes"
 BLOCKS = 5.0
-"""Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
-three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
+"""Residual of a compressed body that is accepted, over the tolerance of its compression, which
+bounds each block by itself: three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body
+alone or two blocks less than that."""
 ROUND_OFF = 1e-9
 """Traction, over what strains of the size of the displacement take, that is none."""
 STILL = 1e-3
-"""Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves: curved panels of different
-sizes, as adaptive meshes have side by side, leave slits that strain it by .0005."""
+"""Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves:
+curved panels of different sizes, as adaptive meshes have side by side, leave slits that strain it
+by .0005."""
 
 
-def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
-    """Resultant force and moment on a body, the larger one, over the sum of all sizes; at most 1 [-].
+def imbalance(
+    body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
+) -> float:
+    """Resultant force and moment on a body, the larger one, over the sum of all sizes; at most 1
+    [-].
 
-    Of a body that contact holds it is zero by construction: there it is what the multipliers of its rigid motions say,
-    over the largest displacement that strains it. What is round-off of the displacement is no traction, nor is on compressed
-    operators what their tolerance makes of a body that nothing loads and that moves as a whole.
+    Of a body that contact holds it is zero by construction: there it is what the multipliers of its
+    rigid motions say, over the largest displacement that strains it. What is round-off of the
+    displacement is no traction, nor is on compressed operators what their tolerance makes of a body
+    that nothing loads and that moves as a whole.
 
     Parameters
     ----------
@@ -62,7 +70,9 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
         force = np.concatenate([force, np.tensordot(shares, body.data.force, 1)])
     if body.data.volume is not None:
         x = np.concatenate([x, mesh.x])
-        force = np.concatenate([force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)])
+        force = np.concatenate(
+            [force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)]
+        )
     away = x - mesh.weight @ mesh.x / mesh.weight.sum()
     motions = rigid_motions(away)
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
@@ -70,14 +80,26 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     each = np.einsum("ic,icr->ir", force, motions)
     reach = np.linalg.norm(motions, axis=1)
     arms = reach * np.linalg.norm(force, axis=1)[:, None]
-    acting = sigma.any() or len(force) > len(u) or np.tensordot(shares, body.data.known_traction, 1).any()
+    acting = (
+        sigma.any()
+        or len(force) > len(u)
+        or np.tensordot(shares, body.data.known_traction, 1).any()
+    )
     noise = ROUND_OFF if acting else max(ROUND_OFF, _noise(body, u, motions[: len(u)]))
     with np.errstate(over="ignore"):  # beside displacements of any size tiny forces are round-off
-        least = noise * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
+        least = (
+            noise
+            * body.operators.traction_scale
+            * (np.abs(u).max(initial=0.0) / size)
+            * mesh.weight.sum()
+        )
     smallest = least * reach.max(axis=0) + np.finfo(float).tiny
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
-        strained = max(body.displaced(u - body.modes @ alpha, traction), ROUND_OFF * float(np.abs(u).max(initial=0.0)))
+        strained = max(
+            body.displaced(u - body.modes @ alpha, traction),
+            ROUND_OFF * float(np.abs(u).max(initial=0.0)),
+        )
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
         worst = max(worst, drift / strained if strained > 0.0 else 0.0)
@@ -85,7 +107,8 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
 
 
 def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
-    """`STILL`, or the tolerance of the compression, where that explains all by which u is not a rigid motion; else 0."""
+    """`STILL`, or the tolerance of the compression, where that explains all by which u is not a
+    rigid motion; else 0."""
     rigid = motions.reshape(u.size, -1)
     strained = u.ravel() - rigid @ np.linalg.lstsq(rigid, u.ravel(), rcond=None)[0]
     most = max(STILL, BLOCKS * body.tolerance)
@@ -102,37 +125,64 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
     between, where : float, str
         The largest overlap between nodes, over what contact displaces, and in words.
     """
-    lost, unbalanced, overlap = (residuals[key] for key in ("elimination", "equilibrium", "overlap"))
+    lost, unbalanced, overlap = (
+        residuals[key] for key in ("elimination", "equilibrium", "overlap")
+    )
     if lost > DIGITS:
-        return (f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most {DIGITS:g} is accepted; "
-                "choose smaller elements")  # fmt: skip
+        return (
+            f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most "
+            f"{DIGITS:g} is accepted; "
+            "choose smaller elements"
+        )
     if unbalanced > EQUILIBRIUM:
-        return (f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is left, at most "
-                f"{EQUILIBRIUM:g} is accepted; choose smaller elements")  # fmt: skip
+        return (
+            f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is "
+            f"left, at most "
+            f"{EQUILIBRIUM:g} is accepted; choose smaller elements"
+        )
     if overlap > OVERLAP:
-        return f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller tolerance"
+        return (
+            f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller "
+            f"tolerance"
+        )
     return _refine(where) if between > BETWEEN else ""
 
 
 def _refine(where: str) -> str:
-    return (f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
-            "[mesh] at all; in the plane mesh.graded_points with mesh.grading)")  # fmt: skip
+    return (
+        f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
+        "[mesh] at all; in the plane mesh.graded_points with mesh.grading)"
+    )
 
 
 def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
-    """The first end of a step, with its index, whose overlap between nodes is not small next to the whole path.
+    """The first end of a step, with its index, whose overlap between nodes is not small next to the
+    whole path.
 
-    A contact that a step only begins may be smaller than an element: that is accepted where a later step, or an earlier one,
-    displaces the surfaces by ten times as much as they overlap here.
+    A contact that a step only begins may be smaller than an element: that is accepted where a later
+    step, or an earlier one, displaces the surfaces by ten times as much as they overlap here.
     """
-    most = max((float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0)
+    most = max(
+        (float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0
+    )
     for k, result in enumerate(results):
-        depth, (_, told, where) = result.residuals["between"], result.reason.partition(f"{OVERLAPPING}: ")
-        if told and result.status == "converged" and result.load_factor == 1.0 and depth > BETWEEN * (depth + most):
+        depth, (_, told, where) = (
+            result.residuals["between"],
+            result.reason.partition(f"{OVERLAPPING}: "),
+        )
+        if (
+            told
+            and result.status == "converged"
+            and result.load_factor == 1.0
+            and depth > BETWEEN * (depth + most)
+        ):
             return k, replace(result, status="not converged", reason=_refine(where))
     return None
 
 
 def is_unresolved(residuals: dict[str, float]) -> bool:
     """Whether smaller elements are what an increment lacks."""
-    return residuals.get("elimination", 0.0) > DIGITS or residuals.get("equilibrium", 0.0) > EQUILIBRIUM
+    return (
+        residuals.get("elimination", 0.0) > DIGITS
+        or residuals.get("equilibrium", 0.0) > EQUILIBRIUM
+    )

@@ -16,18 +16,21 @@ from ..discrete.interfaces import InterfaceSpec, interfaces_of
 SAMPLES = {2: 16, 3: 6}
 """By the dimension: places along each direction of an element."""
 LARGE = 0.25
-"""Share of known data between the nodes that is warned of: constant elements leave 16 % of a sine at ten a period."""
+"""Share of known data between the nodes that is warned of: constant elements leave 16 % of a sine
+at ten a period."""
 
 
 def missed_data(problem: Problem, meshes: Mapping[str, BoundaryMesh]) -> list[str]:
     """Known data of which a mesh misses a large share, in words.
 
-    It is the integral of |f - f_h| over that of |f|, f_h the polynomials through the values at the nodes.
+    It is the integral of |f - f_h| over that of |f|, f_h the polynomials through the values at the
+    nodes.
 
     Examples
     --------
     >>> missed_data(problem, solution.meshes)
-    ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use smaller elements there"]
+    ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
+    smaller elements there"]
     """
     found = dict[str, float]()
     for number, part, what, value in _given(problem, interfaces_of(problem)):
@@ -58,14 +61,20 @@ def _missed(mesh: BoundaryMesh, part: str, value: Value) -> float:
     elements, faces = mesh.faces(part)
     line = (np.arange(SAMPLES[mesh.dim]) + 0.5) / SAMPLES[mesh.dim]
     one = np.stack(np.meshgrid(*[line] * (mesh.dim - 1)), axis=-1).reshape(-1, mesh.dim - 1)
-    place = faces.spread(np.repeat(np.arange(len(elements)), len(one)), np.tile(one, (len(elements), 1)))
+    place = faces.spread(
+        np.repeat(np.arange(len(elements)), len(one)), np.tile(one, (len(elements), 1))
+    )
     element, nodes = np.repeat(elements, len(one)), mesh.nodes_of(part)
     at_nodes = np.zeros(mesh.n_nodes)
     at_nodes[nodes] = _finite(value, mesh.variables(nodes), len(nodes))
     exact = _finite(value, mesh.variables_at(element, place), len(element))
     area = np.bincount(mesh.element, mesh.weight, mesh.n_elements)[element]
     whole = float(area @ np.abs(exact))
-    return float(area @ np.abs(exact - mesh.basis_at(element, place) @ at_nodes)) / whole if whole else 0.0
+    return (
+        float(area @ np.abs(exact - mesh.basis_at(element, place) @ at_nodes)) / whole
+        if whole
+        else 0.0
+    )
 
 
 def _finite(value: Value, names: Mapping[str, Array], count: int) -> Array:

@@ -15,8 +15,8 @@ from .between_nodes import Places
 from .increments import BETWEEN
 
 ROUND_OFF, SOLVED = 1e-11, 1e-9
-"""Of displacements that add up to a gap, and where these are solved by a Krylov method: of what only moves nothing else is
-left."""
+"""Of displacements that add up to a gap, and where these are solved by a Krylov method: of what
+only moves nothing else is left."""
 NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
@@ -27,7 +27,8 @@ class Overlap(NamedTuple):
     Attributes
     ----------
     at_nodes, between : float
-        The largest overlap at nodes and between them, over itself and what tractions displace there, in [0, 1].
+        The largest overlap at nodes and between them, over itself and what tractions displace
+        there, in [0, 1].
     depth : float
         Of the latter [length].
     displaced : float
@@ -35,7 +36,8 @@ class Overlap(NamedTuple):
     where : str
         The latter overlap in words, where it is more than is accepted of an increment by itself.
     pressed, pressed_where : float, str
-        As `between` and `where`, of all elements, those in contact among them, where that was asked for.
+        As `between` and `where`, of all elements, those in contact among them, where that was asked
+        for.
     """
 
     at_nodes: float = 0.0
@@ -48,12 +50,19 @@ class Overlap(NamedTuple):
 
 
 def overlaps(
-    bodies: BodiesSystem, system: ContactSystem, law: ContactLaw, places: list[Places | None], outcome: ContactState,
-    *, closed: bool = False,
-) -> Overlap:  # fmt: skip
-    """The largest overlap at nodes and between them, and between nodes in contact where asked for (`closed`).
+    bodies: BodiesSystem,
+    system: ContactSystem,
+    law: ContactLaw,
+    places: list[Places | None],
+    outcome: ContactState,
+    *,
+    closed: bool = False,
+) -> Overlap:
+    """The largest overlap at nodes and between them, and between nodes in contact where asked for
+    (`closed`).
 
-    At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law says so.
+    At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law
+    says so.
     """
     if bodies.k < bodies.dim:
         return Overlap()
@@ -69,7 +78,15 @@ def overlaps(
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
     rho = rho if rho > 0.0 else 1.0
     forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
-    at_nodes, worst, deepest, displaced, text, pressed, pressed_text = 0.0, 0.0, 0.0, 0.0, "", 0.0, ""
+    at_nodes, worst, deepest, displaced, text, pressed, pressed_text = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        "",
+        0.0,
+        "",
+    )
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
         scale = float(np.abs(moved[where, -1]).max(initial=0.0))
         displaced = max(displaced, scale)
@@ -78,8 +95,13 @@ def overlaps(
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale,
-                                       unfaced=not outcome.sigma[where].any())  # fmt: skip
+        depth, found = between.overlap(
+            outcome.v[where, -1],
+            face.gap,
+            outcome.states[where],
+            NEGLIGIBLE * scale,
+            unfaced=not outcome.sigma[where].any(),
+        )
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > BETWEEN and _yields(bodies, outcome, places, face, depth):
             share, depth = 0.0, 0.0
@@ -87,7 +109,9 @@ def overlaps(
             text = _told(face, between, depth, found)
         worst, deepest = max((worst, deepest), (share, depth))
         if closed and scale > 0.0:
-            depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale, True)
+            depth, found = between.overlap(
+                outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale, True
+            )
             if (share := _share(depth, scale)) > pressed and found is not None:
                 pressed, pressed_text = share, _told(face, between, depth, found)
     return Overlap(at_nodes, worst, deepest, displaced, text, pressed, pressed_text)
@@ -98,24 +122,44 @@ def _told(face: Interface, between: Places, depth: float, found: tuple[Index, Ar
     return f"pair {face.name!r} by {depth:.3g} at ({place})"
 
 
-def _yields(bodies: BodiesSystem, outcome: ContactState, places: list[Places | None], face: Interface, depth: float) -> bool:
-    """Whether a free body of a pair carries nothing and has room to move away by as much: then no traction is missed."""
+def _yields(
+    bodies: BodiesSystem,
+    outcome: ContactState,
+    places: list[Places | None],
+    face: Interface,
+    depth: float,
+) -> bool:
+    """Whether a free body of a pair carries nothing and has room to move away by as much: then no
+    traction is missed."""
     for number in (face.body, face.primary):
-        if number is None or bodies.bodies[number].modes.shape[2] < bodies.dim * (bodies.dim + 1) // 2:
+        if (
+            number is None
+            or bodies.bodies[number].modes.shape[2] < bodies.dim * (bodies.dim + 1) // 2
+        ):
             continue
-        beside = [every for every in zip(bodies.slices, bodies.interfaces, places, strict=True)
-                  if number in (every[1].body, every[1].primary)]  # fmt: skip
+        beside = [
+            every
+            for every in zip(bodies.slices, bodies.interfaces, places, strict=True)
+            if number in (every[1].body, every[1].primary)
+        ]
         carries = any(outcome.sigma[where].any() for where, *_ in beside)
-        if not carries and all(_clears(outcome, where, other, between, depth)
-                               for where, other, between in beside if other is not face):  # fmt: skip
+        if not carries and all(
+            _clears(outcome, where, other, between, depth)
+            for where, other, between in beside
+            if other is not face
+        ):
             return True
     return False
 
 
-def _clears(outcome: ContactState, where: slice, face: Interface, between: Places | None, depth: float) -> bool:
+def _clears(
+    outcome: ContactState, where: slice, face: Interface, between: Places | None, depth: float
+) -> bool:
     """Whether the sides of a pair, at the nodes and between them, are more than a depth apart."""
     v_n, states = outcome.v[where, -1] + depth, outcome.states[where]
-    return v_n.max(initial=-np.inf) < 0.0 and (between is None or between.overlap(v_n, face.gap, states, 0.0)[0] == 0.0)
+    return v_n.max(initial=-np.inf) < 0.0 and (
+        between is None or between.overlap(v_n, face.gap, states, 0.0)[0] == 0.0
+    )
 
 
 def _share(depth: float, scale: float) -> float:

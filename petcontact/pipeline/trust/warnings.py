@@ -1,4 +1,5 @@
-"""Warnings of a solution that is accepted: motions that are not small, tractions that are hardly in equilibrium."""
+"""Warnings of a solution that is accepted: motions that are not small, tractions that are hardly in
+equilibrium."""
 
 from __future__ import annotations
 
@@ -15,36 +16,52 @@ from .increments import OVERLAPPING
 STRAIGHT = 1e-9
 """Largest difference of the normals of straight ground."""
 TURN, TRAVEL = 0.1, 1.0
-"""Rotation [rad], and displacement over the size of the body, beyond which displacements are not small."""
+"""Rotation [rad], and displacement over the size of the body, beyond which displacements are not
+small."""
 ABSURD = 1e9
-"""Displacement over the size of the body that is not accepted: loads and moduli are in different units."""
+"""Displacement over the size of the body that is not accepted: loads and moduli are in different
+units."""
 UNEVEN = 0.02
-"""Resultant of the tractions of a body over the sum of their sizes that is warned of, see `increments.EQUILIBRIUM`."""
+"""Resultant of the tractions of a body over the sum of their sizes that is warned of, see
+`increments.EQUILIBRIUM`."""
 
 
 def absurd(discrete: Discrete, largest: Sequence[float]) -> str:
-    """Why displacements of an increment are not accepted, by the body that moves farthest; empty where they are.
+    """Why displacements of an increment are not accepted, by the body that moves farthest; empty
+    where they are.
 
     `largest` is the largest displacement of each body [length].
     """
-    moved, number = max((u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True)))
+    moved, number = max(
+        (u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True))
+    )
     if not moved > ABSURD:
         return ""
     name = discrete.problem.body[number].name
-    return (f"body {name!r} moves by {moved:.1e} times its size, at most {ABSURD:.0e} is accepted: displacements are "
-            "taken to be small; check the units of loads and moduli")  # fmt: skip
+    return (
+        f"body {name!r} moves by {moved:.1e} times its size, at most {ABSURD:.0e} is accepted: "
+        f"displacements are "
+        "taken to be small; check the units of loads and moduli"
+    )
 
 
 def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
     """What is said of motions that are not small, and of tractions without equilibrium."""
     turned, moved, slid = dict[str, float](), dict[str, float](), dict[str, float]()
     for result in results:
-        for mesh, name in zip(discrete.meshes, (body.name for body in discrete.problem.body), strict=True):
+        for mesh, name in zip(
+            discrete.meshes, (body.name for body in discrete.problem.body), strict=True
+        ):
             body = result.bodies[name]
             away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
             size = float(np.abs(away).max())
             motions = rigid_motions(away / size).reshape(mesh.x.size, -1)
-            rotation = np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0][mesh.dim :] / size
+            rotation = (
+                np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0][
+                    mesh.dim :
+                ]
+                / size
+            )
             _raise(turned, f"body {name!r}", np.abs(rotation).max())
             _raise(moved, f"body {name!r}", np.abs(body.u).max() / (2.0 * size))
         for name, obstacle in result.obstacles.items():
@@ -56,28 +73,51 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             area = np.bincount(mesh.element, mesh.weight)[mesh.element[interface.nodes]]
             way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
             # elements that are graded to nothing say nothing of what the surface is like further on
-            _raise(slid, f"pair {side.name!r}", way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)))
+            _raise(
+                slid,
+                f"pair {side.name!r}",
+                way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)),
+            )
     small = "; displacements are taken to be small"
     overlapping = [result for result in results if OVERLAPPING in result.reason]
     begun = dict.fromkeys(result.name for result in overlapping if result.load_factor == 1.0)
     rough = dict.fromkeys(
-        result.name for result in overlapping if _is_asked_for(discrete, result) and result.name not in begun
+        result.name
+        for result in overlapping
+        if _is_asked_for(discrete, result) and result.name not in begun
     )
-    uneven = max((float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0)
+    uneven = max(
+        (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
+    )
     return [
-        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * bool(uneven > UNEVEN),
+        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"]
+        * bool(uneven > UNEVEN),
         *(
-            f"step {name!r}: {OVERLAPPING} before its end: tractions of those increments are rough; refine the mesh there"
+            f"step {name!r}: {OVERLAPPING} before its end: tractions of those increments are "
+            f"rough; refine the mesh there"
             for name in rough
         ),
         *(
-            f"step {name!r}: {OVERLAPPING}, by little next to what contact displaces in other steps: its own tractions are "
+            f"step {name!r}: {OVERLAPPING}, by little next to what contact displaces in other "
+            f"steps: its own tractions are "
             "rough; refine the mesh there"
             for name in begun
         ),
-        *(f"{name} turns by {value:.2g} rad{small}" for name, value in turned.items() if value > TURN),
-        *(f"{name} moves by {value:.2g} times its size{small}" for name, value in moved.items() if value > TRAVEL),
-        *(f"{name} slips by {value:.2g} elements{small}" for name, value in slid.items() if value > 1.0),
+        *(
+            f"{name} turns by {value:.2g} rad{small}"
+            for name, value in turned.items()
+            if value > TURN
+        ),
+        *(
+            f"{name} moves by {value:.2g} times its size{small}"
+            for name, value in moved.items()
+            if value > TRAVEL
+        ),
+        *(
+            f"{name} slips by {value:.2g} elements{small}"
+            for name, value in slid.items()
+            if value > 1.0
+        ),
     ]
 
 

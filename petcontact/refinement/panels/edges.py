@@ -1,8 +1,10 @@
-"""How singular the solution is along the edges of a body in space, by the angle there and the conditions on either side.
+"""How singular the solution is along the edges of a body in space, by the angle there and the
+conditions on either side.
 
-Across a straight edge the strongest singularity is that of a corner in plane strain (`corner_exponents`) or of shear along
-the edge, whose displacement r^λ cos(λθ) has λ = π/ω between sides that are both free or both held along it and π/(2ω)
-where one of them is, ω being the interior angle.
+Across a straight edge the strongest singularity is that of a corner in plane strain
+(`corner_exponents`) or of shear along the edge, whose displacement r^λ cos(λθ) has λ = π/ω between
+sides that are both free or both held along it and π/(2ω) where one of them is, ω being the interior
+angle.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from ..singular_points import kinds_of
 from .tail import POWER
 
 TOGETHER = 0.02
-"""Distance from the middle of a panel's side to another side, over its length, up to which they are one edge."""
+"""Distance from the middle of a panel's side to another side, over its length, up to which they are
+one edge."""
 INWARD = 0.02
 """Of the way from the middle of a side to the middle of its panel, to look into it."""
 RIGID = 1e6
@@ -34,7 +37,9 @@ SMOOTH = math.radians(15.0)
 """Angle between panels of like conditions up to which they may be pieces of one curved surface."""
 
 
-def edge_exponent(mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})) -> float:
+def edge_exponent(
+    mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})
+) -> float:
     """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
 
     Parameters
@@ -61,10 +66,15 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideK
     kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
     one, other, angle = edges(mesh)
-    meeting = np.column_stack([mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)])
+    meeting = np.column_stack(
+        [mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)]
+    )
     found = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [
-        min(corner_exponent(math.radians(number), kappa, first, second), _along(math.radians(number), first, second))
+        min(
+            corner_exponent(math.radians(number), kappa, first, second),
+            _along(math.radians(number), first, second),
+        )
         for ones, others, number in found
         if ones != others or abs(math.radians(number) - math.pi) > SMOOTH
         for first, second in itertools.product(ones, others)
@@ -72,27 +82,35 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideK
     return min(exponents, default=1.0)
 
 
-def rim_powers(mesh: BoundaryMesh, body: Body, part: str, primary: Body | None, friction: Any) -> tuple[float, float]:
+def rim_powers(
+    mesh: BoundaryMesh, body: Body, part: str, primary: Body | None, friction: Any
+) -> tuple[float, float]:
     """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips.
 
-    In space 1 - λ at the widest of its edges, whose other sides are taken for free, on a body that is flat there or on
-    rigid ground (no primary): where it slips of the worse way to slip, and as if it stuck where friction is no number.
-    In the plane `POWER`.
+    In space 1 - λ at the widest of its edges, whose other sides are taken for free, on a body that
+    is flat there or on rigid ground (no primary): where it slips of the worse way to slip, and as
+    if it stuck where friction is no number. In the plane `POWER`.
     """
     if not isinstance(mesh, SurfaceMesh):
         return POWER, POWER
     one, other, angle = edges(mesh)
     number = mesh.part_names.index(part)
     rim = (mesh.part[one] == number) != (mesh.part[other] == number)
-    widest = math.radians(round(math.degrees(angle[rim & (angle < math.pi - SMOOTH)].max(initial=0.0))))
+    widest = math.radians(
+        round(math.degrees(angle[rim & (angle < math.pi - SMOOTH)].max(initial=0.0)))
+    )
     if not widest:
         return 0.0, 0.0
     first, second = body.material, (primary or body).material
     kappas = (3.0 - 4.0 * first.plane_strain_ratio, 3.0 - 4.0 * second.plane_strain_ratio)
-    moduli = [material.young_modulus / (1.0 + material.poisson_ratio) for material in (first, second)]
+    moduli = [
+        material.young_modulus / (1.0 + material.poisson_ratio) for material in (first, second)
+    ]
     stiffer = moduli[1] / moduli[0] if primary else RIGID
     ways = (friction, -friction) if isinstance(friction, float | int) else (math.inf,)
-    stuck, *slips = (pair_exponent((widest, math.pi), kappas, stiffer, way) for way in (math.inf, *ways))
+    stuck, *slips = (
+        pair_exponent((widest, math.pi), kappas, stiffer, way) for way in (math.inf, *ways)
+    )
     return 1.0 - stuck, 1.0 - min(slips)
 
 
@@ -102,7 +120,8 @@ def _along(angle: float, first: SideKind, second: SideKind) -> float:
 
 
 def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
-    """Pairs of panels that meet at an edge, and the interior angle of the body there, in (0, 2π) [rad].
+    """Pairs of panels that meet at an edge, and the interior angle of the body there, in (0, 2π)
+    [rad].
 
     Sides of panels need not match: a side is paired with those that its middle lies on.
 
@@ -120,7 +139,9 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     length = np.linalg.norm(b - a, axis=1)
     j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
-    near = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])) < TOGETHER * np.minimum(length[i], length[j])
+    near = np.minimum(
+        _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
+    ) < TOGETHER * np.minimum(length[i], length[j])
     i, j = i[near], j[near]
     tangent = (b - a) / length[:, None]
     inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent

@@ -1,4 +1,5 @@
-"""Which panels of surfaces are cut into four: those with the largest errors, those that face them, and those too large."""
+"""Which panels of surfaces are cut into four: those with the largest errors, those that face them,
+and those too large."""
 
 from __future__ import annotations
 
@@ -24,8 +25,9 @@ def element_sizes(mesh: BoundaryMesh) -> Array:
 
 
 def largest(square: Array, share: float) -> Mask:
-    """The fewest elements whose squared errors (n,) have a share of their sum, and those that are as good as tied with the
-    last of them, so that symmetric meshes stay so; none where there is no error."""
+    """The fewest elements whose squared errors (n,) have a share of their sum, and those that are
+    as good as tied with the last of them, so that symmetric meshes stay so; none where there is no
+    error."""
     ordered = np.sort(square)[::-1]
     total = np.cumsum(ordered)
     if not len(square) or not total[-1] > 0.0:
@@ -48,8 +50,8 @@ def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Ind
 
 
 def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
-    """Along which coordinates panels off the contact (of which `contact` says which are on it) are too long for those of it
-    nearby, (n_elements, 2)."""
+    """Along which coordinates panels off the contact (of which `contact` says which are on it) are
+    too long for those of it nearby, (n_elements, 2)."""
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
         return np.zeros((mesh.n_elements, 2), dtype=bool)
@@ -57,15 +59,17 @@ def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     length = np.linalg.norm(vectors, axis=2)
     distance, nearest = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)
     beside = mesh.element[nodes[nearest]]
-    other = np.take_along_axis(length[beside], matched(vectors[mesh.element], vectors[beside]), axis=1)
+    other = np.take_along_axis(
+        length[beside], matched(vectors[mesh.element], vectors[beside]), axis=1
+    )
     allowed = np.full((mesh.n_elements, 2), np.inf)
     np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * other)
     return np.asarray(~contact[:, None] & (length > allowed))
 
 
 def faded(mesh: BoundaryMesh, contact: Mask) -> Array:
-    """How much squared errors on elements matter on the contact, (n_elements,): 1 there, off it by size h and distance r
-    (h/(r+h))⁶, as fast as the stress under a load without resultant falls."""
+    """How much squared errors on elements matter on the contact, (n_elements,): 1 there, off it by
+    size h and distance r (h/(r+h))⁶, as fast as the stress under a load without resultant falls."""
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
         return np.zeros(mesh.n_elements)

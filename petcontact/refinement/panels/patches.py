@@ -1,4 +1,5 @@
-"""Patches of faces that rings of panels fill: where they end, and the panels that stay around them."""
+"""Patches of faces that rings of panels fill: where they end, and the panels that stay around
+them."""
 
 from __future__ import annotations
 
@@ -20,11 +21,13 @@ from .quartering import cut, parents
 from .zone import Zone
 
 PATCH, LEFT = 1.5, 0.5
-"""Half the sides of the rectangle that rings fill over the reach of the zone, and what it leaves at least beside it."""
+"""Half the sides of the rectangle that rings fill over the reach of the zone, and what it leaves at
+least beside it."""
 CLEAR = 1.1
 """Least distance of the rim of a patch from the centre over that of the edge."""
 AROUND = (1.25, 1.5, 2.0)
-"""Panels within such distances, over those of the edge, may be a patch: the first of them that has a good rim."""
+"""Panels within such distances, over those of the edge, may be a patch: the first of them that has
+a good rim."""
 WIDEST, NARROWEST = 2.6, 0.12
 """Angles of the sides of a good rim, seen from the centre [rad]."""
 UNEVEN = 4.0
@@ -50,9 +53,11 @@ class Patch:
     part : int
         Of the face.
     rim : (2n, 3) array
-        Ends and middles of the outer sides of n sectors, counter-clockwise seen from outside the body [length].
+        Ends and middles of the outer sides of n sectors, counter-clockwise seen from outside the
+        body [length].
     counts : (int, int)
-        Sectors on the first and third, and on the second and fourth of the four sides of a grid within [-].
+        Sectors on the first and third, and on the second and fourth of the four sides of a grid
+        within [-].
     onto : callable
         Points (k, 3) to points of the face.
     """
@@ -65,16 +70,23 @@ class Patch:
 
 
 def patches_of(
-    surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
+    surface: SolidSurface,
+    mesh: SurfaceMesh,
+    first: SurfaceMesh,
+    part: str,
+    zone: Zone,
+    sector: float,
 ) -> Iterator[Patch]:
-    """Patches of a face for a zone, ones with fewer panels before others; none where there is none around it.
+    """Patches of a face for a zone, ones with fewer panels before others; none where there is none
+    around it.
 
     Parameters
     ----------
     surface : SolidSurface
         The exact one.
     mesh, first : SurfaceMesh
-        Of today, and the one that was the first of all: of this are the panels of the face outside of the patch.
+        Of today, and the one that was the first of all: of this are the panels of the face outside
+        of the patch.
     part : str
         The face.
     zone : Zone
@@ -91,7 +103,11 @@ def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Itera
     number = mesh.part_names.index(part)
     mine = mesh.part == number
     low, high = (each[mine] for each in mesh.boxes)
-    low, high, normal = low.min(axis=0), high.max(axis=0), mesh.normal[mesh.first_node[:-1][mine][0]]
+    low, high, normal = (
+        low.min(axis=0),
+        high.max(axis=0),
+        mesh.normal[mesh.first_node[:-1][mine][0]],
+    )
     axis = int(np.abs(normal).argmax())
     uv = [(axis + 1) % 3, (axis + 2) % 3][:: 1 if normal[axis] > 0.0 else -1]
     centre = zone.centre[uv]
@@ -108,16 +124,20 @@ def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Itera
     beside[..., uv] = _corners(cells)
     corners = np.concatenate([mesh.corners[~mine], beside])
     rest = SurfaceMesh(
-        corners, np.append(mesh.order[~mine], np.ones(len(beside), dtype=int)),
-        np.append(mesh.part[~mine], np.full(len(beside), number)), mesh.part_names,
+        corners,
+        np.append(mesh.order[~mine], np.ones(len(beside), dtype=int)),
+        np.append(mesh.part[~mine], np.full(len(beside), number)),
+        mesh.part_names,
         np.concatenate([mesh.middles[~mine], np.full((len(beside), 5, 3), np.nan)]),
-    )  # fmt: skip
+    )
     rim, counts = _equal_angles(zone, placed(_corners(patch[None])[0]), sector)
     if rim is not None:
         yield Patch(rest, number, rim, counts, lambda x: placed(x[..., uv]))
 
 
-def _equal_angles(zone: Zone, corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
+def _equal_angles(
+    zone: Zone, corners: Array, sector: float
+) -> tuple[Array | None, tuple[int, int]]:
     """A rim between corners (4, 3), points at equal angles along each side."""
     seen = zone.facing(corners).local(corners)
     angle = np.unwrap(np.angle(np.append(seen, seen[:1], axis=0) @ [1.0, 1.0j]))
@@ -143,14 +163,21 @@ def _half(sector: float) -> int:
 
 
 def _corners(rectangles: Array) -> Array:
-    """Corners (n, 4, 2), counter-clockwise, of rectangles given by their least and largest coordinates, (n, 2, 2)."""
-    return np.stack([rectangles[:, [i, j], [0, 1]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+    """Corners (n, 4, 2), counter-clockwise, of rectangles given by their least and largest
+    coordinates, (n, 2, 2)."""
+    return np.stack(
+        [rectangles[:, [i, j], [0, 1]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1
+    )
 
 
 def _beside(face: Array, patch: Array, centre: Array) -> Array:
-    """Rectangles (n, 2, 2) of a face outside of a patch of it, none of which is longer than its distance from a centre."""
-    cells = [np.array([[a, c], [b, d]]) for a, b in itertools.pairwise(np.unique([face[0, 0], *patch[:, 0], face[1, 0]]))
-             for c, d in itertools.pairwise(np.unique([face[0, 1], *patch[:, 1], face[1, 1]]))]  # fmt: skip
+    """Rectangles (n, 2, 2) of a face outside of a patch of it, none of which is longer than its
+    distance from a centre."""
+    cells = [
+        np.array([[a, c], [b, d]])
+        for a, b in itertools.pairwise(np.unique([face[0, 0], *patch[:, 0], face[1, 0]]))
+        for c, d in itertools.pairwise(np.unique([face[0, 1], *patch[:, 1], face[1, 1]]))
+    ]
     cells = [cell for cell in cells if not np.array_equal(cell, patch)]
     result = []
     while cells:
@@ -168,12 +195,20 @@ def _beside(face: Array, patch: Array, centre: Array) -> Array:
 
 
 def _panels_around(
-    surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
+    surface: SolidSurface,
+    mesh: SurfaceMesh,
+    first: SurfaceMesh,
+    part: str,
+    zone: Zone,
+    sector: float,
 ) -> Iterator[Patch]:
-    """On curved panels: those around the zone, which are cut until they have a good rim, and the others none of which is
-    longer than its distance from the centre."""
+    """On curved panels: those around the zone, which are cut until they have a good rim, and the
+    others none of which is longer than its distance from the centre."""
     number = mesh.part_names.index(part)
-    found = _joined(mesh.reordered(np.flatnonzero(mesh.part != number)), first.reordered(first.elements_of(part)))
+    found = _joined(
+        mesh.reordered(np.flatnonzero(mesh.part != number)),
+        first.reordered(first.elements_of(part)),
+    )
     for _ in range(FINEST):
         here = np.flatnonzero(found.part == number)
         away = np.full(found.n_elements, np.inf)
@@ -183,7 +218,10 @@ def _panels_around(
         for near in (away < each for each in AROUND):
             if _rim(zone, found, np.flatnonzero(near), sector) is not None:
                 graded, near = _graded(found, near, number, zone.centre, surface)
-                rim, rest = _rim(zone, graded, np.flatnonzero(near), sector), graded.reordered(np.flatnonzero(~near))
+                rim, rest = (
+                    _rim(zone, graded, np.flatnonzero(near), sector),
+                    graded.reordered(np.flatnonzero(~near)),
+                )
                 if rim is not None:
                     yield Patch(rest, number, *rim, functools.partial(_onto, surface, number))
         found = cut(found, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
@@ -191,8 +229,10 @@ def _panels_around(
 
 def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
     """The panels of both."""
-    corners, order, part, middles = (np.concatenate([getattr(mesh, name) for mesh in (one, other)])
-                                     for name in ("corners", "order", "part", "middles"))  # fmt: skip
+    corners, order, part, middles = (
+        np.concatenate([getattr(mesh, name) for mesh in (one, other)])
+        for name in ("corners", "order", "part", "middles")
+    )
     return SurfaceMesh(corners, order, part, one.part_names, middles)
 
 
@@ -201,12 +241,18 @@ def _onto(surface: SolidSurface, part: int, x: Array) -> Array:
     return surface.onto(np.full(len(x), part), x[:, None])[:, 0]
 
 
-def _graded(mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface) -> tuple[SurfaceMesh, Mask]:
-    """The panels, those of a part that are not near cut until none is longer than its distance from a centre, and which are
-    near."""
+def _graded(
+    mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface
+) -> tuple[SurfaceMesh, Mask]:
+    """The panels, those of a part that are not near cut until none is longer than its distance from
+    a centre, and which are near."""
     while True:
         length, (low, high) = np.linalg.norm(sides(mesh), axis=2).max(axis=1), mesh.boxes
-        long = (mesh.part == number) & ~near & (length > np.linalg.norm(0.5 * (low + high) - centre, axis=1))
+        long = (
+            (mesh.part == number)
+            & ~near
+            & (length > np.linalg.norm(0.5 * (low + high) - centre, axis=1))
+        )
         if not long.any():
             return mesh, near
         along = np.repeat(long[:, None], 2, axis=1)
@@ -221,14 +267,21 @@ def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
         six = [mesh.corners[panels[mine], :corners], mesh.middles[panels[mine], : 2 * corners - 3]]
         cells = QuadraticCells(np.concatenate(six, axis=1))
         foot, _ = cells.nearest(np.repeat(zone.centre[None], len(mine), axis=0))
-        x = np.concatenate([cells.at(cells.each(samples(corners)))[0], cells.at(foot[:, None])[0]], axis=1)
-        result[mine] = zone.distance(x.reshape(-1, 3)).reshape(x.shape[:2]).min(axis=1, initial=np.inf)
+        x = np.concatenate(
+            [cells.at(cells.each(samples(corners)))[0], cells.at(foot[:, None])[0]], axis=1
+        )
+        result[mine] = (
+            zone.distance(x.reshape(-1, 3)).reshape(x.shape[:2]).min(axis=1, initial=np.inf)
+        )
     return result
 
 
-def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[Array, tuple[int, int]] | None:
-    """The rim of panels around a zone, its sides halved where they are wide, and the counts of a grid within; None where it
-    is not a single loop all points of which are seen from the centre at fair angles."""
+def _rim(
+    zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float
+) -> tuple[Array, tuple[int, int]] | None:
+    """The rim of panels around a zone, its sides halved where they are wide, and the counts of a
+    grid within; None where it is not a single loop all points of which are seen from the centre at
+    fair angles."""
     loop = _loop(mesh, panels)
     if loop is None:
         return None
@@ -245,7 +298,11 @@ def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[A
         return None
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
     start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)
-    rim = (1.0 - t) * (1.0 - 2.0 * t) * start + 4.0 * t * (1.0 - t) * middle + t * (2.0 * t - 1.0) * stop
+    rim = (
+        (1.0 - t) * (1.0 - 2.0 * t) * start
+        + 4.0 * t * (1.0 - t) * middle
+        + t * (2.0 * t - 1.0) * stop
+    )
     reach = np.linalg.norm(zone.local(rim), axis=1)
     if reach.min() < CLEAR or reach.max() > UNEVEN * reach.min():
         return None
@@ -258,14 +315,19 @@ def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[A
 
 
 def _angles(zone: Zone, loop: Array) -> Array:
-    """Increasing angles at which points (n, 3) around a zone are seen, the first one again at the end, (n + 1,) [rad]."""
+    """Increasing angles at which points (n, 3) around a zone are seen, the first one again at the
+    end, (n + 1,) [rad]."""
     return np.unwrap(np.angle(zone.local(np.append(loop, loop[:1], axis=0)) @ [1.0, 1.0j]))
 
 
 def _loop(mesh: SurfaceMesh, panels: Index) -> Array | None:
-    """Starts, middles and ends (3, n, 3) of the sides around panels, in order; None where these are not a single loop."""
+    """Starts, middles and ends (3, n, 3) of the sides around panels, in order; None where these are
+    not a single loop."""
     count = np.where(np.isnan(mesh.corners[panels, 3, 0]), 3, 4)
-    panel, k = np.repeat(panels, count), np.concatenate([np.arange(n) for n in (0, *count.tolist())])
+    panel, k = (
+        np.repeat(panels, count),
+        np.concatenate([np.arange(n) for n in (0, *count.tolist())]),
+    )
     after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
     start, stop, middle = mesh.corners[panel, k], mesh.corners[panel, after], mesh.middles[panel, k]
     if not len(panel) or np.isnan(middle).any():
@@ -277,4 +339,6 @@ def _loop(mesh: SurfaceMesh, panels: Index) -> Array | None:
     order = outer[:1]
     while len(order) < len(outer) and last[order[-1]] in following:
         order.append(following[last[order[-1]]])
-    return None if len({*order}) < len(outer) else np.stack([start[order], middle[order], stop[order]])
+    return (
+        None if len({*order}) < len(outer) else np.stack([start[order], middle[order], stop[order]])
+    )

@@ -1,4 +1,5 @@
-"""Panels cut into two or four; nodes lie inside of panels, so that corners may hang on the edges of neighbours."""
+"""Panels cut into two or four; nodes lie inside of panels, so that corners may hang on the edges of
+neighbours."""
 
 from __future__ import annotations
 
@@ -14,40 +15,56 @@ from .hanging import apart, closed, with_half_way_middles
 
 POINTS = {
     3: np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]),
-    4: np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]], dtype=float),
+    4: np.array(
+        [[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]], dtype=float
+    ),
 }
-"""Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of `reference_nodes`."""
+"""Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of
+`reference_nodes`."""
 
 
 def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
-    """The mesh with marked panels replaced by two or four that are equal in their reference coordinates, in their place.
+    """The mesh with marked panels replaced by two or four that are equal in their reference
+    coordinates, in their place.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     along : (n_elements, 2) bool array
-        Which of the reference coordinates of a panel are halved; triangles are cut into four wherever there is one.
+        Which of the reference coordinates of a panel are halved; triangles are cut into four
+        wherever there is one.
     surface : SolidSurface, optional
-        The exact one, onto which the points of all panels are brought, but for those of `hanging` sides.
+        The exact one, onto which the points of all panels are brought, but for those of `hanging`
+        sides.
     """
     marked = along.any(axis=1)
     exact = surface if surface is not None and surface.exact else None
     if exact is not None:
         mesh = apart(mesh, exact)
-    kept, parent = np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked], [np.flatnonzero(~marked)]
+    kept, parent = (
+        np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked],
+        [np.flatnonzero(~marked)],
+    )
     points = [kept if surface is None or not len(kept) else surface.onto(mesh.part[~marked], kept)]
     triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
     kinds = np.column_stack([triangle, curved, along | triangle[:, None]])
     for three, bent, *halved in np.unique(kinds[marked], axis=0).tolist():
         mine = np.flatnonzero(marked & np.all(kinds == (three, bent, *halved), axis=1))
         corners = 3 if three else 4
-        given = [mesh.corners[mine, :corners], *([mesh.middles[mine, : 2 * corners - 3]] if bent else [])]
-        found = np.einsum("pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1))
+        given = [
+            mesh.corners[mine, :corners],
+            *([mesh.middles[mine, : 2 * corners - 3]] if bent else []),
+        ]
+        found = np.einsum(
+            "pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1)
+        )
         piece = np.full((*found.shape[:2], 9, 3), np.nan)
         piece[:, :, :corners] = found[:, :, :corners]
         piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
         if surface is not None:
-            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(piece.shape)
+            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(
+                piece.shape
+            )
         points.append(piece.reshape(-1, 9, 3))
         parent.append(np.repeat(mine, piece.shape[1]))
     numbers = np.concatenate(parent)
@@ -69,9 +86,17 @@ def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
     """Points (k,) that define a panel to those of its pieces, (2 or 4, k, k)."""
     here = POINTS[corners] if curved else POINTS[corners][:corners]
     if corners == 4:
-        (a, b), ends = (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved), POINTS[4][:4] > 0.0
-        pieces = [np.column_stack([np.where(end, pair[1], pair[0]) for end, pair in zip(ends.T, (i, j), strict=True)])
-                  for i in a for j in b]  # fmt: skip
+        (a, b), ends = (
+            (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved),
+            POINTS[4][:4] > 0.0,
+        )
+        pieces = [
+            np.column_stack(
+                [np.where(end, pair[1], pair[0]) for end, pair in zip(ends.T, (i, j), strict=True)]
+            )
+            for i in a
+            for j in b
+        ]
     else:
         middle = POINTS[3][3:]
         pieces = [np.array([here[k], middle[k], middle[k - 1]]) for k in range(3)] + [middle]

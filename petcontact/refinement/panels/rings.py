@@ -1,5 +1,5 @@
-"""Panels in rings about an elliptical contact: sides of panels follow its edge, where p is a root, and that of its stick
-zone, where µp - |q| is one."""
+"""Panels in rings about an elliptical contact: sides of panels follow its edge, where p is a root,
+and that of its stick zone, where µp - |q| is one."""
 
 from __future__ import annotations
 
@@ -15,21 +15,24 @@ from .patches import Patch
 from .zone import Zone
 
 CORE, SHRINK = 0.5, 0.4
-"""Share of the zone in its core, and width of a ring over that of all from its inner side to the edge, beyond the first."""
+"""Share of the zone in its core, and width of a ring over that of all from its inner side to the
+edge, beyond the first."""
 SECTOR, LONG = np.pi / 6.0, 5.0
-"""About the angle of a panel, and largest length of one at the edge over its width: on longer ones of order 2 single nodes
-beside the edge were in contact, and others open (three rings of 12: p 8 % off; of 16: .1 %)."""
+"""About the angle of a panel, and largest length of one at the edge over its width: on longer ones
+of order 2 single nodes beside the edge were in contact, and others open (three rings of 12: p 8 %
+off; of 16: .1 %)."""
 SMOOTH = 1
 """Rings outside of the zone of order 2: jumps of u beside narrow panels are pressures there."""
 GROWTH = 2.5
 """Width of a ring outside of the zone over that of the one before it."""
 NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the contact. Between them and the
-core is one ring of order 2: a second one made no estimate smaller."""
+"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the
+contact. Between them and the core is one ring of order 2: a second one made no estimate smaller."""
 DISTORTED = 8.0
 """Largest ratio of area factors within a panel."""
 STEPS, EXACT = 60, 1e-12
-"""Of the search for the points of a face above those of a zone, and the distance with which it ends, over the radius."""
+"""Of the search for the points of a face above those of a zone, and the distance with which it
+ends, over the radius."""
 POINTS = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
 """Of a panel on a grid with the middles of its sides, in the order of `QuadraticCells`."""
 
@@ -37,8 +40,8 @@ POINTS = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)
 def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
     """The mesh with a patch filled by rings about a zone, of order 2 in it and 1 outside.
 
-    In the zone's own coordinates, where it is a disc: a core of panels like a grid's, rings about it up to the edge, and
-    rings from there to the rim of the patch.
+    In the zone's own coordinates, where it is a disc: a core of panels like a grid's, rings about
+    it up to the edge, and rings from there to the rim of the patch.
 
     Parameters
     ----------
@@ -67,9 +70,13 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     found = _lifted(patch, zone, np.concatenate([core.reshape(-1, 2), both.reshape(-1, 2)]))
     if found is None:
         return None
-    filled, inside = (part.reshape(*grid.shape[:2], 3)
-                      for part, grid in zip(np.split(found, [core[..., 0].size]), (core, both), strict=True))  # fmt: skip
-    outside = _outside(patch, inside[-1], _widths(lines, np.linalg.norm(zone.local(patch.rim), axis=1)))
+    filled, inside = (
+        part.reshape(*grid.shape[:2], 3)
+        for part, grid in zip(np.split(found, [core[..., 0].size]), (core, both), strict=True)
+    )
+    outside = _outside(
+        patch, inside[-1], _widths(lines, np.linalg.norm(zone.local(patch.rim), axis=1))
+    )
     around = np.concatenate([inside, outside])
     around = np.append(around, around[:, :1], axis=1)
     grids = [_cells(filled), *(_cells(around[k : k + 3]) for k in range(0, len(around) - 1, 2))]
@@ -78,14 +85,20 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     if not np.all(QuadraticCells(new).distortion < DISTORTED):
         return None
     rest = patch.rest
-    return closed(SurfaceMesh(
-        np.concatenate([rest.corners, new[:, :4]]), np.append(rest.order, np.repeat(orders, [*map(len, grids)])),
-        np.append(rest.part, np.full(len(new), patch.part)), rest.part_names, np.concatenate([rest.middles, new[:, 4:]]),
-    ))  # fmt: skip
+    return closed(
+        SurfaceMesh(
+            np.concatenate([rest.corners, new[:, :4]]),
+            np.append(rest.order, np.repeat(orders, [*map(len, grids)])),
+            np.append(rest.part, np.full(len(new), patch.part)),
+            rest.part_names,
+            np.concatenate([rest.middles, new[:, 4:]]),
+        )
+    )
 
 
 def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> float:
-    """About the angle of panels in rings from the core, or the edge of the stick zone, to that of the zone [rad]."""
+    """About the angle of panels in rings from the core, or the edge of the stick zone, to that of
+    the zone [rad]."""
     inner = CORE
     if zone is not None and stick is not None:
         inner = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes)) + NARROW[-1]
@@ -94,8 +107,9 @@ def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> f
 
 def _inside(
     rim: Array, counts: tuple[int, int], rings: int, middle: Array, radius: float
-) -> tuple[Array, list[int]]:  # fmt: skip
-    """Lines (n, 2s, 2) around the core, in rings to the edge of the unit disc; orders of panels between and next beyond.
+) -> tuple[Array, list[int]]:
+    """Lines (n, 2s, 2) around the core, in rings to the edge of the unit disc; orders of panels
+    between and next beyond.
 
     A stick zone is a smaller disc in it, of a middle and radius.
     """
@@ -104,7 +118,10 @@ def _inside(
     angle += np.mean(np.unwrap(np.angle(rim @ [1.0, 1.0j])) - angle)
     disc = np.column_stack([np.cos(angle), np.sin(angle)])
     ends = 2 * np.cumsum([0, *counts, *counts])
-    side, full = np.repeat(np.arange(4), np.diff(ends)), np.append(angle, angle[0] + 2.0 * np.pi)[ends]
+    side, full = (
+        np.repeat(np.arange(4), np.diff(ends)),
+        np.append(angle, angle[0] + 2.0 * np.pi)[ends],
+    )
     half = 0.5 * np.diff(full)[side]
     chord = np.cos(half) / np.cos(angle - full[side] - half)
     # the core is half way between a polygon and a disc: its corners are neither 90 nor 180 degrees
@@ -131,7 +148,9 @@ def _outside(patch: Patch, edge: Array, share: Array) -> Array:
     every = np.repeat(share, 2)[1:-2]
     every[::2] = 0.5 * (share[1:] + share[:-1])
     between = edge + every[:, None, None] * (patch.rim - edge)
-    return np.append(patch.onto(between.reshape(-1, 3)).reshape(between.shape), patch.rim[None], axis=0)
+    return np.append(
+        patch.onto(between.reshape(-1, 3)).reshape(between.shape), patch.rim[None], axis=0
+    )
 
 
 def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
@@ -146,7 +165,8 @@ def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:
-    """Curves between two, the first of which is the lower one, that bound rings which are narrower towards the upper one."""
+    """Curves between two, the first of which is the lower one, that bound rings which are narrower
+    towards the upper one."""
     return [low + (1.0 - SHRINK**k) * (high - low) for k in range(rings)]
 
 
@@ -158,8 +178,16 @@ def _filled(rim: Array, *count: int) -> Array:
     top, left = top[::-1], left[::-1]
     u, v = (np.linspace(0.0, 1.0, 2 * n + 1) for n in count)
     u, v = u[:, None, None], v[None, :, None]
-    straight = (1 - u) * (1 - v) * low[0] + u * (1 - v) * low[-1] + (1 - u) * v * top[0] + u * v * top[-1]
-    return np.asarray((1 - v) * low[:, None] + v * top[:, None] + (1 - u) * left[None] + u * right[None] - straight)
+    straight = (
+        (1 - u) * (1 - v) * low[0] + u * (1 - v) * low[-1] + (1 - u) * v * top[0] + u * v * top[-1]
+    )
+    return np.asarray(
+        (1 - v) * low[:, None]
+        + v * top[:, None]
+        + (1 - u) * left[None]
+        + u * right[None]
+        - straight
+    )
 
 
 def _cells(grid: Array) -> Array:

@@ -8,9 +8,11 @@ from ...arrays import Array, Mask, States
 from ...frozen import frozen
 
 INSET = 0.999
-"""Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one before it does no harm."""
+"""Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one
+before it does no harm."""
 STRAY = 0.1
-"""Largest share of a contact that is not in the ellipse, or lacks in it, beside a strip at its edge."""
+"""Largest share of a contact that is not in the ellipse, or lacks in it, beside a strip at its
+edge."""
 STRIP = 0.04
 """Half the width of that strip over the radius: a row of nodes there may be in contact or not."""
 LEAST, MOST = 0.15, 0.9
@@ -39,13 +41,15 @@ class Zone:
         return np.asarray((x - self.centre) @ np.linalg.pinv(self.axes).T)
 
     def distance(self, x: Array) -> Array:
-        """Of points (n, 3) over that of the edge, (n,) [-]; those high above the zone are as far as they are high."""
+        """Of points (n, 3) over that of the edge, (n,) [-]; those high above the zone are as far as
+        they are high."""
         away = x - self.centre - (z := self.local(x)) @ self.axes.T
         high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
         return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
 
     def apart(self, other: Zone) -> float:
-        """How far centre and axes are from those of another zone of the same order of axes, over the axes [-]."""
+        """How far centre and axes are from those of another zone of the same order of axes, over
+        the axes [-]."""
         square = np.sum((self.centre - other.centre) ** 2) + np.sum(
             (self.axes @ self.axes.T - other.axes @ other.axes.T) ** 2
         ) / np.sum(self.axes**2)
@@ -54,15 +58,21 @@ class Zone:
     def facing(self, loop: Array) -> Zone:
         """With axes in the order in which points (n, 3) around it run counter-clockwise."""
         z = self.local(loop)
-        return self if np.sum(np.cross(z, np.roll(z, -1, axis=0))) > 0.0 else Zone(self.centre, self.axes[:, ::-1])
+        return (
+            self
+            if np.sum(np.cross(z, np.roll(z, -1, axis=0))) > 0.0
+            else Zone(self.centre, self.axes[:, ::-1])
+        )
 
 
 def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | None:
-    """The ellipse over which Hertz' pressure has the moments of a given one; None where the contact is another.
+    """The ellipse over which Hertz' pressure has the moments of a given one; None where the contact
+    is another.
 
-    Hertz' pressure on semi-axes a, b has ∫p x²/∫p = a²/5. Moments are exact to a few thousandths on meshes on which p is
-    off by a tenth, but other pressures have others: with friction the edge lies farther out by 4 %. It is not moved past the
-    last node that is closed nor the first that is open.
+    Hertz' pressure on semi-axes a, b has ∫p x²/∫p = a²/5. Moments are exact to a few thousandths on
+    meshes on which p is off by a tenth, but other pressures have others: with friction the edge
+    lies farther out by 4 %. It is not moved past the last node that is closed nor the first that is
+    open.
 
     Parameters
     ----------
@@ -93,11 +103,13 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | No
 
 
 def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) -> Zone | None:
-    """The ellipse, of the shape of the contact's, that parts what sticks from what slips; None where none does.
+    """The ellipse, of the shape of the contact's, that parts what sticks from what slips; None
+    where none does.
 
-    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal one (Spence), shifted where
-    a body is stretched besides. The edge lies between the last node that sticks and the first that slips, where |Δw|, which
-    grows like the power 3/2 of the distance, is 0 by a line through its power 2/3 over the square of the radius.
+    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal one
+    (Spence), shifted where a body is stretched besides. The edge lies between the last node that
+    sticks and the first that slips, where |Δw|, which grows like the power 3/2 of the distance, is
+    0 by a line through its power 2/3 over the square of the radius.
 
     Parameters
     ----------
@@ -124,13 +136,16 @@ def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) ->
     radius = float(np.sqrt(np.clip(_root(square[~sticks], power, area[~sticks]), *between)))
     inside = square <= square[last]
     stray = total - np.sum(np.where(sticks, area, -area)[inside]) > STRAY * total
-    return None if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST else \
-        Zone(zone.centre + zone.axes @ middle, radius * zone.axes)  # fmt: skip
+    return (
+        None
+        if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST
+        else Zone(zone.centre + zone.axes @ middle, radius * zone.axes)
+    )
 
 
 def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float, float]]:
-    """Where a circle parts inner nodes from others best: the last node in it, and squares of the radius (n,) at that one and
-    the next."""
+    """Where a circle parts inner nodes from others best: the last node in it, and squares of the
+    radius (n,) at that one and the next."""
     order = np.argsort(square)
     last = int(np.cumsum(np.where(inner, weight, -weight)[order])[:-1].argmax())
     return int(order[last]), (float(square[order[last]]), float(square[order[last + 1]]))
@@ -139,5 +154,7 @@ def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float
 def _root(square: Array, values: Array, weight: Array) -> float:
     """Where the line through values over squares of the radius is zero."""
     root = np.sqrt(weight)
-    (start, slope), *_ = np.linalg.lstsq(root[:, None] * np.vander(square, 2, True), root * values, rcond=None)
+    (start, slope), *_ = np.linalg.lstsq(
+        root[:, None] * np.vander(square, 2, True), root * values, rcond=None
+    )
     return float(-start / slope) if slope else np.nan

@@ -34,12 +34,15 @@ def animation_format(path: str | Path) -> str:
     if suffix not in FORMATS:
         raise InputError(f"{path}: an animation is {' or '.join(FORMATS)}")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise InputError(f"{path}: .mp4 needs the program ffmpeg, which is not installed; .gif needs nothing")
+        raise InputError(
+            f"{path}: .mp4 needs the program ffmpeg, which is not installed; .gif needs nothing"
+        )
     return suffix
 
 
 def animate(solution: SolutionData, path: str | Path) -> Path:
-    """Draw the deformed bodies after each increment, a frame each, all with one magnification, window and colour scale.
+    """Draw the deformed bodies after each increment, a frame each, all with one magnification,
+    window and colour scale.
 
     Parameters
     ----------
@@ -62,8 +65,11 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
 
     suffix, steps = animation_format(path), solution.steps
     if len(steps) < 2:
-        raise InputError(f"{path}: an animation needs several increments, there is {len(steps)}; give the problem [[step]] "
-                         "with increments, or draw it by `petcontact plot` without --animate")  # fmt: skip
+        raise InputError(
+            f"{path}: an animation needs several increments, there is {len(steps)}; give the "
+            f"problem [[step]] "
+            "with increments, or draw it by `petcontact plot` without --animate"
+        )
     rate = min(max(len(steps) / SECONDS, SLOWEST), FASTEST)
     writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=round(rate))
     view = view_of(solution, steps)
@@ -76,7 +82,9 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
                 for k, step in enumerate(steps, 1):
                     figure.clear()
                     axes = plot_on(replace(solution, steps=steps[:k], failed=None), figure, view)
-                    axes.set_title(headed(solution, f"{step.title}, load factor {step.load_factor:.4g}"))
+                    axes.set_title(
+                        headed(solution, f"{step.title}, load factor {step.load_factor:.4g}")
+                    )
                     writer.grab_frame()
             named.replace(temporary)
         finally:

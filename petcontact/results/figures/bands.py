@@ -1,4 +1,5 @@
-"""Colours in bands between contour levels: the levels, their colours, and triangles cut along them."""
+"""Colours in bands between contour levels: the levels, their colours, and triangles cut along
+them."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ UNKNOWN = (0.85, 0.85, 0.85, 1.0)
 
 
 def band_colours(values: Array, top: float | None = None) -> Any:
-    """Colours from 0, or where values are negative from minus the largest, to the largest or a given one, in bands."""
+    """Colours from 0, or where values are negative from minus the largest, to the largest or a
+    given one, in bands."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm
@@ -26,14 +28,19 @@ def band_colours(values: Array, top: float | None = None) -> Any:
     known = values[np.isfinite(values)]
     largest = top or float(np.abs(known).max(initial=0.0)) or 1.0
     signed = bool(known.min(initial=0.0) < 0.0)
-    levels = MaxNLocator(BANDS, steps=[1, 2, 2.5, 5, 10]).tick_values(-largest if signed else 0.0, largest)
+    levels = MaxNLocator(BANDS, steps=[1, 2, 2.5, 5, 10]).tick_values(
+        -largest if signed else 0.0, largest
+    )
     name = SIGNED if signed else UNIFORM
     return ScalarMappable(BoundaryNorm(levels, colormaps[name].N, clip=True), name)
 
 
 def beyond(values: Array, colours: Any) -> str:
     """On which side values lie beyond the bands, as colour bars have it."""
-    low, high = np.nanmin(values, initial=np.inf) < colours.norm.vmin, np.nanmax(values, initial=-np.inf) > colours.norm.vmax
+    low, high = (
+        np.nanmin(values, initial=np.inf) < colours.norm.vmin,
+        np.nanmax(values, initial=-np.inf) > colours.norm.vmax,
+    )
     return "both" if low and high else "min" if low else "max" if high else "neither"
 
 
@@ -58,8 +65,10 @@ def cut(corners: Array, values: Array, levels: Array) -> tuple[list[Array], Inde
     """
     known = np.isfinite(values).all(axis=1)
     within = np.clip(values, levels[0], levels[-1])
-    low, high = (np.clip(np.searchsorted(levels, ends, "right") - 1, 0, len(levels) - 2)
-                 for ends in (within.min(axis=1), within.max(axis=1)))  # fmt: skip
+    low, high = (
+        np.clip(np.searchsorted(levels, ends, "right") - 1, 0, len(levels) - 2)
+        for ends in (within.min(axis=1), within.max(axis=1))
+    )
     whole = np.flatnonzero(~known | (low == high))
     polygons = [*corners[whole]]
     band, owner = [*np.where(known, low, -1)[whole].tolist()], [*whole.tolist()]

@@ -1,4 +1,5 @@
-"""Curves of a solution of any dimension: how the method converged, and the way of forces and energy over the increments."""
+"""Curves of a solution of any dimension: how the method converged, and the way of forces and energy
+over the increments."""
 
 from __future__ import annotations
 
@@ -15,13 +16,15 @@ from ..records import PairResult, StepResult, step_ends
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
 NOISE = 1e-12
-"""Slip over displacements, and energy over what pressure carries times displacements, that is round-off."""
+"""Slip over displacements, and energy over what pressure carries times displacements, that is
+round-off."""
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
 
 def headed(solution: SolutionData, what: str = "") -> str:
-    """The title of the problem, and what is shown of it; what did not converge is no result, and says so."""
+    """The title of the problem, and what is shown of it; what did not converge is no result, and
+    says so."""
     failed = "" if solution.converged else f"\n{solution.status}: no result"
     return ": ".join(filter(None, (title(solution.problem.title), plain(what)))) + failed
 
@@ -38,18 +41,21 @@ def shown_ends(solution: SolutionData) -> list[StepResult]:
 
 
 def along(solution: SolutionData, name: str) -> str:
-    """The part on which an interface lies, with its body where there are several, and its name where these share a part."""
+    """The part on which an interface lies, with its body where there are several, and its name
+    where these share a part."""
     side = solution.sides[name]
     part = plain(".".join(side) if len(solution.meshes) > 1 else side[1])
     return part if [*solution.sides.values()].count(side) == 1 else f"{plain(name)}, {part}"
 
 
 def draw_history(figure: Any, solution: SolutionData) -> None:
-    """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the active sets."""
+    """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the
+    active sets."""
     history = solution.history
     k = np.arange(1, len(history) + 1)
     left, right = figure.subplots(1, 2)
-    # a row holds the residual of the iterate that its step starts from: the last iterate's comes after
+    # a row holds the residual of the iterate that its step starts from: the last iterate's comes
+    # after
     residual = np.array([*history.residual, solution.residual])
     largest = float(np.nanmax(residual, initial=0.0)) or 1.0
     scaled = np.maximum(residual / largest, SMALLEST)
@@ -61,12 +67,16 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
         right.set(title="active sets", ylim=(0.0, 1.05 * max(newton.max(), 1.0)))
     else:
         left.semilogy(k, _positive(history.change), label="relative change")
-        left.axhline(solution.problem.method.tolerance, color="0.5", lw=0.8, ls=":", label="tolerance")
+        left.axhline(
+            solution.problem.method.tolerance, color="0.5", lw=0.8, ls=":", label="tolerance"
+        )
         right.semilogy(k, _positive(history.rho), label=r"$\rho_k$")
         if np.isfinite(_positive(history.w)).any():
             right.semilogy(k, _positive(history.w), ".", ms=4, label=r"$w_k$")
         right.set_title(label("Robin parameter", solution.problem.units.stiffness))
-    left.set_title("convergence" if len(solution.tried) == 1 else "convergence of the last increment")
+    left.set_title(
+        "convergence" if len(solution.tried) == 1 else "convergence of the last increment"
+    )
     for axes in (left, right):
         axes.set_xlabel("iteration")
         axes.xaxis.get_major_locator().set_params(integer=True)
@@ -76,30 +86,55 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_wear(figure: Any, solution: SolutionData) -> None:
-    """Worn volume and depth, and the largest pressure, over the cycles; over the increments where there are none."""
-    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.1})  # the label of the depth is the left one's
+    """Worn volume and depth, and the largest pressure, over the cycles; over the increments where
+    there are none."""
+    left, right = figure.subplots(
+        1, 2, gridspec_kw={"wspace": 0.1}
+    )  # the label of the depth is the left one's
     units, table = solution.problem.units, solution.wear
     deep, pressed = left.twinx(), []
-    for number, (name, last) in enumerate((name, pair) for name, pair in solution.pairs.items() if pair.wear is not None):
+    for number, (name, last) in enumerate(
+        (name, pair) for name, pair in solution.pairs.items() if pair.wear is not None
+    ):
         if table is not None and len(table.cycle) > 1:
             at, depth, pressure = table.cycle, table.depth[name], table.pressure[name]
         else:
             pairs = [step.pairs[name] for step in solution.steps]
             at = np.arange(1, len(pairs) + 1)
-            depth = np.array([np.zeros(len(last.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs])
+            depth = np.array(
+                [
+                    np.zeros(len(last.x)) if pair.wear is None else pair.wear.sum(axis=1)
+                    for pair in pairs
+                ]
+            )
             pressure = np.array([pair.pressure for pair in pairs])
         colour = f"C{number}"
-        left.plot(at, depth @ last.weight, ".-", color=colour, lw=1.2, ms=4, label=f"{plain(name)}: volume")
+        left.plot(
+            at,
+            depth @ last.weight,
+            ".-",
+            color=colour,
+            lw=1.2,
+            ms=4,
+            label=f"{plain(name)}: volume",
+        )
         deep.plot(at, depth.max(axis=1, initial=0.0), "--", color=colour, lw=1.0)
         left.plot([], [], "--", color=colour, lw=1.0, label=f"{plain(name)}: depth")
         right.plot(at, pressure.max(axis=1, initial=0.0), ".-", color=colour, lw=1.2, ms=4)
         pressed.append(pressure.max(initial=0.0))
     what = "increment" if table is None or len(table.cycle) < 2 else "cycle"
-    unit = units.length and f"{units.length}{'²' if solution.last.pairs[name].x.shape[1] == 2 else '³'}"
+    unit = (
+        units.length
+        and f"{units.length}{'²' if solution.last.pairs[name].x.shape[1] == 2 else '³'}"
+    )
     left.set(xlabel=what, ylabel=label("worn volume", unit), title="volume")
     figure.suptitle(headed(solution, "wear"), fontsize="large")
     deep.set_ylabel(label("largest depth (dashed)", units.length))
-    right.set(xlabel=what, title=label("largest pressure", units.stress), ylim=(0.0, 1.05 * max(pressed) or None))
+    right.set(
+        xlabel=what,
+        title=label("largest pressure", units.stress),
+        ylim=(0.0, 1.05 * max(pressed) or None),
+    )
     legend_below(left, 2)
 
 
@@ -109,19 +144,31 @@ def _positive(values: Any) -> Array:
 
 
 def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
-    """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the energy dissipated."""
+    """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the
+    energy dissipated."""
     left, right = figure.subplots(1, 2)
     for number, name in enumerate(solution.nodes):
         pairs = [step.pairs[name] for step in solution.steps]
         slip, force = mean_motion(pairs)
-        moved = max((float(np.abs(body.u).max()) for step in solution.steps for body in step.bodies.values()), default=0.0)
+        moved = max(
+            (
+                float(np.abs(body.u).max())
+                for step in solution.steps
+                for body in step.bodies.values()
+            ),
+            default=0.0,
+        )
         slip = _without_noise(slip, moved)
         left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)
         energy = _without_noise(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units, dim = solution.problem.units, next(iter(solution.meshes.values())).dim
-    way = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
+    way = (
+        ""
+        if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values())
+        else " along the largest slip"
+    )
     up = label("tangential force on the primary", units.stress_times(dim - 1))
     left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=up, title="force over slip")
     figure.suptitle(headed(solution, "hysteresis"), fontsize="large")
@@ -137,7 +184,8 @@ def _without_noise(values: Array, size: float) -> Array:
 
 
 def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
-    """Mean slip and tangential force on the primary after each increment, along the way of the largest mean slip."""
+    """Mean slip and tangential force on the primary after each increment, along the way of the
+    largest mean slip."""
     weight = pairs[0].weight
     touched = np.any([pair.state != OPEN for pair in pairs], axis=0)
     area = float(weight[touched].sum()) or 1.0

@@ -16,7 +16,8 @@ from .curves import headed, shown_ends
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:
-    """Normal stress along the boundary, loop after loop, at the end of each step; parts begin at the lines."""
+    """Normal stress along the boundary, loop after loop, at the end of each step; parts begin at
+    the lines."""
     bodies = [name for name in solution.meshes if name in filled_bodies(solution)]
     figure.set_figheight(1.2 + 2.6 * len(bodies))
     ends, units = shown_ends(solution), solution.problem.units
@@ -29,24 +30,39 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
         for number, step in enumerate(ends):
             hoop = hoop_stress(solution, name, element, place, step)
             usual = max(usual, float(np.percentile(np.abs(hoop), 99.0)))
-            axes.plot(along[order], hoop[order], lw=1.0, color=f"C{number}", label=plain(step.title))
+            axes.plot(
+                along[order], hoop[order], lw=1.0, color=f"C{number}", label=plain(step.title)
+            )
         # stress may be infinite at corners
         if usual > 0.0:
             low, high = axes.get_ylim()
             axes.set_ylim(max(low, -1.5 * usual), min(high, 1.5 * usual))
         for start, part in _starts(mesh):
             axes.axvline(start, color="0.7", lw=0.6)
-            axes.annotate(plain(part), (start, 1.0), xycoords=("data", "axes fraction"), xytext=(2.0, -2.0),
-                          textcoords="offset points", va="top", fontsize="x-small", color="0.35")  # fmt: skip
+            axes.annotate(
+                plain(part),
+                (start, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2.0, -2.0),
+                textcoords="offset points",
+                va="top",
+                fontsize="x-small",
+                color="0.35",
+            )
         axes.axhline(0.0, color="0.5", lw=0.6)
-        axes.set(xlim=(0.0, float(mesh.length.sum())), xlabel=label("arc length round the boundary", units.length),
-                 ylabel=label("stress along it", units.stress),
-                 title=headed(solution, name if len(solution.meshes) > 1 else ""))  # fmt: skip
+        axes.set(
+            xlim=(0.0, float(mesh.length.sum())),
+            xlabel=label("arc length round the boundary", units.length),
+            ylabel=label("stress along it", units.stress),
+            title=headed(solution, name if len(solution.meshes) > 1 else ""),
+        )
         if len(ends) > 1:
             legend_beside(axes)
 
 
-def hoop_stress(solution: SolutionData, body: str, element: Index, place: Array, step: Any = None) -> Array:
+def hoop_stress(
+    solution: SolutionData, body: str, element: Index, place: Array, step: Any = None
+) -> Array:
     """τ·στ (q,) at places of a plane body's boundary, τ along it [stress]."""
     at = solution.meshes[body].variables_at(element, place)
     state = solution.body_fields(body, step).on_boundary(element, place)

@@ -1,4 +1,5 @@
-"""Figures in the plane: the deformed bodies (figures 1 and 4 of the paper), and curves along each interface (2, 3, 5, 6)."""
+"""Figures in the plane: the deformed bodies (figures 1 and 4 of the paper), and curves along each
+interface (2, 3, 5, 6)."""
 
 from __future__ import annotations
 
@@ -10,7 +11,16 @@ from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...runtime.figure_style import COLOURS, SHADES, STATES, draw_states, label, legend_below, legend_beside, plain
+from ...runtime.figure_style import (
+    COLOURS,
+    SHADES,
+    STATES,
+    draw_states,
+    label,
+    legend_below,
+    legend_beside,
+    plain,
+)
 from ..data import SolutionData
 from ..records import PairResult
 from .curves import CURVES, along, headed, headed_end, shown_ends
@@ -23,7 +33,8 @@ ARROWS = 60
 
 
 def draw_deformed(figure: Any, solution: SolutionData) -> None:
-    """Initial and deformed outlines at the end, magnified, states of contact nodes, forces on the secondaries."""
+    """Initial and deformed outlines at the end, magnified, states of contact nodes, forces on the
+    secondaries."""
     deformed_on(figure.add_subplot(), solution)
 
 
@@ -36,7 +47,10 @@ def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> 
     place(axes, solution)
     if view is not None:
         margin = 0.15 * size  # room for forces
-        axes.set(xlim=(view.low[0] - margin, view.high[0] + margin), ylim=(view.low[1] - margin, view.high[1] + margin))
+        axes.set(
+            xlim=(view.low[0] - margin, view.high[0] + margin),
+            ylim=(view.low[1] - margin, view.high[1] + margin),
+        )
     legend_below(axes, 4)
 
 
@@ -53,30 +67,48 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
     axes.plot([], [], color="0.55", lw=0.9, ls="--", label="initial")
     axes.plot([], [], ls="", label=view.text)
     for name, pair in solution.pairs.items():
-        draw_states(axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state))
+        draw_states(
+            axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state)
+        )
 
 
 def moved(solution: SolutionData, name: str, factor: float) -> Array:
     """Where the secondary's nodes of an interface are drawn (m, 2)."""
-    return solution.pairs[name].x + factor * solution.bodies[solution.sides[name][0]].u[solution.nodes[name]]
+    return (
+        solution.pairs[name].x
+        + factor * solution.bodies[solution.sides[name][0]].u[solution.nodes[name]]
+    )
 
 
 def forces(axes: Any, solution: SolutionData, factor: float, size: float) -> None:
     """Contact tractions on the secondaries as arrows, the largest cut."""
-    largest = max((float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in solution.pairs.values()), default=0.0)
+    largest = max(
+        (float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in solution.pairs.values()),
+        default=0.0,
+    )
     for name, pair in solution.pairs.items() if largest > 0.0 else ():
         traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
         arrows = traction * (0.1 * size / largest)
         arrows *= np.minimum(1.0, 0.15 * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
         shown = _spread(pair, ARROWS)
         start = moved(solution, name, factor) - arrows
-        axes.quiver(*start[shown].T, *arrows[shown].T, angles="xy", scale_units="xy", scale=1.0, width=0.002, color="0.35")
+        axes.quiver(
+            *start[shown].T,
+            *arrows[shown].T,
+            angles="xy",
+            scale_units="xy",
+            scale=1.0,
+            width=0.002,
+            color="0.35",
+        )
 
 
 def place(axes: Any, solution: SolutionData) -> None:
     """Axes of the plane of the bodies: lengths alike in both directions, title and units."""
     unit = solution.problem.units.length
-    axes.set(xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed_end(solution))
+    axes.set(
+        xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed_end(solution)
+    )
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
@@ -96,15 +128,20 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
     loops, ends = mesh.loops(), [mesh.end[loop[-1]][None] for loop in mesh.loops()]
     still, moving = _curves(loops, number, initial), _curves(loops, moved, deformed)
-    return [(np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
-            for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)]  # fmt: skip
+    return [
+        (np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
+        for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)
+    ]
 
 
 def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:
     """Curves, one a loop, through points given by the number of their element."""
     number = np.concatenate(numbers)
     order = np.argsort(number, kind="stable")
-    return np.split(np.concatenate(points)[order], np.searchsorted(number[order], [int(loop[0]) for loop in loops[1:]]))
+    return np.split(
+        np.concatenate(points)[order],
+        np.searchsorted(number[order], [int(loop[0]) for loop in loops[1:]]),
+    )
 
 
 def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
@@ -113,7 +150,8 @@ def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
-    """Tangential displacement along each interface, between bodies the slip, at the end of each step (figures 2 and 5)."""
+    """Tangential displacement along each interface, between bodies the slip, at the end of each
+    step (figures 2 and 5)."""
     for axes, name, order in _panels(figure, solution):
         ends = shown_ends(solution)
         for number, step in enumerate(ends):
@@ -133,20 +171,30 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
         s, bound = pair.arc_length[order], pair.bound[order]
         axes.plot(s, pair.sigma_t[order, 0], label=r"$\sigma_t$")
         for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
-            axes.plot(s, sign * bound, color="black", lw=0.9, ls="--", label=r"$\pm$ bound" if sign > 0 else None)
+            axes.plot(
+                s,
+                sign * bound,
+                color="black",
+                lw=0.9,
+                ls="--",
+                label=r"$\pm$ bound" if sign > 0 else None,
+            )
         axes.margins(y=0.08)
         axes.set_ylabel(label("tangential traction", solution.problem.units.stress))
         legend_beside(axes)
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
-    """Normal traction along each interface at the end; where it pulls, a foundation that does not would let go."""
+    """Normal traction along each interface at the end; where it pulls, a foundation that does not
+    would let go."""
     for axes, name, order in _panels(figure, solution):
         pair = solution.pairs[name]
         s, normal = pair.arc_length[order], 0.0 - pair.pressure[order]
         axes.plot(s, normal, label=r"$\sigma_n$")
         if (normal > 0.0).any():
-            axes.fill_between(s, 0.0, np.maximum(normal, 0.0), color=COLOURS[3], alpha=0.4, lw=0, label="tension")
+            axes.fill_between(
+                s, 0.0, np.maximum(normal, 0.0), color=COLOURS[3], alpha=0.4, lw=0, label="tension"
+            )
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set_ylabel(label("normal traction", solution.problem.units.stress))
         legend_beside(axes)
@@ -158,7 +206,10 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
         top = 0.0
         for number, step in enumerate(shown_ends(solution)):
             pair = step.pairs[name]
-            s, gap = pair.arc_length[order], np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order]
+            s, gap = (
+                pair.arc_length[order],
+                np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order],
+            )
             axes.plot(s, gap, color=f"C{number}", label=plain(step.title))
             inside = (s >= axes.get_xlim()[0]) & (s <= axes.get_xlim()[1]) & np.isfinite(gap)
             top = max(top, float(gap[inside].max(initial=0.0)))
@@ -169,14 +220,22 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
-    """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
+    """Pressure along each interface that wears after some of the cycles, and the worn depth of both
+    sides, downwards."""
     table, units = solution.wear, solution.problem.units
     assert table is not None
     for axes, name, order in _panels(figure, solution, list(table.depth)):
         s = solution.pairs[name].arc_length[order]
         deep = axes.twinx()
-        for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
-            axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
+        for number, k in enumerate(
+            np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))
+        ):
+            axes.plot(
+                s,
+                table.pressure[name][k][order],
+                color=f"C{number}",
+                label=f"cycle {table.cycle[k]}",
+            )
             deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
         deep.set(ylim=(2.5 * float(table.depth[name].max(initial=0.0)) or 1.0, 0.0))
         deep.set_ylabel(label("worn depth (dashed)", units.length))
@@ -184,8 +243,11 @@ def draw_profiles(figure: Any, solution: SolutionData) -> None:
         legend_below(axes, 3)
 
 
-def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None) -> list[tuple[Any, str, Index]]:
-    """One panel an interface, its states at the end behind it, its name, and its nodes in order along it."""
+def _panels(
+    figure: Any, solution: SolutionData, names: list[str] | None = None
+) -> list[tuple[Any, str, Index]]:
+    """One panel an interface, its states at the end behind it, its name, and its nodes in order
+    along it."""
     names = names or list(solution.pairs)
     if len(names) > 1:
         figure.set_figheight(1.2 + 2.6 * len(names))
@@ -194,7 +256,9 @@ def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None)
         order = np.argsort(solution.pairs[name].arc_length)
         _shaded(axes, solution, name)
         _window(axes, [step.pairs[name] for step in shown_ends(solution)])
-        axes.set_xlabel(label(f"arc length along {along(solution, name)}", solution.problem.units.length))
+        axes.set_xlabel(
+            label(f"arc length along {along(solution, name)}", solution.problem.units.length)
+        )
         axes.set_title(headed(solution) if name == names[0] else "")
         panels.append((axes, name, order))
     return panels
@@ -204,7 +268,11 @@ def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
     """Stick, slip and open stretches of the arc length behind the curves."""
     pair, mesh = solution.pairs[name], as_curve(solution.meshes[solution.sides[name][0]])
     order = np.argsort(pair.arc_length)
-    s, state, element = pair.arc_length[order], pair.state[order], mesh.element[solution.nodes[name][order]]
+    s, state, element = (
+        pair.arc_length[order],
+        pair.state[order],
+        mesh.element[solution.nodes[name][order]],
+    )
     cuts = np.flatnonzero(np.diff(state)) + 1
     last = mesh.side_start[element[-1]] + mesh.length[element[-1]]
     ends = np.concatenate([[mesh.side_start[element[0]]], 0.5 * (s[cuts - 1] + s[cuts]), [last]])

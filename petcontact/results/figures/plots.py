@@ -26,7 +26,10 @@ Drawings = dict[str, Callable[[Any, SolutionData], None]]
 
 
 def plot_all(
-    solution: SolutionData, folder: str | Path, stem: str = "result", formats: Sequence[str] = ("png",)
+    solution: SolutionData,
+    folder: str | Path,
+    stem: str = "result",
+    formats: Sequence[str] = ("png",),
 ) -> list[Path]:
     """Draw every figure of a solution.
 
@@ -43,11 +46,12 @@ def plot_all(
     Returns
     -------
     list of Path
-        STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-normal.png with a panel for each
-        interface, STEM-traction.png where any is tangential, STEM-gap.png where one opens, in space STEM-states.png and
-        STEM-error.png; STEM-history.png, and of several increments STEM-hysteresis.png; where anything wears
-        STEM-wear.png, with cycles in the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies
-        (in space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
+        STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-normal.png with a
+        panel for each interface, STEM-traction.png where any is tangential, STEM-gap.png where one
+        opens, in space STEM-states.png and STEM-error.png; STEM-history.png, and of several
+        increments STEM-hysteresis.png; where anything wears STEM-wear.png, with cycles in the plane
+        STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies (in space on
+        their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
 
     Raises
     ------
@@ -70,7 +74,10 @@ def drawings(solution: SolutionData) -> Drawings:
         found.pop("hoop", None)
     if not any(pair.sigma_t.any() for step in ends for pair in step.pairs.values()):
         del found["traction"]
-    if any(pair.pressure_error is None or pair.sigma_t_error is None for pair in solution.pairs.values()):
+    if any(
+        pair.pressure_error is None or pair.sigma_t_error is None
+        for pair in solution.pairs.values()
+    ):
         found.pop("error", None)
     if solution.wear is None:
         found.pop("profiles", None)
@@ -85,18 +92,32 @@ def drawings(solution: SolutionData) -> Drawings:
 
 
 OF_DIMENSION: dict[int, Drawings] = {
-    2: {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
-        "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles, "stress": draw_von_mises,
-        "hoop": draw_hoop},
-    3: {"surface": surface.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
-        "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap, "error": space.draw_error,
-        "stress": draw_von_mises},
-}  # fmt: skip
+    2: {
+        "deformed": plane.draw_deformed,
+        "displacement": plane.draw_displacement,
+        "traction": plane.draw_traction,
+        "normal": plane.draw_normal,
+        "gap": plane.draw_gap,
+        "profiles": plane.draw_profiles,
+        "stress": draw_von_mises,
+        "hoop": draw_hoop,
+    },
+    3: {
+        "surface": surface.draw_surface,
+        "displacement": space.draw_displacement,
+        "traction": space.draw_traction,
+        "normal": space.draw_normal,
+        "states": space.draw_states_by_step,
+        "gap": space.draw_gap,
+        "error": space.draw_error,
+        "stress": draw_von_mises,
+    },
+}
 
 
 def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:
-    """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new one by default; returns the
-    axes. In a view that other drawings share, where one is given."""
+    """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new
+    one by default; returns the axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim
     if place is None:
         from matplotlib import pyplot

@@ -1,4 +1,5 @@
-"""Figures in space: the deformed bodies, and on each interface tractions, motion and states, seen along its normal."""
+"""Figures in space: the deformed bodies, and on each interface tractions, motion and states, seen
+along its normal."""
 
 from __future__ import annotations
 
@@ -23,22 +24,37 @@ ARROWS = 500
 ROUND = 0.3
 """Length of the mean normal of what is in contact below which that goes round the body."""
 SMALL, MARGIN, NEXT, LONG = 0.5, 0.2, 1.1, 5.0
-"""Share of the extent of a face up to which contact is shown alone, how much of its own is shown beside it, and up to
-which multiple of the distance to the next node that is open; length over width from which on scales differ."""
+"""Share of the extent of a face up to which contact is shown alone, how much of its own is shown
+beside it, and up to which multiple of the distance to the next node that is open; length over width
+from which on scales differ."""
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
-    """Tangential displacement on each interface at the end, between bodies the slip, as arrows; nodes that stick as dots."""
+    """Tangential displacement on each interface at the end, between bodies the slip, as arrows;
+    nodes that stick as dots."""
     for axes, name, pair in _panels(figure, solution):
-        slip, unit = np.where(pair.state[:, None] == OPEN, 0.0, pair.slip), solution.problem.units.length
-        _shade(axes, solution, name, np.linalg.norm(slip, axis=1), label("tangential displacement", unit))
+        slip, unit = (
+            np.where(pair.state[:, None] == OPEN, 0.0, pair.slip),
+            solution.problem.units.length,
+        )
+        _shade(
+            axes,
+            solution,
+            name,
+            np.linalg.norm(slip, axis=1),
+            label("tangential displacement", unit),
+        )
         _arrows(axes, solution, name, slip, unit)
 
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
-    """Tangential traction on each interface at the end as arrows, over its share of the bound; nodes that stick as dots."""
+    """Tangential traction on each interface at the end as arrows, over its share of the bound;
+    nodes that stick as dots."""
     for axes, name, pair in _panels(figure, solution):
-        size, limited = np.linalg.norm(pair.sigma_t, axis=1), np.isfinite(pair.bound) & (pair.bound > 0.0)
+        size, limited = (
+            np.linalg.norm(pair.sigma_t, axis=1),
+            np.isfinite(pair.bound) & (pair.bound > 0.0),
+        )
         share = np.divide(size, pair.bound, out=np.zeros(len(size)), where=limited)
         unit = solution.problem.units.stress
         if limited.any():
@@ -49,23 +65,40 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
-    """Pressure on each interface at the end; where it is negative a foundation that does not pull would let go."""
+    """Pressure on each interface at the end; where it is negative a foundation that does not pull
+    would let go."""
     for axes, name, pair in _panels(figure, solution):
-        _shade(axes, solution, name, pair.pressure, label("pressure", solution.problem.units.stress))
+        _shade(
+            axes, solution, name, pair.pressure, label("pressure", solution.problem.units.stress)
+        )
 
 
 def draw_error(figure: Any, solution: SolutionData) -> None:
-    """Estimated error of pressure and shear together on each interface at the end, rms over each panel."""
+    """Estimated error of pressure and shear together on each interface at the end, rms over each
+    panel."""
     for axes, name, pair in _panels(figure, solution):
         assert pair.pressure_error is not None and pair.sigma_t_error is not None
         error = np.hypot(pair.pressure_error, pair.sigma_t_error)
-        _shade(axes, solution, name, error, label("estimated error of p and q", solution.problem.units.stress))
+        _shade(
+            axes,
+            solution,
+            name,
+            error,
+            label("estimated error of p and q", solution.problem.units.stress),
+        )
 
 
 def draw_gap(figure: Any, solution: SolutionData) -> None:
-    """What is left of the gap on each interface at the end; panels that face nothing somewhere are left out."""
+    """What is left of the gap on each interface at the end; panels that face nothing somewhere are
+    left out."""
     for axes, name, pair in _panels(figure, solution):
-        _shade(axes, solution, name, np.maximum(pair.gap, 0.0), label("gap", solution.problem.units.length))
+        _shade(
+            axes,
+            solution,
+            name,
+            np.maximum(pair.gap, 0.0),
+            label("gap", solution.problem.units.length),
+        )
 
 
 def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
@@ -81,15 +114,28 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
             closed = np.any([end.pairs[name].state != OPEN for end in ends], axis=0)
             shown = _window(axes, x, closed, _front(solution, name, closed, chart), chart)
             draw_states(axes, x[shown], pair.state[shown])
-            axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
-    found = {word: handle for axes in every.ravel()
-             for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
-    every[0, -1].legend(found.values(), found.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
+            axes.set_title(
+                ": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]),
+                fontsize="small",
+            )
+    found = {
+        word: handle
+        for axes in every.ravel()
+        for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    every[0, -1].legend(
+        found.values(),
+        found.keys(),
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+        fontsize="x-small",
+    )
     figure.suptitle(headed(solution), fontsize="medium")
 
 
 def _front(solution: SolutionData, name: str, closed: Mask, chart: Chart) -> Mask:
-    """Which nodes lie on the side of a round body that is in contact; all where contact goes round, or is unrolled."""
+    """Which nodes lie on the side of a round body that is in contact; all where contact goes round,
+    or is unrolled."""
     if chart.centre is not None:
         return np.ones(len(closed), dtype=bool)
     normal = solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]]
@@ -107,41 +153,65 @@ def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairRes
     return [(axes, *item) for axes, item in zip(every, pairs.items(), strict=True)]
 
 
-def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: str, top: float | None = None) -> None:
-    """Panels of an interface, see `Chart`, in bands up to `top` of what nodal values (m,) interpolate."""
+def _shade(
+    axes: Any, solution: SolutionData, name: str, values: Array, what: str, top: float | None = None
+) -> None:
+    """Panels of an interface, see `Chart`, in bands up to `top` of what nodal values (m,)
+    interpolate."""
     from matplotlib.collections import LineCollection
     from matplotlib.tri import Triangulation
 
-    pair, mesh, nodes = solution.pairs[name], as_surface(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
+    pair, mesh, nodes = (
+        solution.pairs[name],
+        as_surface(solution.meshes[solution.sides[name][0]]),
+        solution.nodes[name],
+    )
     chart, closed, known = Chart.of(solution, name), pair.state != OPEN, np.isfinite(values)
     front = _front(solution, name, closed, chart)
     whole = np.setdiff1d(mesh.element[nodes[front & known]], mesh.element[nodes[~known]])
-    places, triangles, rims = small_triangles(mesh, TRIANGLES, whole if len(whole) else np.unique(mesh.element[nodes]))
+    places, triangles, rims = small_triangles(
+        mesh, TRIANGLES, whole if len(whole) else np.unique(mesh.element[nodes])
+    )
     nodal = np.zeros(mesh.n_nodes)
     nodal[nodes] = np.where(known, values, 0.0)
-    shown = nodal[nodes][_window(axes, chart.at(pair.x), closed, front, chart) & (known | (len(whole) == 0))]
+    shown = nodal[nodes][
+        _window(axes, chart.at(pair.x), closed, front, chart) & (known | (len(whole) == 0))
+    ]
     colours = band_colours(shown, top)
     # between the nodes a polynomial passes what it has at them
     between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, shown.min(), shown.max())
     at = mesh.variables_at(places.element, places.place)
     x = chart.at(np.column_stack([at[axis] for axis in "xyz"]), places.element)
-    axes.tricontourf(Triangulation(*x.T, triangles), between, levels=colours.norm.boundaries, norm=colours.norm,
-                     cmap=colours.cmap, extend="max")  # fmt: skip
-    axes.add_collection(LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5), autolim=axes.get_autoscale_on())
+    axes.tricontourf(
+        Triangulation(*x.T, triangles),
+        between,
+        levels=colours.norm.boundaries,
+        norm=colours.norm,
+        cmap=colours.cmap,
+        extend="max",
+    )
+    axes.add_collection(
+        LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5),
+        autolim=axes.get_autoscale_on(),
+    )
     axes.autoscale_view()
     axes.set_title(f"{along(solution, name)}: {what}", fontsize="small")
     axes.figure.colorbar(colours, ax=axes, shrink=0.75, spacing="proportional")
 
 
 def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mask:
-    """Name the axes and choose what they show of nodes at places (m, 2), and which these are: all in front, or along an axis
-    on which the face is much larger those in contact and some beside them."""
+    """Name the axes and choose what they show of nodes at places (m, 2), and which these are: all
+    in front, or along an axis on which the face is much larger those in contact and some beside
+    them."""
     low, high = x.min(axis=0), x.max(axis=0)
     least, most = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
     small, shown = most - least < SMALL * (high - low), front.copy()
     for k in np.flatnonzero(small & closed.any()):
         away = np.maximum(least[k] - x[:, k], x[:, k] - most[k])
-        margin = max(MARGIN * (most - least)[k], NEXT * away[front & ~closed & (away > 0.0)].min(initial=np.inf))
+        margin = max(
+            MARGIN * (most - least)[k],
+            NEXT * away[front & ~closed & (away > 0.0)].min(initial=np.inf),
+        )
         low[k], high[k] = max(low[k], least[k] - margin), min(high[k], most[k] + margin)
         shown &= (x[:, k] >= low[k]) & (x[:, k] <= high[k])
         axes.set(**{"xy"[k] + "lim": (low[k], high[k])})
@@ -152,7 +222,9 @@ def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mas
     return shown
 
 
-def _arrows(axes: Any, solution: SolutionData, name: str, components: Array, unit: str | None) -> None:
+def _arrows(
+    axes: Any, solution: SolutionData, name: str, components: Array, unit: str | None
+) -> None:
     """Vectors of tangential components with the length of one of them, and the nodes that stick."""
     chart = Chart.of(solution, name)
     pair = solution.pairs[name]
@@ -162,9 +234,13 @@ def _arrows(axes: Any, solution: SolutionData, name: str, components: Array, uni
     some = some[:: max(1, len(some) // ARROWS)]
     if len(some):
         # a dark edge, so that they are seen on every shade
-        axes.quiver(*x[some].T, *vectors[some].T, color="w", width=0.0035, edgecolor="0.1", linewidth=0.4)
+        axes.quiver(
+            *x[some].T, *vectors[some].T, color="w", width=0.0035, edgecolor="0.1", linewidth=0.4
+        )
         longest = f"longest {np.linalg.norm(vectors[some], axis=1).max():.3g}"
-        axes.plot([], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=label(longest, unit))
+        axes.plot(
+            [], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=label(longest, unit)
+        )
     sticks = pair.state == STICK
     if sticks.any():
         name, colour, marker = STATES[STICK]

@@ -1,4 +1,5 @@
-"""The deformed surfaces of bodies in space, shaded in bands of a quantity, with the edges of the panels."""
+"""The deformed surfaces of bodies in space, shaded in bands of a quantity, with the edges of the
+panels."""
 
 from __future__ import annotations
 
@@ -26,9 +27,11 @@ ELEVATION, STEEP, AZIMUTH = 24.0, 50.0, -58.0
 SHADE = 0.2
 """How much darker surfaces are that are seen from the side."""
 SEEN = 0.8
-"""Share of the most that any view shows of a contact, with which the first view that has it is taken."""
+"""Share of the most that any view shows of a contact, with which the first view that has it is
+taken."""
 COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.6, 2.9, 0.4, 1.2
-"""Columns of bodies drawn alone; heights of all together, of a row of those and of titles, width of the bar [inches]."""
+"""Columns of bodies drawn alone; heights of all together, of a row of those and of titles, width of
+the bar [inches]."""
 ZOOM, ALONE_ZOOM = 0.95, 0.8
 """Of boxes about bodies in their axes."""
 TICKS = 5
@@ -55,7 +58,9 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
     result = {}
     for name, mesh in solution.meshes.items():
         surface = as_surface(mesh)
-        places, triangles, rims = small_triangles(surface, round(TRIANGLES * mesh.n_elements / count))
+        places, triangles, rims = small_triangles(
+            surface, round(TRIANGLES * mesh.n_elements / count)
+        )
         at = mesh.variables_at(places.element, places.place)
         x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
         u = mesh.basis_at(places.element, places.place) @ solution.bodies[name].u
@@ -64,9 +69,15 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
 
 
 def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
-    """The deformed surfaces of all bodies at the end, shaded by |u|, on given axes; in a view that others share, else in the
-    one that suits them."""
-    shade([axes], solution, *_displacements(solution), view or view_of(solution), view.largest if view else None)
+    """The deformed surfaces of all bodies at the end, shaded by |u|, on given axes; in a view that
+    others share, else in the one that suits them."""
+    shade(
+        [axes],
+        solution,
+        *_displacements(solution),
+        view or view_of(solution),
+        view.largest if view else None,
+    )
 
 
 def draw_surface(figure: Any, solution: SolutionData) -> None:
@@ -82,10 +93,16 @@ def _displacements(solution: SolutionData) -> tuple[dict[str, Sampled], str]:
     return sampled(solution, size), label("|u|", solution.problem.units.length)
 
 
-def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View,
-               top: float | None = None) -> None:  # fmt: skip
-    """Draw all surfaces together and, of several bodies, each that is in contact alone, turned so that its contact is seen:
-    together they hide it. Colours are as of `shade`."""
+def shade_each(
+    figure: Any,
+    solution: SolutionData,
+    bodies: Mapping[str, Sampled],
+    what: str,
+    view: View,
+    top: float | None = None,
+) -> None:
+    """Draw all surfaces together and, of several bodies, each that is in contact alone, turned so
+    that its contact is seen: together they hide it. Colours are as of `shade`."""
     alone = [name for name in bodies if contact_normals(solution, name)] if len(bodies) > 1 else []
     if not alone:
         shade([figure.add_subplot(projection="3d")], solution, bodies, what, view, top)
@@ -97,41 +114,69 @@ def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled
     figure.set_size_inches(wide, high)
     share = 1.0 - BAR / wide
     places = [(0.0, ALONE * rows / high, share, (TOGETHER - TITLE) / high)]
-    places += [(share * (k % columns) / columns, ALONE * (rows - 1 - k // columns) / high, share / columns,
-                (ALONE - TITLE) / high) for k in range(len(alone))]  # fmt: skip
+    places += [
+        (
+            share * (k % columns) / columns,
+            ALONE * (rows - 1 - k // columns) / high,
+            share / columns,
+            (ALONE - TITLE) / high,
+        )
+        for k in range(len(alone))
+    ]
     every = [figure.add_axes(place, projection="3d") for place in places]
     bar = figure.add_axes((1.0 - 0.8 * BAR / wide, 0.25, 0.15 / wide, 0.5))
     shade(every, solution, bodies, what, view, top, names=alone, bar=bar)
 
 
 def shade(
-    every: Sequence[Any], solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View,
-    top: float | None = None, names: Sequence[str] = (), bar: Any = None,
-) -> None:  # fmt: skip
-    """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with a colour bar: on the
-    first of some axes all of them, on the others those of the names alone."""
+    every: Sequence[Any],
+    solution: SolutionData,
+    bodies: Mapping[str, Sampled],
+    what: str,
+    view: View,
+    top: float | None = None,
+    names: Sequence[str] = (),
+    bar: Any = None,
+) -> None:
+    """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with
+    a colour bar: on the first of some axes all of them, on the others those of the names alone."""
     values = np.concatenate([body.values for body in bodies.values()])
     colours = band_colours(values, top)
     moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
-    _fit(every[0], solution, np.minimum(moved.min(axis=0), view.low), np.maximum(moved.max(axis=0), view.high))
+    _fit(
+        every[0],
+        solution,
+        np.minimum(moved.min(axis=0), view.low),
+        np.maximum(moved.max(axis=0), view.high),
+    )
     text = f"{view.text}, seen from below" if every[0].elev < 0.0 else view.text
     every[0].set_title("\n".join(filter(None, (headed_end(solution), text))), fontsize="medium")
     for axes, name in zip(every[1:], names, strict=True):
-        moved = _draw(axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name))
+        moved = _draw(
+            axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name)
+        )
         _fit(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
         axes.set(xticks=[], yticks=[], zticks=[])
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.labelpad = -12.0
         below = ", from below" if axes.elev < 0.0 else ""
         axes.set_title(f"{plain(name)}, its contact in view{below}", fontsize="small")
-    place = {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
-    every[0].figure.colorbar(colours, label=what, spacing="proportional", extend=beyond(values, colours), **place)
+    place = (
+        {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
+    )
+    every[0].figure.colorbar(
+        colours, label=what, spacing="proportional", extend=beyond(values, colours), **place
+    )
 
 
 def _draw(
-    axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], factor: float, colours: Any,
+    axes: Any,
+    solution: SolutionData,
+    bodies: Mapping[str, Sampled],
+    factor: float,
+    colours: Any,
     angles: tuple[float, float],
-) -> Array:  # fmt: skip
+) -> Array:
     """Surfaces on axes, seen from elevation and azimuth; their points, displaced."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -153,22 +198,33 @@ def _draw(
         polygons += pieces
         fills.append(fill)
         ends = x[body.rims[seen[body.rims].all(axis=1)]]
-        # a little nearer to the eye than the panels beside it, which moves nothing in parallel projection
+        # a little nearer to the eye than the panels beside it, which moves nothing in parallel
+        # projection
         ends = ends + 0.5 * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[:, None, None] * toward
         rims += [*ends[:, [0, 1, 1]]]
     faces = np.concatenate(fills)
     edges = np.concatenate([faces, np.tile((0.55, 0.55, 0.55, 0.7), (len(rims), 1))])
     widths = np.repeat([0.3, 0.35], [len(polygons), len(rims)])
     faces = np.concatenate([faces, np.zeros((len(rims), 4))])
-    axes.add_collection3d(Poly3DCollection(polygons + rims, facecolors=faces, edgecolors=edges, linewidths=widths))
+    axes.add_collection3d(
+        Poly3DCollection(polygons + rims, facecolors=faces, edgecolors=edges, linewidths=widths)
+    )
     return np.concatenate(moved)
 
 
 def contact_normals(solution: SolutionData, body: str) -> list[Array]:
-    """Outward normals of a body times areas on its interfaces, (m, 3) each, where they are in contact, or anywhere."""
-    result, primary = [], {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
+    """Outward normals of a body times areas on its interfaces, (m, 3) each, where they are in
+    contact, or anywhere."""
+    result, primary = (
+        [],
+        {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact},
+    )
     for name, pair in solution.pairs.items():
-        closed = pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.weight), dtype=bool)
+        closed = (
+            pair.state != OPEN
+            if np.any(pair.state != OPEN)
+            else np.ones(len(pair.weight), dtype=bool)
+        )
         area = (pair.weight[:, None] * pair.normal)[closed]
         sides = (1.0, solution.sides[name][0]), (-1.0, primary.get(name))
         result += [sign * area for sign, one in sides if one == body]
@@ -176,13 +232,20 @@ def contact_normals(solution: SolutionData, body: str) -> list[Array]:
 
 
 def best_view(solution: SolutionData, body: str | None = None) -> tuple[float, float]:
-    """Elevation and azimuth; of one body such that as much as can be of its contact is seen, from below if need be."""
-    views = [(up, AZIMUTH + turn) for up in (ELEVATION, -ELEVATION, STEEP, -STEEP) for turn in (0.0, 90.0, -90.0, 180.0)]
+    """Elevation and azimuth; of one body such that as much as can be of its contact is seen, from
+    below if need be."""
+    views = [
+        (up, AZIMUTH + turn)
+        for up in (ELEVATION, -ELEVATION, STEEP, -STEEP)
+        for turn in (0.0, 90.0, -90.0, 180.0)
+    ]
     names = list(solution.meshes) if body is None else [body]
     normals = contact_normals(solution, names[0]) if len(names) == 1 else []
     if not normals:
         return views[0]
-    seen = [float(np.maximum(np.concatenate(normals) @ _toward(*angles), 0.0).sum()) for angles in views]
+    seen = [
+        float(np.maximum(np.concatenate(normals) @ _toward(*angles), 0.0).sum()) for angles in views
+    ]
     return views[int(np.argmax(np.array(seen) > SEEN * max(seen)))]
 
 
@@ -198,12 +261,20 @@ def _fit(axes: Any, solution: SolutionData, low: Array, high: Array, zoom: float
 
     size = np.maximum(high - low, 0.02 * float((high - low).max()))
     for k, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(MaxNLocator(max(1, round(TICKS * size[k] / size.max())), steps=[1, 2, 5, 10]))
+        axis.set_major_locator(
+            MaxNLocator(max(1, round(TICKS * size[k] / size.max())), steps=[1, 2, 5, 10])
+        )
         axis.set_tick_params(labelsize=7.0, pad=0.0)
         axis.pane.set_alpha(0.15)
     axes.grid(visible=False)
     names = [label(axis, solution.problem.units.length) for axis in "xyz"]
-    axes.set(xlim=(low[0], low[0] + size[0]), ylim=(low[1], low[1] + size[1]), zlim=(low[2], low[2] + size[2]))
-    for setter, name in zip((axes.set_xlabel, axes.set_ylabel, axes.set_zlabel), names, strict=True):
+    axes.set(
+        xlim=(low[0], low[0] + size[0]),
+        ylim=(low[1], low[1] + size[1]),
+        zlim=(low[2], low[2] + size[2]),
+    )
+    for setter, name in zip(
+        (axes.set_xlabel, axes.set_ylabel, axes.set_zlabel), names, strict=True
+    ):
         setter(name, labelpad=-1.0, fontsize=8.0)
     axes.set_box_aspect(size, zoom=zoom)

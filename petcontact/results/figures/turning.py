@@ -1,4 +1,5 @@
-"""One HTML page that turns the deformed bodies: all that it needs is in it, no network and no other program."""
+"""One HTML page that turns the deformed bodies: all that it needs is in it, no network and no other
+program."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ from .surface import best_view
 from .view import view_of
 
 TRIANGLES, CELLS, ALONG = 16_000, 60, 12
-"""About: of all surfaces together, along the longer side of a plane body, and on an element of its rim."""
+"""About: of all surfaces together, along the longer side of a plane body, and on an element of its
+rim."""
 INCREMENTS = 12
 """At most: ends of steps, and others spread evenly."""
 UNKNOWN = 65535
@@ -41,7 +43,8 @@ Fields = dict[str, Array]
 
 
 def write_page(path: str | Path, solution: SolutionData) -> Path:
-    """Write the page of a solution: bodies to turn, deformed as much as wanted, shaded by a field of an increment.
+    """Write the page of a solution: bodies to turn, deformed as much as wanted, shaded by a field
+    of an increment.
 
     Parameters
     ----------
@@ -57,8 +60,11 @@ def write_page(path: str | Path, solution: SolutionData) -> Path:
     """
     import jinja2
 
-    environment = jinja2.Environment(loader=jinja2.PackageLoader(__package__, ""), autoescape=True,
-                                     undefined=jinja2.StrictUndefined)  # fmt: skip
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(__package__, ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+    )
     title = printable(solution.problem.title) or "petcontact"
     # in a script an escaped < ends no element
     data = json.dumps(scene(solution), separators=(",", ":")).replace("<", "\\u003c")
@@ -72,38 +78,62 @@ def scene(solution: SolutionData) -> dict[str, Any]:
 
     units, steps = solution.problem.units, _shown(solution.steps or solution.tried)
     names = {
-        "u": label("|u|", units.length), "von_mises": label("von Mises stress", units.stress),
-        "pressure": label("pressure", units.stress), "shear": label("shear traction", units.stress),
-        "slip": label("slip", units.length), "error": label("estimated error of the traction", units.stress),
-    }  # fmt: skip
+        "u": label("|u|", units.length),
+        "von_mises": label("von Mises stress", units.stress),
+        "pressure": label("pressure", units.stress),
+        "shear": label("shear traction", units.stress),
+        "slip": label("slip", units.length),
+        "error": label("estimated error of the traction", units.stress),
+    }
     plane = next(iter(solution.meshes.values())).dim == 2
     drawn = {name: _piece(mesh, solution, name, steps) for name, mesh in solution.meshes.items()}
-    found = [key for key in names  # of superelements no stress is known
-             if any(key in fields[0] and np.isfinite(fields[0][key]).any() for _, fields in drawn.values())]  # fmt: skip
-    ranges = {key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each]) for key in found}
+    found = [
+        key
+        for key in names  # of superelements no stress is known
+        if any(
+            key in fields[0] and np.isfinite(fields[0][key]).any() for _, fields in drawn.values()
+        )
+    ]
+    ranges = {
+        key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each])
+        for key in found
+    }
     away = _apart(solution)
     for name, (body, each) in drawn.items():
         body["name"], body["away"] = printable(name), away[name]
-        body["steps"] = [{"move": _packed(fields["move"], "<f4")}
-                         | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
-                         for fields in each]  # fmt: skip
+        body["steps"] = [
+            {"move": _packed(fields["move"], "<f4")}
+            | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
+            for fields in each
+        ]
     return {
         "bodies": [body for body, _ in drawn.values()],
-        "fields": [{"key": key, "name": names[key], "low": low, "high": high} for key, (low, high) in ranges.items()],
+        "fields": [
+            {"key": key, "name": names[key], "low": low, "high": high}
+            for key, (low, high) in ranges.items()
+        ],
         "steps": [printable(f"{step.title}, load factor {step.load_factor:.4g}") for step in steps],
-        "factor": view_of(solution, steps).factor, "plane": plane,
+        "factor": view_of(solution, steps).factor,
+        "plane": plane,
         "view": list(FROM_ABOVE if plane else best_view(solution)),
-        "maps": {name: _packed(255.0 * colormaps[word](np.linspace(0.0, 1.0, COLOURS)), "u1")
-                 for name, word in (("uniform", UNIFORM), ("signed", SIGNED))},
-    }  # fmt: skip
+        "maps": {
+            name: _packed(255.0 * colormaps[word](np.linspace(0.0, 1.0, COLOURS)), "u1")
+            for name, word in (("uniform", UNIFORM), ("signed", SIGNED))
+        },
+    }
 
 
 def _apart(solution: SolutionData) -> dict[str, list[float]]:
-    """Where bodies are moved so that contact between them is seen, (3,) each, of pairs of two against each other by 1.
+    """Where bodies are moved so that contact between them is seen, (3,) each, of pairs of two
+    against each other by 1.
 
-    Secondaries go against the mean of their normals in contact; no way where these point all around, as those of a pin do.
+    Secondaries go against the mean of their normals in contact; no way where these point all
+    around, as those of a pin do.
     """
-    names, primary = list(solution.meshes), {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
+    names, primary = (
+        list(solution.meshes),
+        {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact},
+    )
     rows, motions = [np.ones(len(names))], [np.zeros(3)]
     for name, pair in solution.pairs.items():
         mean = pair.weight @ pair.normal / pair.weight.sum()
@@ -125,7 +155,9 @@ def _range(values: Sequence[Array]) -> tuple[float, float]:
 def _shown(steps: Sequence[StepResult]) -> list[StepResult]:
     """The ends of steps, and others spread evenly."""
     ends = [steps.index(step) for step in step_ends(list(steps))][-INCREMENTS:]
-    spread = np.linspace(0, len(steps) - 1, max(INCREMENTS - len(ends), 1)).round().astype(int).tolist()
+    spread = (
+        np.linspace(0, len(steps) - 1, max(INCREMENTS - len(ends), 1)).round().astype(int).tolist()
+    )
     return [steps[k] for k in sorted({*ends, *(spread if len(ends) < INCREMENTS else [])})]
 
 
@@ -137,12 +169,17 @@ def _quantised(values: Array, low: float, high: float) -> str:
     """Values in 65534 steps between two bounds."""
     known = np.isfinite(values)
     share = np.divide(values - low, high - low, out=np.zeros(len(values)), where=known)
-    return _packed(np.where(known, np.rint(np.clip(share, 0.0, 1.0) * (UNKNOWN - 1)), UNKNOWN), "<u2")
+    return _packed(
+        np.where(known, np.rint(np.clip(share, 0.0, 1.0) * (UNKNOWN - 1)), UNKNOWN), "<u2"
+    )
 
 
 @functools.singledispatch
-def _piece(mesh: Any, solution: SolutionData, name: str, steps: Sequence[StepResult]) -> tuple[dict[str, Any], list[Fields]]:
-    """Points, normals, triangles and rims of a body, and its fields after each increment, displacements as `move`."""
+def _piece(
+    mesh: Any, solution: SolutionData, name: str, steps: Sequence[StepResult]
+) -> tuple[dict[str, Any], list[Fields]]:
+    """Points, normals, triangles and rims of a body, and its fields after each increment,
+    displacements as `move`."""
     raise TypeError(f"no page of {type(mesh).__name__}")
 
 
@@ -155,8 +192,11 @@ def _(
     at = mesh.variables_at(places.element, places.place)
     x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
     basis, fields = mesh.basis_at(places.element, places.place), []
-    contact = {pair: np.isin(places.element, mesh.element[nodes]) for pair, nodes in solution.nodes.items()
-               if solution.sides[pair][0] == name}  # fmt: skip
+    contact = {
+        pair: np.isin(places.element, mesh.element[nodes])
+        for pair, nodes in solution.nodes.items()
+        if solution.sides[pair][0] == name
+    }
     for step in steps:
         traction = basis @ step.bodies[name].traction
         error = traction_error(mesh, step.bodies[name])[places.element]
@@ -164,11 +204,15 @@ def _(
         slip = np.full(len(x), np.nan)
         for pair, mine in contact.items():
             nodal = np.zeros((mesh.n_nodes, mesh.dim - 1))
-            nodal[solution.nodes[pair]] = np.where(step.pairs[pair].state[:, None] < 2, step.pairs[pair].slip, 0.0)
+            nodal[solution.nodes[pair]] = np.where(
+                step.pairs[pair].state[:, None] < 2, step.pairs[pair].slip, 0.0
+            )
             slip[mine] = np.linalg.norm(basis @ nodal, axis=1)[mine]
         state = solution.body_fields(name, step).on_boundary(places.element, places.place)
         shear = np.linalg.norm(traction - across[:, None] * normal, axis=1)
-        fields.append(_of_state(state) | {"pressure": -across, "shear": shear, "slip": slip, "error": error})
+        fields.append(
+            _of_state(state) | {"pressure": -across, "shear": shear, "slip": slip, "error": error}
+        )
     return _geometry(x, normal, triangles, rims), fields
 
 
@@ -194,7 +238,9 @@ def _(
         u, state = basis @ step.bodies[name].u, inside(step)
         both = {"move": u, "u": np.linalg.norm(u, axis=1), "von_mises": np.full(len(u), np.nan)}
         if state is not None:
-            both = {key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()}
+            both = {
+                key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()
+            }
         both["move"] = np.pad(both["move"], ((0, 0), (0, 1)))
         fields.append(both)
     flat = np.pad(x, ((0, 0), (0, 1)))
@@ -206,5 +252,9 @@ def _of_state(state: StressState) -> Fields:
 
 
 def _geometry(x: Array, normal: Array, triangles: Index, rims: Index) -> dict[str, Any]:
-    return {"x": _packed(x, "<f4"), "normal": _packed(normal, "<f4"), "triangles": _packed(triangles, "<u4"),
-            "rims": _packed(rims, "<u4")}  # fmt: skip
+    return {
+        "x": _packed(x, "<f4"),
+        "normal": _packed(normal, "<f4"),
+        "triangles": _packed(triangles, "<u4"),
+        "rims": _packed(rims, "<u4"),
+    }

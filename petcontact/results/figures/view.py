@@ -1,5 +1,5 @@
-"""By how much a drawing of the deformed bodies magnifies displacements, and its window; the plane that faces in space are
-drawn in."""
+"""By how much a drawing of the deformed bodies magnifies displacements, and its window; the plane
+that faces in space are drawn in."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ MAGNIFIED = 0.08
 NEARLY = 1.0 - 1e-4
 """Cosine of the angle to an axis from which on a direction is called by its name."""
 AROUND, STRAIGHT, ONE_SIDED = 0.9, 1e-3, 1e-3
-"""Length of the mean normal of what is in contact around an axis below which a face is unrolled, the largest variance of
-normals along that axis over that across it, and how far from it the middle of contact is that is drawn in the middle."""
+"""Length of the mean normal of what is in contact around an axis below which a face is unrolled,
+the largest variance of normals along that axis over that across it, and how far from it the middle
+of contact is that is drawn in the middle."""
 
 FACING = 0.5
 """Length of the mean normal of what is in contact from which on it is seen along that."""
@@ -60,9 +61,14 @@ class View:
 
 
 def view_of(
-    solution: SolutionData, steps: Sequence[StepResult] = (), *, share: float = MAGNIFIED, factor: float | None = None
+    solution: SolutionData,
+    steps: Sequence[StepResult] = (),
+    *,
+    share: float = MAGNIFIED,
+    factor: float | None = None,
 ) -> View:
-    """The view of some increments, of the last one by default, with displacements of about a share of the bodies' size."""
+    """The view of some increments, of the last one by default, with displacements of about a share
+    of the bodies' size."""
     x = {name: mesh.x for name, mesh in solution.meshes.items()}
     every = np.vstack(list(x.values()))
     size = float(np.linalg.norm(np.ptp(every, axis=0)))
@@ -79,7 +85,8 @@ def view_of(
 
 @frozen
 class Chart:
-    """How a face in space is drawn in a plane: seen along a direction, or unrolled from a cylinder or cone.
+    """How a face in space is drawn in a plane: seen along a direction, or unrolled from a cylinder
+    or cone.
 
     Attributes
     ----------
@@ -100,9 +107,12 @@ class Chart:
 
     @classmethod
     def of(cls, solution: SolutionData, name: str) -> Chart:
-        """Of an interface at the end: unrolled where contact goes round it, else along coordinate axes that lie in it."""
+        """Of an interface at the end: unrolled where contact goes round it, else along coordinate
+        axes that lie in it."""
         pair, unit = solution.pairs[name], solution.problem.units.length
-        closed = pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.x), dtype=bool)
+        closed = (
+            pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.x), dtype=bool)
+        )
         normal = solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]]
         found = _round(normal, pair, closed)
         if found is not None:
@@ -111,17 +121,31 @@ class Chart:
             names = f"angle from {_name(first)} [degree]", label(_name(axis), unit)
             chart = cls(np.stack([first, axis]), names, centre)
             mean = np.average(pair.x[closed], axis=0, weights=pair.weight[closed])
-            off = np.linalg.norm(np.cross(axis, mean - centre)) > ONE_SIDED * np.ptp(pair.x, axis=0).max()
-            return replace(chart, middle=45.0 * round(float(chart.at(mean[None])[0, 0]) / 45.0) if off else 0.0)
+            off = (
+                np.linalg.norm(np.cross(axis, mean - centre))
+                > ONE_SIDED * np.ptp(pair.x, axis=0).max()
+            )
+            return replace(
+                chart, middle=45.0 * round(float(chart.at(mean[None])[0, 0]) / 45.0) if off else 0.0
+            )
         tangents = pair.tangent.mean(axis=0)
         outward = np.average(normal[closed], axis=0, weights=pair.weight[closed])
         if np.linalg.norm(outward) < FACING:  # what is in contact looks all ways
             outward = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2][2]
         flat = np.allclose(pair.tangent, tangents, atol=1e-9)
         outward = np.round(outward / np.linalg.norm(outward), 3)
-        directions = tangents if flat else SurfaceMesh.tangents_to(outward[None] / np.linalg.norm(outward))[0]
-        directions = directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None] + 0.0
-        return cls(directions, (label(_name(directions[0]), unit), label(_name(directions[1]), unit)))
+        directions = (
+            tangents
+            if flat
+            else SurfaceMesh.tangents_to(outward[None] / np.linalg.norm(outward))[0]
+        )
+        directions = (
+            directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None]
+            + 0.0
+        )
+        return cls(
+            directions, (label(_name(directions[0]), unit), label(_name(directions[1]), unit))
+        )
 
     def at(self, x: Array, owner: Index | None = None) -> Array:
         """Where points (m, 3) are drawn, (m, 2), those of one owner beside each other."""
@@ -132,7 +156,9 @@ class Chart:
         angle = np.degrees(np.arctan2(away @ np.cross(axis, first), away @ first)) - self.middle
         angle = angle - 360.0 * np.round(angle / 360.0)
         if owner is not None:
-            base = angle[np.unique(owner, return_index=True)[1]][np.unique(owner, return_inverse=True)[1]]
+            base = angle[np.unique(owner, return_index=True)[1]][
+                np.unique(owner, return_inverse=True)[1]
+            ]
             angle = angle - 360.0 * np.round((angle - base) / 360.0)
         return np.column_stack([angle + self.middle, x @ axis])
 
@@ -142,13 +168,18 @@ class Chart:
         if self.centre is not None:
             first = np.cross(self.directions[1], x - self.centre)
             first /= np.linalg.norm(first, axis=1, keepdims=True)
-        return np.column_stack([np.einsum("mc,mc->m", vectors, first), vectors @ self.directions[1]])
+        return np.column_stack(
+            [np.einsum("mc,mc->m", vectors, first), vectors @ self.directions[1]]
+        )
 
 
 def _round(normal: Array, pair: PairResult, closed: Mask) -> tuple[Array, Array] | None:
-    """Direction of the axis about which a face goes round, and a point of it; None where contact does not go round."""
+    """Direction of the axis about which a face goes round, and a point of it; None where contact
+    does not go round."""
     mean = np.average(normal, axis=0, weights=pair.weight)
-    spread, directions = np.linalg.eigh((normal - mean).T @ ((normal - mean) * pair.weight[:, None]))
+    spread, directions = np.linalg.eigh(
+        (normal - mean).T @ ((normal - mean) * pair.weight[:, None])
+    )
     if not spread[0] < STRAIGHT * spread[1]:
         return None
     axis = directions[:, 0] * np.sign(directions[np.abs(directions[:, 0]).argmax(), 0]) + 0.0
@@ -158,7 +189,9 @@ def _round(normal: Array, pair: PairResult, closed: Mask) -> tuple[Array, Array]
         return None
     # normals of a cylinder or a cone meet its axis
     apart = np.eye(3) - np.outer(axis, axis) - np.einsum("mi,mj->mij", across, across)
-    return axis, np.linalg.lstsq(apart.sum(axis=0), np.einsum("mij,mj->i", apart, pair.x), rcond=1e-9)[0]
+    return axis, np.linalg.lstsq(
+        apart.sum(axis=0), np.einsum("mij,mj->i", apart, pair.x), rcond=1e-9
+    )[0]
 
 
 def _name(direction: Array) -> str:

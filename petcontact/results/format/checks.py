@@ -1,4 +1,5 @@
-"""Whether a result file holds what it should, before anything is made of it: links, types, lengths, numbers."""
+"""Whether a result file holds what it should, before anything is made of it: links, types, lengths,
+numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
 
 
 def check_group(group: Any, source: str) -> None:
-    """Refuse a group that refers to other files, or holds arrays that are too large, complex or not finite.
+    """Refuse a group that refers to other files, or holds arrays that are too large, complex or not
+    finite.
 
     Raises
     ------
@@ -34,7 +36,10 @@ def check_group(group: Any, source: str) -> None:
         here = waiting.pop()
         for name in here:
             if not isinstance(here.get(name, getlink=True), h5py.HardLink):
-                raise ResultError(f"{source}: {here.name}/{name} refers to another place, results hold all their data")
+                raise ResultError(
+                    f"{source}: {here.name}/{name} refers to another place, results hold all their "
+                    f"data"
+                )
             item = here[name]
             place = h5py.h5o.get_info(item.id).addr
             if place in seen:
@@ -48,11 +53,18 @@ def check_group(group: Any, source: str) -> None:
 
 def _check_array(data: Any, source: str) -> None:
     if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
-        raise ResultError(f"{source}: {data.name} has its data elsewhere, results hold theirs themselves")
+        raise ResultError(
+            f"{source}: {data.name} has its data elsewhere, results hold theirs themselves"
+        )
     if data.size is None or data.size > LARGEST:
-        raise ResultError(f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read")
+        raise ResultError(
+            f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
+        )
     if data.dtype.kind not in "fiuOS":
-        raise ResultError(f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are text")
+        raise ResultError(
+            f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are "
+            f"text"
+        )
     *_, folder, name = data.name.split("/")
     if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
         return
@@ -74,7 +86,10 @@ def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> 
     """Refuse fields that are not one vector a node of the mesh."""
     for name, values in fields.items():
         wanted = mesh.x.shape
-        demand(values.shape == wanted, f"{source}: {name} has shape {values.shape}, not {wanted} as the mesh has nodes")
+        demand(
+            values.shape == wanted,
+            f"{source}: {name} has shape {values.shape}, not {wanted} as the mesh has nodes",
+        )
 
 
 def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -> None:
@@ -83,7 +98,10 @@ def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -
     shapes = {"x": (m, d), "tangent": (m, d - 1, d), "u_t": (m, d - 1), "sigma_t": (m, d - 1)}
     for name, values in contact.items():
         wanted = shapes.get(name, (m,))
-        demand(values.shape == wanted and m > 0, f"{source}: contact/{name} has shape {values.shape}, not {wanted}")
+        demand(
+            values.shape == wanted and m > 0,
+            f"{source}: contact/{name} has shape {values.shape}, not {wanted}",
+        )
     demand_range(contact["nodes"], mesh.n_nodes, f"{source}: contact/nodes")
     demand_range(contact["state"], 3, f"{source}: contact/state")
     demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
@@ -94,20 +112,34 @@ def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -
 def check_history(columns: Mapping[str, Any], source: str) -> None:
     """Refuse a history whose columns differ in length."""
     lengths = {len(values) for name, values in columns.items() if name != "exchanged"}
-    demand(len(lengths) <= 1, f"{source}: history has columns of {', '.join(map(str, sorted(lengths)))} rows")
+    demand(
+        len(lengths) <= 1,
+        f"{source}: history has columns of {', '.join(map(str, sorted(lengths)))} rows",
+    )
 
 
 def read_table(text: Any, name: str, *, numbers: bool = False) -> dict[str, Any]:
     """A table that is stored as JSON, of numbers only where asked for."""
     table = json.loads(text)
-    fits = isinstance(table, dict) and (not numbers or all(isinstance(v, (int, float)) for v in table.values()))
+    fits = isinstance(table, dict) and (
+        not numbers or all(isinstance(v, (int, float)) for v in table.values())
+    )
     demand(fits, f"{name} is not a table{' of numbers' if numbers else ''}")
     return dict(table)
 
 
 def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:
-    """Refuse the fields of a contact pair that do not fit each other or the mesh of its secondary side."""
+    """Refuse the fields of a contact pair that do not fit each other or the mesh of its secondary
+    side."""
     demand_range(nodes, mesh.n_nodes, f"{name}/nodes")
     for key, values in arrays.items():
-        one_a_node = not isinstance(values, np.ndarray) or key.startswith(("force", "moment")) or len(values) == len(nodes)
-        demand(one_a_node, f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} nodes")
+        one_a_node = (
+            not isinstance(values, np.ndarray)
+            or key.startswith(("force", "moment"))
+            or len(values) == len(nodes)
+        )
+        demand(
+            one_a_node,
+            f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} "
+            f"nodes",
+        )

@@ -1,4 +1,5 @@
-"""HDF5 files that appear whole or not at all, and say whether their bytes are those that were written."""
+"""HDF5 files that appear whole or not at all, and say whether their bytes are those that were
+written."""
 
 from __future__ import annotations
 
@@ -14,11 +15,15 @@ from ...errors import PetcontactError, ResultError
 from ...runtime.atomic_write import temporary_name
 
 SEAL = b"\npetcontact sha256\n"
-"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
+"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may
+crash on damaged ones."""
 
 
-def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
-    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
+def write_atomically(
+    path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True
+) -> None:
+    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the
+    disk."""
     with temporary_name(path, replace=replace) as temporary:
         # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
         with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
@@ -30,7 +35,8 @@ def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, rep
 
 @contextlib.contextmanager
 def opened(path: str | Path) -> Iterator[h5py.File]:
-    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one line."""
+    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one
+    line."""
     try:
         if not Path(path).is_file():
             raise ResultError(f"{path}: no such file")
@@ -45,7 +51,8 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
 
 
 def _check_seal(path: Path) -> None:
-    """Refuse a file whose bytes are not those that were written; one without a hash (older, or changed by h5py) passes."""
+    """Refuse a file whose bytes are not those that were written; one without a hash (older, or
+    changed by h5py) passes."""
     length = len(SEAL) + hashlib.sha256().digest_size
     with open(path, "rb") as file:
         size = file.seek(0, os.SEEK_END) - length

@@ -6,7 +6,10 @@ FIELDS = {
     "x": ("length", "nodes"),
     "normal": ("1", "outward unit normals; of a pair from the secondary to the primary"),
     "tangent": ("1", "tangents; in the plane the normal turned by +90 degrees"),
-    "weight": ("length", "quadrature weights, in space areas: the sum of weight * f(x) is the integral of f"),
+    "weight": (
+        "length",
+        "quadrature weights, in space areas: the sum of weight * f(x) is the integral of f",
+    ),
     "arc_length": ("length", "arc length along the part, 0 in space"),
     "pressure": ("stress", "-sigma_n"),
     "sigma_t": ("stress", "traction on the secondary along the tangents"),
@@ -30,7 +33,10 @@ FIELDS = {
     "volume": ("length^2", "worn volume of both sides together, in space length^3"),
     "load_factor": ("1", "share of the step's change that is reached"),
     "iterations": ("1", "of the method"),
-    "balance": ("1", "resultant of tractions and loads on motions that only contact holds, over their work"),
+    "balance": (
+        "1",
+        "resultant of tractions and loads on motions that only contact holds, over their work",
+    ),
     "increments/normal": ("1", "residual of the contact conditions"),
     "tangential": ("1", "residual of the friction law"),
     "increment": ("1", "number of the increment that the iteration belongs to"),
@@ -50,10 +56,17 @@ FIELDS = {
     "change": ("1", "relative change in the iteration, which the stopping criterion looks at"),
     "residual": (
         "stress*length^(1/2)",
-        "norm of the friction residual of the iterate that the iteration starts from, or that an increment ends with",
+        "norm of the friction residual of the iterate that the iteration starts from, or that an "
+        "increment ends with",
     ),
     "ksp_iterations": ("1", "KSP iterations of the iteration"),
-    "exchanged": ("1", "nodes on the wrong side after a step of semismooth Newton, -1 where the iteration is none"),
-    "elastic": ("1", "defect of the boundary integral equations at random nodes, over the largest displacement"),
+    "exchanged": (
+        "1",
+        "nodes on the wrong side after a step of semismooth Newton, -1 where the iteration is none",
+    ),
+    "elastic": (
+        "1",
+        "defect of the boundary integral equations at random nodes, over the largest displacement",
+    ),
 }
 """By the last name of the dataset, with that of its group where it means something else there."""

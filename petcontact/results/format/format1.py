@@ -30,7 +30,9 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         If it holds no fields, or they do not fit each other.
     """
     if "boundary" not in group:
-        raise ResultError(f"{source}: holds no fields, the case failed ({attributes.get('reason')})")
+        raise ResultError(
+            f"{source}: holds no fields, the case failed ({attributes.get('reason')})"
+        )
     mesh, stored = read_mesh(group["mesh"], source), group["contact"]
     contact = {key: stored[key][()] for key in ContactFields.__dataclass_fields__}
     contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.dim)
@@ -39,36 +41,93 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
     check_fields(mesh, fields, source)
     rows = group["history"]
-    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
+    history = History(
+        **{
+            key: rows[key][()].tolist()
+            for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))
+        }
+    )
     check_history(vars(history), source)
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
-    found = {name: _ground_pair(mesh, name, contact, fields["traction"]) for name in dict.fromkeys(contact["part"].tolist())}
+    found = {
+        name: _ground_pair(mesh, name, contact, fields["traction"])
+        for name in dict.fromkeys(contact["part"].tolist())
+    }
     status, reason = str(attributes["status"]), str(attributes["reason"])
     step = StepResult(
-        "load", 1, 1.0, "converged" if status == "converged" else "not converged", reason, len(history),
-        {"normal": 0.0, "tangential": np.nan, "balance": 0.0, "elastic": float(attributes["elastic_residual"])},
-        {name: pair for name, (_, pair) in found.items()}, {ONE_BODY: BodyResult(**fields)}, {}, np.zeros(0),
-        float(attributes["rho"]), float(attributes["residual"]), history,
-    )  # fmt: skip
+        "load",
+        1,
+        1.0,
+        "converged" if status == "converged" else "not converged",
+        reason,
+        len(history),
+        {
+            "normal": 0.0,
+            "tangential": np.nan,
+            "balance": 0.0,
+            "elastic": float(attributes["elastic_residual"]),
+        },
+        {name: pair for name, (_, pair) in found.items()},
+        {ONE_BODY: BodyResult(**fields)},
+        {},
+        np.zeros(0),
+        float(attributes["rho"]),
+        float(attributes["residual"]),
+        history,
+    )
     parts = json.loads(attributes["zone_parts"])
-    zones = [(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
+    zones = [
+        (part, float(a), float(b), int(s))
+        for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)
+    ]
     return SolutionData(
-        problem, {ONE_BODY: mesh}, {name: nodes for name, (nodes, _) in found.items()},
-        {name: (ONE_BODY, name) for name in found}, [step] if status == "converged" else [], status, reason,
+        problem,
+        {ONE_BODY: mesh},
+        {name: nodes for name, (nodes, _) in found.items()},
+        {name: (ONE_BODY, name) for name in found},
+        [step] if status == "converged" else [],
+        status,
+        reason,
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        {**read_table(attributes["info"], f"{source}: info"), "zones": zones}, None if status == "converged" else step,
-    )  # fmt: skip
+        {**read_table(attributes["info"], f"{source}: info"), "zones": zones},
+        None if status == "converged" else step,
+    )
 
 
-def _ground_pair(mesh: BoundaryMesh, part: str, contact: dict[str, Any], traction: Array) -> tuple[Index, PairResult]:
-    """Nodes, and nodal fields after the only increment, of a contact part, as an interface with fixed ground."""
+def _ground_pair(
+    mesh: BoundaryMesh, part: str, contact: dict[str, Any], traction: Array
+) -> tuple[Index, PairResult]:
+    """Nodes, and nodal fields after the only increment, of a contact part, as an interface with
+    fixed ground."""
     here = np.flatnonzero(mesh.node_part[contact["nodes"]] == mesh.part_names.index(part))
     nodes, tangent, u_t, sigma_t, bound, state = (
-        contact[key][here] for key in ("nodes", "tangent", "u_t", "sigma_t", "friction_bound", "state")
+        contact[key][here]
+        for key in ("nodes", "tangent", "u_t", "sigma_t", "friction_bound", "state")
     )
-    x, normal, weight, zero = mesh.x[nodes], mesh.normal[nodes], mesh.weight[nodes], np.zeros(len(nodes))
-    force, pressure = weight[:, None] * traction[nodes], 0.0 - np.einsum("ij,ij->i", traction[nodes], normal)
+    x, normal, weight, zero = (
+        mesh.x[nodes],
+        mesh.normal[nodes],
+        mesh.weight[nodes],
+        np.zeros(len(nodes)),
+    )
+    force, pressure = (
+        weight[:, None] * traction[nodes],
+        0.0 - np.einsum("ij,ij->i", traction[nodes], normal),
+    )
     return nodes, PairResult(
-        x, normal, tangent, weight, mesh.variables(nodes).get("s", zero), pressure, sigma_t, bound, zero, u_t, u_t, state,
-        force.sum(axis=0), moment(x, force), float(-weight @ np.sum(sigma_t * u_t, axis=1)),
-    )  # fmt: skip
+        x,
+        normal,
+        tangent,
+        weight,
+        mesh.variables(nodes).get("s", zero),
+        pressure,
+        sigma_t,
+        bound,
+        zero,
+        u_t,
+        u_t,
+        state,
+        force.sum(axis=0),
+        moment(x, force),
+        float(-weight @ np.sum(sigma_t * u_t, axis=1)),
+    )

@@ -12,13 +12,17 @@ from ..records import WearHistory
 
 
 def write_wear(group: Any, wear: WearHistory) -> None:
-    """/wear/cycle (j,), and in /wear/contact/NAME pressure and depth (j, m), volume and largest_depth (j,)."""
+    """/wear/cycle (j,), and in /wear/contact/NAME pressure and depth (j, m), volume and
+    largest_depth (j,)."""
     place = group.create_group("wear", track_order=True)
     place["cycle"] = wear.cycle
     for name, depth in wear.depth.items():
         here = place.create_group(f"contact/{name}", track_order=True)
         here["pressure"], here["depth"] = wear.pressure[name], depth
-        here["volume"], here["largest_depth"] = depth @ group[f"pairs/{name}/weight"][()], depth.max(axis=1, initial=0.0)
+        here["volume"], here["largest_depth"] = (
+            depth @ group[f"pairs/{name}/weight"][()],
+            depth.max(axis=1, initial=0.0),
+        )
 
 
 def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory | None:
@@ -32,10 +36,15 @@ def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory 
     if "wear" not in group:
         return None
     cycle, places = group["wear/cycle"][()], group["wear"].get("contact", {})
-    found = {key: {name: here[key][()] for name, here in places.items()} for key in ("pressure", "depth")}
+    found = {
+        key: {name: here[key][()] for name, here in places.items()} for key in ("pressure", "depth")
+    }
     for key, arrays in found.items():
         for name, values in arrays.items():
             wanted = len(cycle), len(nodes.get(name, ()))
-            demand(values.shape == wanted, f"{source}: wear/contact/{name}/{key} has shape {values.shape}, not {wanted}")
+            demand(
+                values.shape == wanted,
+                f"{source}: wear/contact/{name}/{key} has shape {values.shape}, not {wanted}",
+            )
     demand(bool(np.all(np.diff(cycle) > 0)), f"{source}: wear/cycle does not increase")
     return WearHistory(cycle, found["pressure"], found["depth"])

@@ -32,8 +32,8 @@ class BoundaryPeak:
     body, part : str
     step : StepResult
     corner : bool
-        Whether it is next to the end of a part or a corner of the outline, where stress may be infinite: the value then
-        depends on the mesh.
+        Whether it is next to the end of a part or a corner of the outline, where stress may be
+        infinite: the value then depends on the mesh.
     """
 
     value: float
@@ -57,14 +57,18 @@ def stress_peaks(solution: SolutionData) -> dict[str, BoundaryPeak]:
                     stresses = {name: getattr(state, key) for name, key in QUANTITIES.items()}
             except np.linalg.LinAlgError:
                 continue
-            size = float(np.abs(solution.increment(step).bodies[body].u).max()) / float(np.ptp(mesh.x, axis=0).max())
+            size = float(np.abs(solution.increment(step).bodies[body].u).max()) / float(
+                np.ptp(mesh.x, axis=0).max()
+            )
             least = ROUND_OFF * materials[body].young_modulus * size
             for name, values in stresses.items():
                 values = np.where(np.abs(values) < least, 0.0, values)
                 k = int(np.argmax(np.where(np.isfinite(values), values, -np.inf)))
                 if np.isfinite(values[k]) and (name not in found or values[k] > found[name].value):
                     part, place = mesh.part_names[mesh.part[element[k]]], state.x[k]
-                    found[name] = BoundaryPeak(float(values[k]), place, body, part, step, bool(corner_at(mesh, place)))
+                    found[name] = BoundaryPeak(
+                        float(values[k]), place, body, part, step, bool(corner_at(mesh, place))
+                    )
     return found
 
 
@@ -83,7 +87,10 @@ def _words(peak: BoundaryPeak, solution: SolutionData) -> list[str]:
         return ["0"]
     size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
     place = vector(np.where(np.abs(peak.place) < 1e-9 * size, 0.0, peak.place), 4)
-    words = [f"{peak.value:.4g} at {place}", printable(peak.part if peak.body == ONE_BODY else f"{peak.body}.{peak.part}")]
+    words = [
+        f"{peak.value:.4g} at {place}",
+        printable(peak.part if peak.body == ONE_BODY else f"{peak.body}.{peak.part}"),
+    ]
     if len(solution.problem.step) > 1:
         words.append(f"step {peak.step.step} ({printable(peak.step.name)})")
     return words + ["next to a corner"] * peak.corner

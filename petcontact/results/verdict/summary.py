@@ -17,7 +17,8 @@ from .steps import step_lines, wear_lines
 from .text import digits, vector, wrapped
 
 DENSE = "condensed, dense"
-"""What bodies are stored as where nothing else is asked for or chosen, which goes without saying where there are several."""
+"""What bodies are stored as where nothing else is asked for or chosen, which goes without saying
+where there are several."""
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""
 
@@ -25,14 +26,17 @@ SHOWN = 6
 def verdict(solution: SolutionData) -> str:
     """How a solve ended: status, sizes, what the contact does, error, time by stage.
 
-    Of the paper's problem, one body in bilateral contact, the contact is described by its zones; else by resultants, closed
-    part, slip and energy of each interface at the end of each step. Without contact: reactions and the largest displacement.
+    Of the paper's problem, one body in bilateral contact, the contact is described by its zones;
+    else by resultants, closed part, slip and energy of each interface at the end of each step.
+    Without contact: reactions and the largest displacement.
     """
     title = printable(solution.problem.title)
     lines = [title] if title else []
     lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
     lines += peak_lines(solution) if solution.steps or solution.bilateral else []
-    lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
+    lines += wrapped(
+        "  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
+    )
     if "peak_memory" in solution.info:
         lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")
     return "\n".join(lines)
@@ -40,7 +44,10 @@ def verdict(solution: SolutionData) -> str:
 
 def _size(mesh: BoundaryMesh) -> str:
     low, high = int(mesh.order.min()), int(mesh.order.max())
-    return f"{mesh.n_elements} elements of order {low if low == high else f'{low}-{high}'}, {mesh.x.size} unknowns"
+    return (
+        f"{mesh.n_elements} elements of order {low if low == high else f'{low}-{high}'}, "
+        f"{mesh.x.size} unknowns"
+    )
 
 
 def _free(solution: SolutionData, body: str) -> str:
@@ -64,7 +71,8 @@ def of_several_pairs(warnings: Sequence[str]) -> list[str]:
         pair, colon, rest = text.partition(": ") if text.startswith("pair '") else ("", "", text)
         names.setdefault(f"{colon}{rest}", []).append(pair.removeprefix("pair "))
     return [
-        f"pair{'s' if len(each) > 1 else ''} {', '.join(each)}{text}" if each[0] else text for text, each in names.items()
+        f"pair{'s' if len(each) > 1 else ''} {', '.join(each)}{text}" if each[0] else text
+        for text, each in names.items()
     ]
 
 
@@ -72,7 +80,8 @@ def _steps(solution: SolutionData) -> list[str]:
     """Status, bodies, and each step by its last increment."""
     lines = wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
     for name, mesh in solution.meshes.items():
-        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{_free(solution, name)}")
+        label = "" if name == ONE_BODY else f"body {printable(name)}: "
+        lines.append(f"  {label}{_size(mesh)}{_free(solution, name)}")
     if (solver := solution.info.get("solver", DENSE)) not in ("", DENSE):
         lines += wrapped("  ", [solver], separator=" ")
     tried = solution.tried
@@ -97,16 +106,21 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
     lines = [f"  {solution.status}: {solution.reason}"]
     size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
     lines += [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
-    lines.append("  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", "")))))
+    lines.append(
+        "  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", ""))))
+    )
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
     lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
     lines += _accuracy(solution)
-    peak = info.get("largest_slip", np.hypot.reduce(contact.u_t, axis=1).max())  # without squares, which may overflow
+    peak = info.get(
+        "largest_slip", np.hypot.reduce(contact.u_t, axis=1).max()
+    )  # without squares, which may overflow
     # the error is one in the mean over Γ_C: the largest value may be some times less certain
     count = digits(10.0 * info["estimated_error"], 1.0) if "accuracy" in info else 6
     lines.append(
-        f"  max |u_t| {peak:.{count}g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
+        f"  max |u_t| {peak:.{count}g}, |R_rho| {solution.residual:.2e}, elastic residual "
+        f"{solution.elastic_residual:.1e}"
     )
     return lines
 
@@ -114,18 +128,37 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
 def _forces(solution: SolutionData) -> list[str]:
     """Resultants on the parts that hold the body, and how much of the contact pulls."""
     unit = solution.problem.units.stress_times(next(iter(solution.meshes.values())).dim - 1)
-    held = {condition.part for condition in solution.problem.body[0].boundary if condition.condition != "traction"}
-    forces = [f"{printable(name)} {vector(force, 5)}" for name, force in solution.reactions().items() if name in held]
+    held = {
+        condition.part
+        for condition in solution.problem.body[0].boundary
+        if condition.condition != "traction"
+    }
+    forces = [
+        f"{printable(name)} {vector(force, 5)}"
+        for name, force in solution.reactions().items()
+        if name in held
+    ]
     lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
     if solution.tension_share > 0.0:
-        lines.append(f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a bilateral one transmits")
+        lines.append(
+            f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a "
+            f"bilateral one transmits"
+        )
     return lines
 
 
 def _displaced(solution: SolutionData) -> list[str]:
-    """Of each body its largest displacement, and the resultants on the parts that hold it, after the last increment."""
-    units, lines, dim = solution.problem.units, list[str](), next(iter(solution.meshes.values())).dim
-    length, unit = (f" {printable(text)}" if text else "" for text in (units.length, units.stress_times(dim - 1)))
+    """Of each body its largest displacement, and the resultants on the parts that hold it, after
+    the last increment."""
+    units, lines, dim = (
+        solution.problem.units,
+        list[str](),
+        next(iter(solution.meshes.values())).dim,
+    )
+    length, unit = (
+        f" {printable(text)}" if text else ""
+        for text in (units.length, units.stress_times(dim - 1))
+    )
     for body in solution.problem.body:
         mesh, u = solution.meshes[body.name], solution.bodies[body.name].u
         size, traction = np.linalg.norm(u, axis=1), solution.bodies[body.name].traction
@@ -153,13 +186,18 @@ def _slip_areas(solution: SolutionData) -> list[str]:
 
 def _accuracy(solution: SolutionData) -> list[str]:
     """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
-    info, what = solution.info, "u_t" if solution.bilateral else "p and q" if solution.nodes else "u"
+    info, what = (
+        solution.info,
+        "u_t" if solution.bilateral else "p and q" if solution.nodes else "u",
+    )
     if "error_unknown" in info:
         return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
     if "estimated_error" not in info:
         return [f"  error of {what} not known: contact carries nothing"] * ("accuracy" in info)
     if not np.isfinite(info["estimated_error"]):
-        return [f"  error of {what} not known: too few meshes are solved; {info['accuracy']:.1e} wanted"]
+        return [
+            f"  error of {what} not known: too few meshes are solved; {info['accuracy']:.1e} wanted"
+        ]
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "resultant_error" in info:
         error += f" in L2, of resultants {info['resultant_error']:.1e}"
@@ -170,15 +208,22 @@ def _accuracy(solution: SolutionData) -> list[str]:
     if "accuracy" not in info:
         return [f"{error}, against half as many elements", *_ends(info)]
     meshes = ", ".join(str(count) for count in info["levels"])
-    return [*wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "), *_ends(info)]
+    return [
+        *wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "),
+        *_ends(info),
+    ]
 
 
 def _ends(info: dict[str, Any]) -> list[str]:
-    """What the error is with the ends of parts, of which that above is without, and where tractions are singular."""
+    """What the error is with the ends of parts, of which that above is without, and where tractions
+    are singular."""
     if "error_with_ends" not in info:
         return []
     line = f"  with the ends of parts {info['error_with_ends']:.1e}"
-    places = [f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}" for name, at in info["singular"].items()]
+    places = [
+        f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}"
+        for name, at in info["singular"].items()
+    ]
     return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
 
 
@@ -193,12 +238,20 @@ def _method(solution: SolutionData) -> str:
 
 
 def _zones(solution: SolutionData, part: str) -> list[str]:
-    """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh resolves."""
+    """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh
+    resolves."""
     errors = solution.info.get("zone_errors") or [(0.0, 0.0)] * len(solution.zones)
-    return [_zone(zone, *pair) for zone, pair in zip(solution.zones, errors, strict=True) if zone.part == part]
+    return [
+        _zone(zone, *pair)
+        for zone, pair in zip(solution.zones, errors, strict=True)
+        if zone.part == part
+    ]
 
 
 def _zone(zone: Zone, start_error: float, end_error: float) -> str:
     sign = {0: "", 1: " +", -1: " -"}[zone.sign]
-    start, end = (f"{at:.{digits(error, at)}g}" for at, error in ((zone.start, start_error), (zone.end, end_error)))
+    start, end = (
+        f"{at:.{digits(error, at)}g}"
+        for at, error in ((zone.start, start_error), (zone.end, end_error))
+    )
     return f"{zone.name}{sign} {start} .. {end}"

@@ -17,7 +17,11 @@ def digits(error: float, value: float) -> int:
     """Significant digits of a value whose error is known, 1 to 7."""
     if not error > 0.0 or value == 0.0:
         return 7
-    return int(np.clip(np.floor(np.log10(abs(value) / error)) + 1.0, 1, 7)) if np.isfinite(error) else 1
+    return (
+        int(np.clip(np.floor(np.log10(abs(value) / error)) + 1.0, 1, 7))
+        if np.isfinite(error)
+        else 1
+    )
 
 
 WIDTH = 80
@@ -25,7 +29,8 @@ WIDTH = 80
 
 
 def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
-    """Items joined by commas, or words (separator " "), broken into lines that are indented under the first."""
+    """Items joined by commas, or words (separator " "), broken into lines that are indented under
+    the first."""
     if separator == " ":
         items = " ".join(items).split()
     lines, line = [], head

@@ -29,8 +29,8 @@ TURN = 0.1
 
 @frozen
 class _Values:
-    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear, what evaluates
-    the stress, and the estimated error of the traction (n_elements,)."""
+    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of
+    the shear, what evaluates the stress, and the estimated error of the traction (n_elements,)."""
 
     u: Array
     traction: Array
@@ -41,25 +41,32 @@ class _Values:
 
 
 def write_boundary_vtu(
-    path: str | Path, solution: SolutionData, body: str | None = None, step: StepResult | None = None
+    path: str | Path,
+    solution: SolutionData,
+    body: str | None = None,
+    step: StepResult | None = None,
 ) -> None:
-    """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
+    """Write the boundary values of a body after an increment, the last one by default, as a .vtu
+    file of lines or panels.
 
-    Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
-    and arcs are cut into short lines, in space panels that are curved or of order 2 or more are cells of the second order
-    (6-node triangles, 9-node quadrilaterals). Point data: displacement, traction, stress, von_mises; in the plane also
-    normal, sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and
-    arc_length. Cell data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0
-    stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the
-    bound, which a polynomial may pass there. Names of parts, states and units are those of the arrays of the field data
-    (ParaView's "Information").
+    Points belong to one element each, since tractions jump from element to element; in the plane
+    elements of higher order and arcs are cut into short lines, in space panels that are curved or
+    of order 2 or more are cells of the second order (6-node triangles, 9-node quadrilaterals).
+    Point data: displacement, traction, stress, von_mises; in the plane also normal, sigma_n,
+    sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and
+    arc_length. Cell data: the number of the part, traction_error, estimated (`panels.tail`), and
+    contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear
+    between the nodes of a contact element is cut at the bound, which a polynomial may pass there.
+    Names of parts, states and units are those of the arrays of the field data (ParaView's
+    "Information").
 
     Parameters
     ----------
     path : str or Path
     solution : Solution
     body : str, optional
-        Its name, where there are several; the states are those of the interfaces whose secondary it is.
+        Its name, where there are several; the states are those of the interfaces whose secondary it
+        is.
     step : StepResult, optional
 
     Raises
@@ -71,15 +78,29 @@ def write_boundary_vtu(
     """
     name = body or solution.only_body("write_boundary_vtu")
     notes = {f"part {k} is {part}": k for k, part in enumerate(solution.meshes[name].part_names)}
-    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
-    write_mesh(path, boundary_cells(solution, name, step or solution.last), notes | unit_notes(solution.problem.units))
+    notes |= {
+        "contact -1 is elsewhere": -1,
+        **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()},
+    }
+    write_mesh(
+        path,
+        boundary_cells(solution, name, step or solution.last),
+        notes | unit_notes(solution.problem.units),
+    )
 
 
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
-    """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
+    """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an
+    increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
-    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
-                     solution.body_fields(name, step), traction_error(mesh, found))  # fmt: skip
+    values = _Values(
+        found.u,
+        found.traction,
+        np.full(mesh.n_nodes, -1),
+        np.zeros(mesh.n_nodes),
+        solution.body_fields(name, step),
+        traction_error(mesh, found),
+    )
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
@@ -89,7 +110,8 @@ def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshi
 
 
 def traction_error(mesh: BoundaryMesh, found: BodyResult) -> Array:
-    """Estimated error of the traction on each element, (n_elements,), see `panels.tail` [stress]."""
+    """Estimated error of the traction on each element, (n_elements,), see `panels.tail`
+    [stress]."""
     return np.asarray(tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]])
 
 
@@ -107,23 +129,39 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
     np.maximum.at(state, mesh.element, values.state)
     stress = values.fields.on_boundary(places.element, places.place)
     return meshio.Mesh(
-        stress.x, [(kind, numbers) for kind, numbers, _ in cells],
-        point_data={"displacement": at @ values.u, "traction": at @ values.traction, **_stress_data(stress)},
-        cell_data={name: [field[panels] for _, _, panels in cells]
-                   for name, field in (("part", mesh.part), ("contact", state), ("traction_error", values.error))},
-    )  # fmt: skip
+        stress.x,
+        [(kind, numbers) for kind, numbers, _ in cells],
+        point_data={
+            "displacement": at @ values.u,
+            "traction": at @ values.traction,
+            **_stress_data(stress),
+        },
+        cell_data={
+            name: [field[panels] for _, _, panels in cells]
+            for name, field in (
+                ("part", mesh.part),
+                ("contact", state),
+                ("traction_error", values.error),
+            )
+        },
+    )
 
 
 @_cells.register
 def _(mesh: CurveMesh, values: _Values) -> Any:
     turn = np.abs(mesh.curvature * mesh.length)
     counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / TURN).astype(np.int64))
-    lines, element = np.repeat(np.arange(mesh.n_elements), counts), np.repeat(np.arange(mesh.n_elements), counts + 1)
+    lines, element = (
+        np.repeat(np.arange(mesh.n_elements), counts),
+        np.repeat(np.arange(mesh.n_elements), counts + 1),
+    )
     place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
     middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
     at, stress = mesh.variables_at(element, place), values.fields.on_boundary(element, place)
     x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
-    along = mesh.basis_at(element, place) @ np.column_stack([values.u, values.traction, values.bound])
+    along = mesh.basis_at(element, place) @ np.column_stack(
+        [values.u, values.traction, values.bound]
+    )
     cell_state = values.state[_nearest(mesh, lines, middle)]
     touches = np.ones(mesh.n_elements, dtype=bool)
     touches[lines[cell_state < 0]] = False
@@ -134,14 +172,31 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     sigma_t = np.where(touching, np.clip(sigma_t, -bound, bound), sigma_t)
     traction = sigma_n[:, None] * normal + sigma_t[:, None] * tangent
     return meshio.Mesh(
-        in_space(x), [("line", np.stack([np.arange(len(lines)) + lines, np.arange(len(lines)) + lines + 1], axis=1))],
+        in_space(x),
+        [
+            (
+                "line",
+                np.stack(
+                    [np.arange(len(lines)) + lines, np.arange(len(lines)) + lines + 1], axis=1
+                ),
+            )
+        ],
         point_data={
-            "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
-            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": at["s"],
+            "displacement": in_space(u),
+            "traction": in_space(traction),
+            "normal": in_space(normal),
+            "sigma_n": sigma_n,
+            "sigma_t": sigma_t,
+            "friction_bound": np.where(touching, bound, 0.0),
+            "arc_length": at["s"],
             **_stress_data(stress),
         },
-        cell_data={"part": [mesh.part[lines]], "contact": [cell_state], "traction_error": [values.error[lines]]},
-    )  # fmt: skip
+        cell_data={
+            "part": [mesh.part[lines]],
+            "contact": [cell_state],
+            "traction_error": [values.error[lines]],
+        },
+    )
 
 
 def _stress_data(stress: StressState) -> dict[str, Array]:
@@ -154,4 +209,6 @@ def _nearest(mesh: CurveMesh, element: Index, place: Array) -> Index:
     # ξ is within [-1, 1]: nodes of other elements are further away
     nodes, wanted = 4.0 * mesh.element + mesh.xi, 4.0 * element + 2.0 * place - 1.0
     after = np.clip(np.searchsorted(nodes, wanted), 1, mesh.n_nodes - 1)
-    return np.asarray(np.where(wanted - nodes[after - 1] <= nodes[after] - wanted, after - 1, after))
+    return np.asarray(
+        np.where(wanted - nodes[after - 1] <= nodes[after] - wanted, after - 1, after)
+    )

@@ -1,4 +1,5 @@
-"""Every increment for ParaView: fields inside and on the boundary of every body, tied by a .pvd file."""
+"""Every increment for ParaView: fields inside and on the boundary of every body, tied by a .pvd
+file."""
 
 from __future__ import annotations
 
@@ -13,11 +14,16 @@ from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, write_
 
 
 def write_collection(
-    path: str | Path, solution: SolutionData, resolution: tuple[int, ...] | None = None,
-    progress: Callable[[float], None] | None = None, *, bodies: Collection[str] | None = None, window: Window | None = None,
-) -> list[Path]:  # fmt: skip
-    """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of an infinite plate) and
-    the boundary.
+    path: str | Path,
+    solution: SolutionData,
+    resolution: tuple[int, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+    *,
+    bodies: Collection[str] | None = None,
+    window: Window | None = None,
+) -> list[Path]:
+    """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of
+    an infinite plate) and the boundary.
 
     Parameters
     ----------
@@ -58,9 +64,20 @@ def write_collection(
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
                 write_vtu(files[1], next(inside[name]), solution.problem.units)
             written += files
-            rows += [f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
-                     f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
-    text = "\n".join(['<VTKFile type="Collection" version="0.1">', "  <Collection>", *rows, "  </Collection>", "</VTKFile>"])
+            rows += [
+                f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
+                f"file={quoteattr(file.name)}/>"
+                for i, file in enumerate(files)
+            ]
+    text = "\n".join(
+        [
+            '<VTKFile type="Collection" version="0.1">',
+            "  <Collection>",
+            *rows,
+            "  </Collection>",
+            "</VTKFile>",
+        ]
+    )
     with temporary_name(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
     return [*written, path]

@@ -1,4 +1,5 @@
-"""Displacement and stress inside a body for ParaView: triangles in the plane, cells of a grid in space."""
+"""Displacement and stress inside a body for ParaView: triangles in the plane, cells of a grid in
+space."""
 
 from __future__ import annotations
 
@@ -32,14 +33,16 @@ INSET = 1e-3
 
 
 def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> None:
-    """Write displacement, stress, von Mises stress, and in the plane principal stresses inside the body as a .vtu file.
+    """Write displacement, stress, von Mises stress, and in the plane principal stresses inside the
+    body as a .vtu file.
 
     Parameters
     ----------
     path : str or Path
         Appears when it is whole.
     field : Field
-        From `field_on_grid`; ParaView's "Warp By Vector" with `displacement` shows the deformed body.
+        From `field_on_grid`; ParaView's "Warp By Vector" with `displacement` shows the deformed
+        body.
     units : Units, optional
         Named in the file's field data.
 
@@ -59,8 +62,12 @@ def inside_cells(field: Field) -> meshio.Mesh:
         kind, points, data["stress"] = "hexahedron", field.x, field.stress[:, [0, 1, 2, 3, 5, 4]]
     else:
         kind, points, (x, y, xy) = "triangle", in_space(field.x), field.stress.T
-        data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
-                 "principal_1": field.principal_in_plane[:, 0], "principal_2": field.principal_in_plane[:, 1]}  # fmt: skip
+        data |= {
+            "displacement": in_space(field.u),
+            "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
+            "principal_1": field.principal_in_plane[:, 0],
+            "principal_2": field.principal_in_plane[:, 1],
+        }
     return meshio.Mesh(points, [(kind, field.cells)], point_data=data)
 
 
@@ -72,39 +79,60 @@ Window = tuple[Array, Array]
 """Lower and upper corner (d,) of a box [length]."""
 
 
-def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None, window: Window | None = None) -> Grid:
+def grid_inside(
+    mesh: BoundaryMesh, resolution: tuple[int, ...] | None, window: Window | None = None
+) -> Grid:
     """Points inside a body, in a box where one is given, and the cells between them.
 
     Raises
     ------
     InputError
-        If resolution or window have not as many numbers as the body has dimensions, or there is no cell.
+        If resolution or window have not as many numbers as the body has dimensions, or there is no
+        cell.
     """
     resolution = resolution or RESOLUTION[mesh.dim]
     if len(resolution) != mesh.dim:
-        raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions")
+        raise InputError(
+            f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions"
+        )
     if window is not None and len(window[0]) != mesh.dim:
-        raise InputError(f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed")
+        raise InputError(
+            f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
+        )
     return _grid(mesh, resolution, window)
 
 
 def filled_bodies(solution: SolutionData) -> list[str]:
     """The bodies whose inside is finite and known: no infinite plates, no superelements."""
-    return [body.name for body in solution.problem.body
-            if not (getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement))]  # fmt: skip
+    return [
+        body.name
+        for body in solution.problem.body
+        if not (
+            getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement)
+        )
+    ]
 
 
 def field_inside(
-    solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
+    solution: SolutionData,
+    grid: Grid,
+    body: str,
+    step: StepResult | None = None,
+    progress: Progress | None = None,
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
     return next(fields_inside(solution, grid, body, [step], progress))
 
 
 def fields_inside(
-    solution: SolutionData, grid: Grid, body: str, steps: Sequence[StepResult | None], progress: Progress | None = None
+    solution: SolutionData,
+    grid: Grid,
+    body: str,
+    steps: Sequence[StepResult | None],
+    progress: Progress | None = None,
 ) -> Iterator[Field]:
-    """The same after each of some increments, as many at once as fit into `AT_ONCE`; progress is that of all."""
+    """The same after each of some increments, as many at once as fit into `AT_ONCE`; progress is
+    that of all."""
     count = max(1, AT_ONCE // max(len(grid[0]), 1))
     for first in range(0, len(steps), count):
         some = steps[first : first + count]
@@ -118,7 +146,10 @@ def fields_inside(
 
 
 def fields_of_bodies(
-    solution: SolutionData, grids: Mapping[str, Grid], steps: Sequence[StepResult], progress: Progress | None = None
+    solution: SolutionData,
+    grids: Mapping[str, Grid],
+    steps: Sequence[StepResult],
+    progress: Progress | None = None,
 ) -> dict[str, Iterator[Field]]:
     """Of some bodies the fields after increment upon increment; progress is that of all."""
     shares = dict.fromkeys(grids, 0.0)
@@ -128,7 +159,10 @@ def fields_of_bodies(
         if progress is not None:
             progress(sum(shares.values()) / len(shares))
 
-    return {name: fields_inside(solution, grid, name, steps, functools.partial(told, name)) for name, grid in grids.items()}
+    return {
+        name: fields_inside(solution, grid, name, steps, functools.partial(told, name))
+        for name, grid in grids.items()
+    }
 
 
 @functools.singledispatch
@@ -142,13 +176,18 @@ _grid.register(CurveMesh, triangulate)
 @_grid.register
 def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> Grid:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
-    low, high = (end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True))
+    low, high = (
+        end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True)
+    )
     inset = INSET * (high - low)
     if window is not None:
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
         if np.any(high - low <= 2.0 * inset):
             raise InputError("--window: nothing of the body lies in it")
-    lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
+    lines = [
+        np.linspace(a, b, n + 1)
+        for a, b, n in zip(low + inset, high - inset, resolution, strict=True)
+    ]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
     inside = winding(mesh.triangles(), flat) > 0.5

@@ -1,4 +1,5 @@
-"""Points spread over the panels of a surface: as nodes of VTK's cells, and as small triangles for pictures."""
+"""Points spread over the panels of a surface: as nodes of VTK's cells, and as small triangles for
+pictures."""
 
 from __future__ import annotations
 
@@ -41,11 +42,15 @@ class Places:
 
 
 def vtk_cells(mesh: SurfaceMesh) -> tuple[Places, list[tuple[str, Index, Index]]]:
-    """Nodes of cells, and of each kind of cell its name, the numbers of its nodes (n, k) and the panels (n,)."""
+    """Nodes of cells, and of each kind of cell its name, the numbers of its nodes (n, k) and the
+    panels (n,)."""
     pieces, cells, first = [], [], 0
     for batch in mesh.batches():
         panels, kind = batch.elements, int(mesh.kind[batch.elements.index[0]])
-        corners, quadratic = (3 if kind & TRIANGLE else 4), bool(kind & CURVED or kind % TRIANGLE >= QUADRATIC)
+        corners, quadratic = (
+            (3 if kind & TRIANGLE else 4),
+            bool(kind & CURVED or kind % TRIANGLE >= QUADRATIC),
+        )
         local = np.asarray(panels.mapped(_nodes(corners, quadratic)))
         numbers = first + np.arange(local.shape[0] * local.shape[1]).reshape(local.shape[:2])
         first += numbers.size
@@ -61,14 +66,19 @@ def _nodes(corners: int, quadratic: bool) -> Array:
     return np.concatenate([corner, *middle]) if quadratic else corner
 
 
-def small_triangles(mesh: SurfaceMesh, most: int, elements: Index | None = None) -> tuple[Places, Index, Index]:
-    """Points, triangles (t, 3) of them that tile panels, at most about so many, and the rims of the panels (e, 2)."""
+def small_triangles(
+    mesh: SurfaceMesh, most: int, elements: Index | None = None
+) -> tuple[Places, Index, Index]:
+    """Points, triangles (t, 3) of them that tile panels, at most about so many, and the rims of the
+    panels (e, 2)."""
     chosen = np.arange(mesh.n_elements) if elements is None else elements
     count = int(np.clip(np.sqrt(most / (2.0 * len(chosen))), 1, FINEST))
     pieces, triangles, rims, first = [], [], [], 0
     for number in np.unique(mesh.kind[chosen]):
         panels = mesh.elements(chosen[mesh.kind[chosen] == number])
-        reference, tiles, rim = _tiling(3 if int(mesh.kind[panels.index[0]]) & TRIANGLE else 4, count)
+        reference, tiles, rim = _tiling(
+            3 if int(mesh.kind[panels.index[0]]) & TRIANGLE else 4, count
+        )
         local = np.asarray(panels.mapped(reference))
         start = first + len(reference) * np.arange(len(local))[:, None, None]
         first += local.shape[0] * local.shape[1]
@@ -86,8 +96,14 @@ def _tiling(corners: int, count: int) -> tuple[Array, Index, Index]:
     number = np.where(inside, np.cumsum(inside.ravel()).reshape(inside.shape) - 1, -1)
     points = np.column_stack([i[inside], j[inside]]) / count
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    tiles = np.concatenate([np.stack([a, b, d], axis=-1).reshape(-1, 3), np.stack([b, c, d], axis=-1).reshape(-1, 3)])
+    tiles = np.concatenate(
+        [np.stack([a, b, d], axis=-1).reshape(-1, 3), np.stack([b, c, d], axis=-1).reshape(-1, 3)]
+    )
     ends = [number[:, 0], number[0, :]]
-    ends += [number[np.arange(count, -1, -1), np.arange(count + 1)]] if corners == 3 else [number[:, -1], number[-1, :]]
+    ends += (
+        [number[np.arange(count, -1, -1), np.arange(count + 1)]]
+        if corners == 3
+        else [number[:, -1], number[-1, :]]
+    )
     rim = np.concatenate([np.column_stack([line[:-1], line[1:]]) for line in ends])
     return (2.0 * points - 1.0 if corners == 4 else points), tiles[np.all(tiles >= 0, axis=1)], rim

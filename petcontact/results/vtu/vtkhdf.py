@@ -1,7 +1,9 @@
-"""All increments in one file for ParaView: VTKHDF, which is HDF5 (VTK File Formats, "VTKHDF", version 2.2).
+"""All increments in one file for ParaView: VTKHDF, which is HDF5 (VTK File Formats, "VTKHDF",
+version 2.2).
 
-One unstructured grid whose geometry is stored once: the boundaries of all bodies and the cells inside of them, with fields
-by increment. Values that a place does not have, tractions inside and stress of superelements, are NaN.
+One unstructured grid whose geometry is stored once: the boundaries of all bodies and the cells
+inside of them, with fields by increment. Values that a place does not have, tractions inside and
+stress of superelements, are NaN.
 """
 
 from __future__ import annotations
@@ -29,15 +31,19 @@ ELSEWHERE = -1
 
 
 def write_vtkhdf(
-    path: str | Path, solution: SolutionData, resolution: tuple[int, ...] | None = None,
+    path: str | Path,
+    solution: SolutionData,
+    resolution: tuple[int, ...] | None = None,
     progress: Callable[[float], None] | None = None,
-) -> None:  # fmt: skip
-    """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
+) -> None:
+    """Write the boundary and the inside of every body after every increment as one .vtkhdf file
+    (ParaView 5.12 on).
 
-    Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN inside.
-    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere), `traction_error`, the
-    estimated error of the traction, NaN inside. Panels are cells as of `write_boundary_vtu`. The time of an increment is
-    the number of its step less 1 plus its load factor.
+    Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN
+    inside. Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1
+    elsewhere), `traction_error`, the estimated error of the traction, NaN inside. Panels are cells
+    as of `write_boundary_vtu`. The time of an increment is the number of its step less 1 plus its
+    load factor.
 
     Parameters
     ----------
@@ -54,13 +60,17 @@ def write_vtkhdf(
     OutputError
         If the file cannot be written.
     """
-    grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
+    grids = {
+        name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)
+    }
     steps = solution.steps or solution.tried
     inside = fields_of_bodies(solution, grids, steps, progress)
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = VERSION
-        root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
+        root.attrs.create(
+            "Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid"))
+        )
         for k, step in enumerate(steps):
             geometry, points, cells = _increment(solution, step, inside)
             if k == 0:
@@ -84,37 +94,60 @@ def _increment(
             pieces.append(inside_cells(next(inside[name])))
         for mesh in pieces:
             for key in ("part", "contact"):
-                mesh.cell_data.setdefault(key, [np.full(len(block), ELSEWHERE) for block in mesh.cells])
-            mesh.cell_data.setdefault("traction_error", [np.full(len(block), np.nan) for block in mesh.cells])
+                mesh.cell_data.setdefault(
+                    key, [np.full(len(block), ELSEWHERE) for block in mesh.cells]
+                )
+            mesh.cell_data.setdefault(
+                "traction_error", [np.full(len(block), np.nan) for block in mesh.cells]
+            )
             mesh.cell_data["body"] = [np.full(len(block), number) for block in mesh.cells]
         meshes += pieces
     kinds = {"displacement": 3, "traction": 3, "stress": 6, "von_mises": 1}
     points = {
-        key: np.concatenate([
-            np.reshape(mesh.point_data.get(key, np.full((len(mesh.points), width), np.nan)), (len(mesh.points), width))
-            for mesh in meshes
-        ]).squeeze()
+        key: np.concatenate(
+            [
+                np.reshape(
+                    mesh.point_data.get(key, np.full((len(mesh.points), width), np.nan)),
+                    (len(mesh.points), width),
+                )
+                for mesh in meshes
+            ]
+        ).squeeze()
         for key, width in kinds.items()
-    }  # fmt: skip
-    cells = {key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(np.int64)
-             for key in ("body", "part", "contact")}  # fmt: skip
-    cells["traction_error"] = np.concatenate([np.concatenate(mesh.cell_data["traction_error"]) for mesh in meshes])
+    }
+    cells = {
+        key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(
+            np.int64
+        )
+        for key in ("body", "part", "contact")
+    }
+    cells["traction_error"] = np.concatenate(
+        [np.concatenate(mesh.cell_data["traction_error"]) for mesh in meshes]
+    )
     return meshes, points, cells
 
 
 def _write_geometry(root: Any, meshes: list[Any]) -> None:
     """Points and cells of all pieces, one after another."""
     first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
-    blocks = [(CELL_TYPES[block.type], block.data + start) for mesh, start in zip(meshes, first, strict=False)
-              for block in mesh.cells]  # fmt: skip
+    blocks = [
+        (CELL_TYPES[block.type], block.data + start)
+        for mesh, start in zip(meshes, first, strict=False)
+        for block in mesh.cells
+    ]
     sizes = np.concatenate([np.full(len(data), data.shape[1]) for _, data in blocks])
     connectivity = np.concatenate([data.ravel() for _, data in blocks])
     root["Points"] = np.concatenate([np.asarray(mesh.points, dtype=float) for mesh in meshes])
     root["Connectivity"] = connectivity.astype(np.int64)
     root["Offsets"] = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-    root["Types"] = np.concatenate([np.full(len(data), kind, dtype=np.uint8) for kind, data in blocks])
-    for key, count in (("NumberOfPoints", first[-1]), ("NumberOfCells", len(sizes)),
-                       ("NumberOfConnectivityIds", len(connectivity))):  # fmt: skip
+    root["Types"] = np.concatenate(
+        [np.full(len(data), kind, dtype=np.uint8) for kind, data in blocks]
+    )
+    for key, count in (
+        ("NumberOfPoints", first[-1]),
+        ("NumberOfCells", len(sizes)),
+        ("NumberOfConnectivityIds", len(connectivity)),
+    ):
         root[key] = np.array([count], dtype=np.int64)
 
 
@@ -125,7 +158,11 @@ def _write_steps(root: Any, times: list[float], points: Fields, cells: Fields) -
     steps.attrs["NSteps"] = count
     steps["Values"] = np.array(times)
     still = np.zeros(count, dtype=np.int64)
-    steps["PartOffsets"], steps["PointOffsets"], steps["NumberOfParts"] = still, still, np.ones(count, dtype=np.int64)
+    steps["PartOffsets"], steps["PointOffsets"], steps["NumberOfParts"] = (
+        still,
+        still,
+        np.ones(count, dtype=np.int64),
+    )
     steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
     for group, fields in (("PointData", points), ("CellData", cells)):
         root.create_group(group)
@@ -137,7 +174,13 @@ def _append(group: Any, fields: Fields) -> None:
     """Fields of an increment after those of the one before."""
     for key, values in fields.items():
         if key not in group:
-            group.create_dataset(key, data=values, maxshape=(None, *values.shape[1:]), compression="gzip", shuffle=True)
+            group.create_dataset(
+                key,
+                data=values,
+                maxshape=(None, *values.shape[1:]),
+                compression="gzip",
+                shuffle=True,
+            )
             continue
         group[key].resize(len(group[key]) + len(values), axis=0)
         group[key][-len(values) :] = values

@@ -26,13 +26,18 @@ def in_space(values: Array) -> Array:
 
 
 def write_mesh(path: str | Path, mesh: meshio.Mesh, notes: dict[str, int]) -> None:
-    """The file with notes as its field data, which meshio reads but does not write; names are what they say."""
+    """The file with notes as its field data, which meshio reads but does not write; names are what
+    they say."""
     with temporary_name(path) as temporary:
         meshio.write(temporary, mesh, file_format="vtu")
         if notes:
             kind = 'type="Int32" NumberOfTuples="1" format="ascii"'
-            arrays = "".join(f"<DataArray Name={quoteattr(printable(name))} {kind}>{value}</DataArray>"
-                             for name, value in notes.items())  # fmt: skip
+            arrays = "".join(
+                f"<DataArray Name={quoteattr(printable(name))} {kind}>{value}</DataArray>"
+                for name, value in notes.items()
+            )
             start = b"<UnstructuredGrid>"
             content = temporary.read_bytes()
-            temporary.write_bytes(content.replace(start, start + f"<FieldData>{arrays}</FieldData>".encode(), 1))
+            temporary.write_bytes(
+                content.replace(start, start + f"<FieldData>{arrays}</FieldData>".encode(), 1)
+            )

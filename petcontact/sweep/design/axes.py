@@ -1,4 +1,5 @@
-"""Axes of a sweep: keys whose values change together, what they are called, and the words that they give to the ids."""
+"""Axes of a sweep: keys whose values change together, what they are called, and the words that they
+give to the ids."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ from .sweep_file import Sample, SweepFile
 SHORT = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
 """What stands before the value in an id, where that is not the name of the key."""
 LONGEST_VALUE = 24
-"""Characters of a value in an id; where an axis has a longer one, or values look alike, its entries are numbered."""
+"""Characters of a value in an id; where an axis has a longer one, or values look alike, its entries
+are numbered."""
 
 
 @frozen
@@ -38,21 +40,33 @@ class Axis:
     words: list[str]
 
 
-def make_axes(file: SweepFile, problems: Sequence[Mapping[str, Any]], source: str) -> tuple[list[Axis], dict[str, str]]:
-    """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each. And the names of their keys.
+def make_axes(
+    file: SweepFile, problems: Sequence[Mapping[str, Any]], source: str
+) -> tuple[list[Axis], dict[str, str]]:
+    """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each. And the names of
+    their keys.
 
     Raises
     ------
     InputError
-        If a key is given twice, its entries cannot be distinguished, or a name is given to a key that does not vary.
+        If a key is given twice, its entries cannot be distinguished, or a name is given to a key
+        that does not vary.
     """
     assert not isinstance(file.points, str)
     listed: list[Mapping[str, list[Any]]] = [{key: values} for key, values in file.cross.items()]
-    numbered = {"sample": sampled(file.sample) if file.sample is not None else {}, "point": file.points or {}}
-    tables = [*((table, "") for table in (*listed, file.zip) if table),
-              *((table, word) for word, table in numbered.items() if table)]  # fmt: skip
+    numbered = {
+        "sample": sampled(file.sample) if file.sample is not None else {},
+        "point": file.points or {},
+    }
+    tables = [
+        *((table, "") for table in (*listed, file.zip) if table),
+        *((table, word) for word, table in numbered.items() if table),
+    ]
     keys = [[full_key(key, source) for key in table] for table, _ in tables]
-    every, given = [key for some in keys for key in some], {full_key(key, source): name for key, name in file.names.items()}
+    every, given = (
+        [key for some in keys for key in some],
+        {full_key(key, source): name for key, name in file.names.items()},
+    )
     names = names_of(every, problems, given)
     if unknown := set(given) - set(every):
         raise InputError(f"{source}: names: {min(unknown)} does not vary")
@@ -61,12 +75,17 @@ def make_axes(file: SweepFile, problems: Sequence[Mapping[str, Any]], source: st
         values = list(zip(*table.values(), strict=True))
         words = [f"{word}{number}" for number in range(1, len(values) + 1)]
         if not word:
-            columns = [_words(SHORT.get(key, names[key].replace("_", "")), some)
-                       for key, some in zip(mine, table.values(), strict=True)]  # fmt: skip
+            columns = [
+                _words(SHORT.get(key, names[key].replace("_", "")), some)
+                for key, some in zip(mine, table.values(), strict=True)
+            ]
             words = ["-".join(some) for some in zip(*columns, strict=True)]
         if len(set(words)) < len(words):
             twice = next(word for k, word in enumerate(words) if word in words[:k])
-            raise InputError(f"{source}: {', '.join(mine)}: two cases have the id ...{twice}: is a value listed twice?")
+            raise InputError(
+                f"{source}: {', '.join(mine)}: two cases have the id ...{twice}: is a value listed "
+                f"twice?"
+            )
         axes.append(Axis(tuple(mine), values, words))
     return axes, names
 
@@ -83,8 +102,12 @@ def sampled(sample: Sample) -> dict[str, list[float]]:
         # scipy warns of a number of Sobol points that is no power of two
         warnings.simplefilter("ignore", UserWarning)
         unit = engine.random(sample.points)
-    return {key: (low * (high / low) ** part if key in sample.log else low + (high - low) * part).tolist()
-            for (key, (low, high)), part in zip(sample.range.items(), unit.T, strict=True)}  # fmt: skip
+    return {
+        key: (
+            low * (high / low) ** part if key in sample.log else low + (high - low) * part
+        ).tolist()
+        for (key, (low, high)), part in zip(sample.range.items(), unit.T, strict=True)
+    }
 
 
 def full_key(key: str, source: str) -> str:
@@ -97,34 +120,51 @@ def full_key(key: str, source: str) -> str:
     """
     found = whole_key(key)
     if "." not in found and found not in KEYS:
-        raise InputError(f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key")
+        raise InputError(
+            f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key"
+        )
     return found
 
 
-def names_of(keys: Sequence[str], problems: Sequence[Mapping[str, Any]], given: Mapping[str, str] = {}) -> dict[str, str]:
-    """What keys are called: as is `given`, by their last word where that is unique, else by `speaking`.
+def names_of(
+    keys: Sequence[str], problems: Sequence[Mapping[str, Any]], given: Mapping[str, str] = {}
+) -> dict[str, str]:
+    """What keys are called: as is `given`, by their last word where that is unique, else by
+    `speaking`.
 
-    >>> names_of(["method.rho", "boundary.0.value.1"], [{"boundary": [{"part": "left", "value": [1.0, 0.0]}]}])
+    >>> case = {"boundary": [{"part": "left", "value": [1.0, 0.0]}]}
+    >>> names_of(["method.rho", "boundary.0.value.1"], [case])
     {'method.rho': 'rho', 'boundary.0.value.1': 'left.value.y'}
     """
     spoken = {key: {speaking(key, data) for data in problems} for key in keys}
     whole = {key: words.pop() if len(words) == 1 else key for key, words in spoken.items()}
     last = [name.rsplit(".", 1)[-1] for name in whole.values()]
-    short = {key: word if last.count(word) == 1 and not re.fullmatch(r"[xyz]|value|\d+", word) else whole[key]
-             for key, word in zip(whole, last, strict=True)}  # fmt: skip
+    short = {
+        key: word
+        if last.count(word) == 1 and not re.fullmatch(r"[xyz]|value|\d+", word)
+        else whole[key]
+        for key, word in zip(whole, last, strict=True)
+    }
     return {**short, **given}
 
 
 def speaking(key: str, data: Any) -> str:
-    """A dotted key with names of bodies, parts, pairs and steps in the place of their numbers, and x, y, z of components."""
+    """A dotted key with names of bodies, parts, pairs and steps in the place of their numbers, and
+    x, y, z of components."""
     words: list[str] = []
     for step in key.split("."):
         inside = isinstance(data, (list, tuple)) and step.isdecimal() and int(step) < len(data)
         entry = data[int(step)] if inside else data.get(step) if isinstance(data, Mapping) else None
         if inside and isinstance(entry, Mapping) and (entry.get("name") or entry.get("part")):
-            words[-1] = ".".join(value_word(entry[name]) for name in ("body", "name", "part") if entry.get(name))
+            words[-1] = ".".join(
+                value_word(entry[name]) for name in ("body", "name", "part") if entry.get(name)
+            )
         else:
-            words.append("xyz"[int(step)] if inside and not isinstance(entry, Mapping) and len(data) <= 3 else step)
+            words.append(
+                "xyz"[int(step)]
+                if inside and not isinstance(entry, Mapping) and len(data) <= 3
+                else step
+            )
         data = entry
     return ".".join(words)
 
@@ -132,7 +172,12 @@ def speaking(key: str, data: Any) -> str:
 def _words(name: str, values: Sequence[Any]) -> list[str]:
     """A key and its values in ids: `rho1e3`, `poissonratio0.2`; a rule stands for itself."""
     words = list(map(value_word, values))
-    different = len({value if isinstance(value, Hashable) else json.dumps(value, default=str) for value in values})
+    different = len(
+        {
+            value if isinstance(value, Hashable) else json.dumps(value, default=str)
+            for value in values
+        }
+    )
     if max(map(len, words)) > LONGEST_VALUE or len(set(words)) < different:
         words = [f"{number}" for number in range(1, len(words) + 1)]
     return [name + word for word in words]

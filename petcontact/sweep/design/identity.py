@@ -1,4 +1,5 @@
-"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities asked for, version.
+"""What a case is, as a digest: config, content of the files that it names, PETSc options,
+quantities asked for, version.
 
 A result is used again only for a case of the same digest.
 """
@@ -19,8 +20,21 @@ from ...errors import InputError
 from ...model.base import regular_file
 from .sweep import Sweep
 
-HARMLESS = ("monitor", "view", "log_", "info", "help", "options_", "malloc", "citations", "nox", "objects_dump",
-            "no_signal_handler", "version", "skip_petscrc")  # fmt: skip
+HARMLESS = (
+    "monitor",
+    "view",
+    "log_",
+    "info",
+    "help",
+    "options_",
+    "malloc",
+    "citations",
+    "nox",
+    "objects_dump",
+    "no_signal_handler",
+    "version",
+    "skip_petscrc",
+)
 """Parts of the names of PETSc options that change what is shown and never a digit."""
 LARGEST_NAMED = 4_000_000_000
 """Bytes of a mesh or result that a case names, beyond which its content is not looked at."""
@@ -33,8 +47,8 @@ class Identity:
     ----------
     sweep : Sweep
     facts : dict
-        What does not follow from the sweep file, as plain data: "bases", a digest for each base of the sweep, and "files",
-        that of each file which the values of an axis name.
+        What does not follow from the sweep file, as plain data: "bases", a digest for each base of
+        the sweep, and "files", that of each file which the values of an axis name.
     """
 
     def __init__(self, sweep: Sweep, facts: dict[str, Any]) -> None:
@@ -42,10 +56,24 @@ class Identity:
         self._shape, self._bases = sweep.shape, facts["bases"]
         folder = sweep.bases[0].folder
         self._entries = [
-            [_text([[key, value, *(facts["files"][name] for name, _ in named_files({key: value}, folder))]
-                    for key, value in zip(axis.keys, some, strict=True)]) for some in axis.values]
+            [
+                _text(
+                    [
+                        [
+                            key,
+                            value,
+                            *(
+                                facts["files"][name]
+                                for name, _ in named_files({key: value}, folder)
+                            ),
+                        ]
+                        for key, value in zip(axis.keys, some, strict=True)
+                    ]
+                )
+                for some in axis.values
+            ]
             for axis in sweep.axes
-        ]  # fmt: skip
+        ]
 
     def digest(self, place: int) -> str:
         """32 hexadecimal digits for one case."""
@@ -56,7 +84,9 @@ class Identity:
         return _digest("\n".join([self._bases[place], *words]))
 
 
-def identify(sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}) -> Identity:
+def identify(
+    sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}
+) -> Identity:
     """The digests as things are now.
 
     Parameters
@@ -67,21 +97,41 @@ def identify(sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[s
     functions : mapping of str to callable
         The user's own quantities.
     """
-    digits = {name: text for name, text in options.items() if not any(part in name for part in HARMLESS)}
+    digits = {
+        name: text for name, text in options.items() if not any(part in name for part in HARMLESS)
+    }
     functions_text = {name: _source(function) for name, function in functions.items()}
     common = [__version__, sorted(digits.items()), sweep.file.von_mises, functions_text]
     bases = []
     for base in sweep.bases:
-        contents = [file_digest(path) for _, path in named_files({**base.data, "set": base.fixed}, base.folder)]
-        bases.append(_digest(_text([common, base.problem, base.variant, base.data, sorted(base.fixed.items()), contents])))
-    varied = [dict(zip(axis.keys, some, strict=True)) for axis in sweep.axes for some in axis.values]
+        contents = [
+            file_digest(path)
+            for _, path in named_files({**base.data, "set": base.fixed}, base.folder)
+        ]
+        bases.append(
+            _digest(
+                _text(
+                    [
+                        common,
+                        base.problem,
+                        base.variant,
+                        base.data,
+                        sorted(base.fixed.items()),
+                        contents,
+                    ]
+                )
+            )
+        )
+    varied = [
+        dict(zip(axis.keys, some, strict=True)) for axis in sweep.axes for some in axis.values
+    ]
     files = {name: file_digest(path) for name, path in named_files(varied, sweep.bases[0].folder)}
     return Identity(sweep, {"bases": bases, "files": files})
 
 
 def named_files(data: Any, folder: Path) -> Iterator[tuple[str, Path]]:
-    """Files that plain data name, as they are given and where they are: `file` relative to the problem's folder, `start` of
-    a method relative to where the program runs."""
+    """Files that plain data name, as they are given and where they are: `file` relative to the
+    problem's folder, `start` of a method relative to where the program runs."""
     if isinstance(data, Mapping):
         for key, value in data.items():
             last = key.rsplit(".", 1)[-1]
@@ -101,7 +151,8 @@ def _file_digest(path: str, size: int, changed: int) -> str:
 
 
 def file_digest(path: Path) -> str:
-    """Of a regular file's content; empty where it is none or cannot be read, which the case will meet in its turn."""
+    """Of a regular file's content; empty where it is none or cannot be read, which the case will
+    meet in its turn."""
     try:
         facts = regular_file(path, LARGEST_NAMED).stat()
         return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)

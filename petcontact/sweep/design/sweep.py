@@ -1,4 +1,5 @@
-"""A sweep: problems, variants and axes crossed. Cases are made when they are asked for: a million of them take no memory."""
+"""A sweep: problems, variants and axes crossed. Cases are made when they are asked for: a million
+of them take no memory."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 
 VALIDATED = 1000
-"""Cases of a sweep that are validated before it starts; of a larger one so many, evenly spaced, the rest in their turn."""
+"""Cases of a sweep that are validated before it starts; of a larger one so many, evenly spaced, the
+rest in their turn."""
 CONTACT_KEPT = 1000
 """Cases up to which the fields on Γ_C are kept unless something else is asked for."""
 
@@ -34,7 +36,8 @@ class SweepCase:
     Attributes
     ----------
     id : str
-        Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid file name.
+        Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid
+        file name.
     case : Problem
     coordinates : dict
         What distinguishes the case: problem, variant, and the value of each key that varies.
@@ -78,12 +81,15 @@ class Sweep:
     bases : list of Base
     axes : list of Axis
     shape : tuple of int
-        Entries of the bases and of each axis; `numpy.unravel_index` of a case's place gives its entries.
+        Entries of the bases and of each axis; `numpy.unravel_index` of a case's place gives its
+        entries.
     content : tuple
         What `read_files` read.
     """
 
-    def __init__(self, source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]) -> None:
+    def __init__(
+        self, source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]
+    ) -> None:
         self.content = (source, data, problems)
         self.source = source
         self.file: SweepFile = parse(SweepFile, data, source)
@@ -107,20 +113,32 @@ class Sweep:
             raise IndexError(place)
         base, varied = self._entries(place)
         source = f"{self.source}: {self.ids[place]}"
-        case = parse_problem(copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder)
+        case = parse_problem(
+            copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder
+        )
         return SweepCase(self.ids[place], case, self.coordinates(place))
 
     @functools.cached_property
     def ids(self) -> list[str]:
         """Of all cases, by place."""
-        bases = ["-".join(filter(None, (base.problem, base.variant and value_word(base.variant)))) for base in self.bases]
-        return ["-".join(words) for words in itertools.product(bases, *(axis.words for axis in self.axes))]
+        bases = [
+            "-".join(filter(None, (base.problem, base.variant and value_word(base.variant))))
+            for base in self.bases
+        ]
+        return [
+            "-".join(words)
+            for words in itertools.product(bases, *(axis.words for axis in self.axes))
+        ]
 
     def coordinates(self, place: int) -> dict[str, Any]:
         """Problem, variant, and the values of the axes, of one case."""
         base, varied = self._entries(place)
         names = {"variant": base.variant} if base.variant else {}
-        return {"problem": base.problem, **names, **dict(zip(self._names, varied.values(), strict=True))}
+        return {
+            "problem": base.problem,
+            **names,
+            **dict(zip(self._names, varied.values(), strict=True)),
+        }
 
     @property
     def coordinate_names(self) -> list[str]:
@@ -133,7 +151,8 @@ class Sweep:
         return self.file.keep or ("contact" if len(self) <= CONTACT_KEPT else "scalars")
 
     def only(self, patterns: Sequence[str]) -> list[int]:
-        """Places of the cases whose id matches one of the shell patterns; all of them if there is no pattern.
+        """Places of the cases whose id matches one of the shell patterns; all of them if there is
+        no pattern.
 
         Raises
         ------
@@ -144,7 +163,11 @@ class Sweep:
         for pattern, names in found.items():
             if not names:
                 raise InputError(f"--only {pattern}: no case has such an id (--list shows them)")
-        return [place for place, id_ in enumerate(self.ids) if not patterns or any(id_ in names for names in found.values())]
+        return [
+            place
+            for place, id_ in enumerate(self.ids)
+            if not patterns or any(id_ in names for names in found.values())
+        ]
 
     def validate(self) -> None:
         """Make the cases, or of many an evenly spaced part of them.
@@ -157,8 +180,12 @@ class Sweep:
         if len(set(self.ids)) < len(self):
             ordered = sorted(self.ids)
             twice = next(a for a, b in itertools.pairwise(ordered) if a == b)
-            raise InputError(f"{self.source}: two cases have the id {twice}: is a value listed twice?")
-        for place in np.unique(np.linspace(0, len(self) - 1, min(VALIDATED, len(self))).round().astype(int)).tolist():
+            raise InputError(
+                f"{self.source}: two cases have the id {twice}: is a value listed twice?"
+            )
+        for place in np.unique(
+            np.linspace(0, len(self) - 1, min(VALIDATED, len(self))).round().astype(int)
+        ).tolist():
             self[place]
 
     def _entries(self, place: int) -> tuple[Base, dict[str, Any]]:
@@ -174,13 +201,22 @@ def _bases(file: SweepFile, problems: dict[str, dict[str, Any]], source: str) ->
     stems = {path: value_word(Path(path).stem) for path in problems}
     if len(set(stems.values())) < len(stems):
         raise InputError(
-            f"{source}: problems: the files need names that differ in more than their folders, got {list(problems)}"
+            f"{source}: problems: the files need names that differ in more than their folders, got "
+            f"{list(problems)}"
         )
     fixed = {full_key(key, source): value for key, value in file.set.items()}
     bases = []
     for path, variant in itertools.product(problems, file.variant or ({},)):
         own = {full_key(key, source): value for key, value in variant.items() if key != "name"}
-        bases.append(Base(stems[path], variant.get("name", ""), problems[path], {**fixed, **own}, Path(path).parent))
+        bases.append(
+            Base(
+                stems[path],
+                variant.get("name", ""),
+                problems[path],
+                {**fixed, **own},
+                Path(path).parent,
+            )
+        )
     return bases
 
 

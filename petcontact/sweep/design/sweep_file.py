@@ -45,9 +45,13 @@ class Sample(Model):
     def _ordered(self) -> Sample:
         for key, (low, high) in self.range.items():
             if not low < high:
-                raise ValueError(f"range.{key} must be [low, high] with low < high, got [{low:g}, {high:g}]")
+                raise ValueError(
+                    f"range.{key} must be [low, high] with low < high, got [{low:g}, {high:g}]"
+                )
             if key in self.log and low <= 0.0:
-                raise ValueError(f"range.{key} must be positive, its logarithm is sampled, got {low:g}")
+                raise ValueError(
+                    f"range.{key} must be positive, its logarithm is sampled, got {low:g}"
+                )
         if unknown := set(self.log) - set(self.range):
             raise ValueError(f"log names {sorted(unknown)[0]!r}, which has no range")
         return self
@@ -62,15 +66,18 @@ class SweepFile(Model):
     problems : list of str
         Problem files, relative to the sweep file.
     cross : dict of str to list
-        Values to cross: rho, element_size, rule, any other key of [method], [mesh] or [bem], or any dotted key.
+        Values to cross: rho, element_size, rule, any other key of [method], [mesh] or [bem], or any
+        dotted key.
     zip : dict of str to list
         Lists of one length that are walked together, and crossed with the rest.
     sample : Sample, optional
         A design that fills a box; crossed with the rest.
     points : str, optional
-        A CSV file, relative to the sweep file, whose first line names keys: a line is a point; crossed with the rest.
+        A CSV file, relative to the sweep file, whose first line names keys: a line is a point;
+        crossed with the rest.
     variant : list of dict, optional
-        Named sets of keys that change together: each has a `name` and keys over those of `set`; crossed with the rest.
+        Named sets of keys that change together: each has a `name` and keys over those of `set`;
+        crossed with the rest.
     set : dict
         Keys with one value for all cases, over those of the problem files.
     names : dict of str to str
@@ -85,13 +92,19 @@ class SweepFile(Model):
 
     title: str = ""
     problems: tuple[str, ...] = pydantic.Field(min_length=1, kw_only=True)
-    cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
-    zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
+    cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(
+        default={}
+    )
+    zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(
+        default={}
+    )
     sample: Sample | None = None
     points: str | Mapping[str, list[Any]] | None = None
     variant: tuple[dict[str, Any], ...] = ()
     set: Mapping[str, Any] = pydantic.Field(default={})
-    names: Mapping[str, Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*$")]] = pydantic.Field(default={})
+    names: Mapping[str, Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*$")]] = (
+        pydantic.Field(default={})
+    )
     keep: Keep | None = None
     quantities: tuple[str, ...] = ()
     von_mises: tuple[tuple[Coordinate, ...], ...] = ()
@@ -100,7 +113,9 @@ class SweepFile(Model):
     @classmethod
     def _named(cls, variants: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
         names = [variant.get("name") for variant in variants]
-        if not all(isinstance(name, str) and name for name in names) or len(set(map(str, names))) < len(names):
+        if not all(isinstance(name, str) and name for name in names) or len(
+            set(map(str, names))
+        ) < len(names):
             raise ValueError('every [[variant]] needs a name of its own, name = "..."')
         return variants
 
@@ -116,13 +131,17 @@ class SweepFile(Model):
     @classmethod
     def _importable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if not all(part.isidentifier() for word in name.split(":") for part in word.split(".")) or name.count(":") != 1:
+            if (
+                not all(part.isidentifier() for word in name.split(":") for part in word.split("."))
+                or name.count(":") != 1
+            ):
                 raise ValueError(f"must be 'module:function', got {name!r}")
         return names
 
 
 def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[str, Any]]]:
-    """Name and plain content of a sweep file, and the plain content of its problem files by path; all that it needs."""
+    """Name and plain content of a sweep file, and the plain content of its problem files by path;
+    all that it needs."""
     data = read_toml(path)
     file: SweepFile = parse(SweepFile, data, str(path))
     folder = Path(path).parent
@@ -154,7 +173,9 @@ def read_points(path: Path) -> dict[str, list[Any]]:
         raise InputError(f"{path}: needs a line of different keys and a line a point")
     for number, line in enumerate(lines, 2):
         if len(line) != len(keys):
-            raise InputError(f"{path}: line {number} has {len(line)} values, there are {len(keys)} keys")
+            raise InputError(
+                f"{path}: line {number} has {len(line)} values, there are {len(keys)} keys"
+            )
     return {key: [_value(line[k].strip()) for line in lines] for k, key in enumerate(keys)}
 
 

@@ -30,25 +30,43 @@ Figure = tuple[str, str]
 """A picture of the page: caption, and PNG as a data URI."""
 
 
-def html(table: CaseTable, tables: Sequence[Table], quantity: str = ITERATIONS, plots: Sequence[Plot] = ()) -> str:
-    """One page with tables, plots, and the figures of one case a problem where its fields are kept whole."""
+def html(
+    table: CaseTable,
+    tables: Sequence[Table],
+    quantity: str = ITERATIONS,
+    plots: Sequence[Plot] = (),
+) -> str:
+    """One page with tables, plots, and the figures of one case a problem where its fields are kept
+    whole."""
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(__package__, ""), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
+        loader=jinja2.PackageLoader(__package__, ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
         lstrip_blocks=True,
-    )  # fmt: skip
+    )
     pictures = [*([("Plots", _plots(table, plots))] if plots else []), *_figures_of_cases(table)]
     return environment.get_template("report.html").render(
-        title=table.title or "Sweep", counts=counts_line(table), legend=legend(table, quantity), tables=tables, text=text,
-        heads=[column_heads(one, quantity) for one in tables], quantity=quantity, pictures=pictures, bad=bad_cases(table),
-    )  # fmt: skip
+        title=table.title or "Sweep",
+        counts=counts_line(table),
+        legend=legend(table, quantity),
+        tables=tables,
+        text=text,
+        heads=[column_heads(one, quantity) for one in tables],
+        quantity=quantity,
+        pictures=pictures,
+        bad=bad_cases(table),
+    )
 
 
 def representatives(table: CaseTable) -> list[int]:
     """The last case a problem that has a solution, by its place."""
     problems = table.values("problem") if "problem" in table.coordinates else [""] * len(table)
-    solved = (k for k, status in enumerate(table.status) if status in ("converged", "not converged"))
+    solved = (
+        k for k, status in enumerate(table.status) if status in ("converged", "not converged")
+    )
     return list({problems[place]: place for place in solved}.values())
 
 
@@ -67,7 +85,11 @@ def _figures(solution: Solution) -> list[Figure]:
             kind = picture.stem.removeprefix("figure-")
             caption = DRAWN.get(kind, kind)
             if number is not None and kind in OF_THE_PAPER:
-                caption = f"Figure {3 * (number - 1) + 1 + OF_THE_PAPER.index(kind)} of the paper: {caption}"
+                caption = (
+                    f"Figure {3 * (number - 1) + 1 + OF_THE_PAPER.index(kind)} of the "
+                    f"paper: "
+                    f"{caption}"
+                )
             figures.append((caption, _embedded(picture)))
     return figures
 

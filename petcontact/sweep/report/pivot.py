@@ -66,7 +66,8 @@ class Table:
         Their values.
     cells : dict of (row, column) to Cell
     means : list of Cell
-        One a column, over all its cases; none where the rows are no parameter that one averages over.
+        One a column, over all its cases; none where the rows are no parameter that one averages
+        over.
     """
 
     title: str
@@ -84,7 +85,8 @@ class Table:
 
 
 class Facts:
-    """The columns that cells are made of: the quantity, which cases converged, what was published."""
+    """The columns that cells are made of: the quantity, which cases converged, what was
+    published."""
 
     def __init__(self, table: CaseTable, quantity: str) -> None:
         self.count, self.status = quantity == ITERATIONS, table.status
@@ -92,17 +94,21 @@ class Facts:
         value = nothing if self.count and quantity not in table.columns else table.numbers(quantity)
         self.good: Index = (np.array(table.status) == "converged") & np.isfinite(value)
         self.value = np.where(self.good, value, 0.0)
-        self.published: Array = table.numbers("published") if self.count and "published" in table.columns else nothing
+        self.published: Array = (
+            table.numbers("published") if self.count and "published" in table.columns else nothing
+        )
 
     def cells(self, group: Index, groups: int) -> list[Cell]:
-        """A cell for each of some groups of cases; `group` (n,) says which one a case belongs to, -1 for none."""
+        """A cell for each of some groups of cases; `group` (n,) says which one a case belongs to,
+        -1 for none."""
 
         def total(values: Any) -> Array:
             return np.bincount(group + 1, values, groups + 1)[1:].astype(float)
 
         sizes, good = total(np.ones(len(group))), total(self.good)
         mean = total(self.value) / np.maximum(good, 1.0)
-        # compared with the published counts are the cases that converged; where none did, all of them
+        # compared with the published counts are the cases that converged; where none did, all of
+        # them
         compared = self.good | (np.append(good, 0.0)[group] == 0.0)
         known = compared & np.isfinite(self.published)
         published = total(np.where(known, self.published, 0.0)) / np.maximum(total(known), 1.0)
@@ -110,10 +116,18 @@ class Facts:
         last = np.zeros(groups + 1, np.int64)
         last[group] = np.arange(len(group))
         return [
-            Cell(float(mean[k]) if good[k] else None, float(published[k]) if whole[k] else None,
-                 "" if good[k] == n else self.status[last[k]] if n == 1 else f"{n - good[k]:.0f} missed", self.count)
+            Cell(
+                float(mean[k]) if good[k] else None,
+                float(published[k]) if whole[k] else None,
+                ""
+                if good[k] == n
+                else self.status[last[k]]
+                if n == 1
+                else f"{n - good[k]:.0f} missed",
+                self.count,
+            )
             for k, n in enumerate(sizes)
-        ]  # fmt: skip
+        ]
 
     def cell(self) -> Cell:
         """A single cell for all cases."""
@@ -128,7 +142,8 @@ def numbered(codes: Index) -> tuple[Index, Index]:
 
 
 def grouped(table: CaseTable, names: Sequence[str]) -> tuple[list[Key], Index]:
-    """The different values of some columns, in the order in which they come, and which one each case has."""
+    """The different values of some columns, in the order in which they come, and which one each
+    case has."""
     number, first = numbered(np.zeros(len(table), np.int64))
     columns = [table.values(name) for name in names]
     for values in columns:
@@ -140,15 +155,20 @@ def grouped(table: CaseTable, names: Sequence[str]) -> tuple[list[Key], Index]:
 
 
 def make_tables(
-    table: CaseTable, down: Sequence[str] | None = None, across: Sequence[str] | None = None, quantity: str = ITERATIONS
+    table: CaseTable,
+    down: Sequence[str] | None = None,
+    across: Sequence[str] | None = None,
+    quantity: str = ITERATIONS,
 ) -> list[Table]:
-    """Tables of a sweep; what is neither down nor across makes a table each, or is averaged where down is given.
+    """Tables of a sweep; what is neither down nor across makes a table each, or is averaged where
+    down is given.
 
     Parameters
     ----------
     table : CaseTable
     down, across : sequence of str, optional
-        Coordinates or quantities; rho down, rule and element_size across by default, as in the paper.
+        Coordinates or quantities; rho down, rule and element_size across by default, as in the
+        paper.
     quantity : str
         In the cells.
 
@@ -161,22 +181,31 @@ def make_tables(
     for name in [*(down or ()), *(across or ())]:
         table.values(name)
     if across is None:
-        across = [name for name in ("rule", "element_size") if name in names and name not in (down or ())]
+        across = [
+            name for name in ("rule", "element_size") if name in names and name not in (down or ())
+        ]
     if down is None:
         free = [name for name in names if name not in across]
         down = ["rho"] if "rho" in free else free[-1:]
     apart = [] if averaging else [name for name in names if name not in down and name not in across]
-    (titles, of_case), (rows, line), (columns, column) = (grouped(table, some) for some in (apart, down, across))
+    (titles, of_case), (rows, line), (columns, column) = (
+        grouped(table, some) for some in (apart, down, across)
+    )
     tables = []
     for number, key in enumerate(titles):
-        title = ", ".join(f"{name} {text(value)}" if name != "problem" else text(value)
-                          for name, value in zip(apart, key, strict=True))  # fmt: skip
+        title = ", ".join(
+            f"{name} {text(value)}" if name != "problem" else text(value)
+            for name, value in zip(apart, key, strict=True)
+        )
         some = np.flatnonzero(of_case == number)
         group = np.full(len(table), -1)
         group[some], first = numbered(line[some] * len(columns) + column[some])
         places = [(rows[line[k]], columns[column[k]]) for k in some[first]]
         cells = dict(zip(places, facts.cells(group, len(places)), strict=True))
-        mine, heads = list(dict.fromkeys(row for row, _ in places)), list(dict.fromkeys(head for _, head in places))
+        mine, heads = (
+            list(dict.fromkeys(row for row, _ in places)),
+            list(dict.fromkeys(head for _, head in places)),
+        )
         means = []
         if len(mine) > 1 and all(isinstance(value, (int, float)) for value in mine[0]):
             group[some], _ = numbered(column[some])

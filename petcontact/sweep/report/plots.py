@@ -39,7 +39,9 @@ class Plot:
     @property
     def caption(self) -> str:
         """The caption of the plot."""
-        what = f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
+        what = f"{self.quantity} over {self.over}" + (
+            f", a line for each {self.lines}" if self.lines else ""
+        )
         return f"{what}; means of the cases that converged"
 
     @property
@@ -73,7 +75,9 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
     x, y = table.numbers(plot.over), table.numbers(plot.quantity)
     keys, line = grouped(table, [plot.lines] if plot.lines else [])
     if len(keys) > MOST_LINES:
-        raise InputError(f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most")
+        raise InputError(
+            f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most"
+        )
     good = (np.array(table.status) == "converged") & np.isfinite(x) & np.isfinite(y)
     figure.set_size_inches(6.4, 4.2)
     axes = figure.subplots()
@@ -88,7 +92,10 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
         axes.plot(at, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
     if not good.any():
         axes.text(0.5, 0.5, "no case has both", ha="center", transform=axes.transAxes)
-    scales = ["log" if len(v) and v.min() > 0.0 and v.max() > 50.0 * v.min() else "linear" for v in (x[good], y[good])]
+    scales = [
+        "log" if len(v) and v.min() > 0.0 and v.max() > 50.0 * v.min() else "linear"
+        for v in (x[good], y[good])
+    ]
     axes.set(xscale=scales[0], yscale=scales[1], xlabel=plot.over, ylabel=plot.quantity)
     axes.grid(alpha=0.3)
     if plot.lines:

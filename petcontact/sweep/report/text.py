@@ -18,7 +18,16 @@ from .pivot import ITERATIONS, Facts, Table, text
 
 LISTED = 100
 """Cases that did not converge that a report names."""
-ORDER = ("status", "published", "iterations", "final_rho", "residual", "elastic_residual", "iterate_seconds", "reason")
+ORDER = (
+    "status",
+    "published",
+    "iterations",
+    "final_rho",
+    "residual",
+    "elastic_residual",
+    "iterate_seconds",
+    "reason",
+)
 """What follows the coordinates in CSV and Parquet; then come the quantities."""
 
 
@@ -26,7 +35,9 @@ def counts_line(table: CaseTable) -> str:
     """How many cases there are, of each status."""
     counts = Counter(table.status)
     order = ("converged", "not converged", "failed", "missing")
-    return f"{len(table)} cases: " + ", ".join(f"{counts[name]} {name}" for name in order if counts[name])
+    return f"{len(table)} cases: " + ", ".join(
+        f"{counts[name]} {name}" for name in order if counts[name]
+    )
 
 
 def legend(table: CaseTable, quantity: str) -> str:
@@ -36,14 +47,20 @@ def legend(table: CaseTable, quantity: str) -> str:
         return f"Cells: {quantity}, the mean of the cases that converged."
     if whole.published is None or whole.ours is None:
         return "Cells: iterations."
-    return f"Cells: iterations / published ({SOURCE}). Mean of all: {whole.ours:.1f} / {whole.published:.1f}."
+    return (
+        f"Cells: iterations / published ({SOURCE}). Mean of all: {whole.ours:.1f} / "
+        f"{whole.published:.1f}."
+    )
 
 
 def bad_cases(table: CaseTable) -> list[str]:
     """`id: status: reason` of the cases that did not converge, the first hundred of them."""
     bad = [k for k, status in enumerate(table.status) if status not in ("converged", "missing")]
     ids, reasons = (texts(table.columns[name][bad[:LISTED]]) for name in ("id", "reason"))
-    lines = [f"{id_}: {table.status[k]}: {reason}" for k, id_, reason in zip(bad, ids, reasons, strict=False)]
+    lines = [
+        f"{id_}: {table.status[k]}: {reason}"
+        for k, id_, reason in zip(bad, ids, reasons, strict=False)
+    ]
     return [*lines, *([f"... and {len(bad) - LISTED} more"] if len(bad) > LISTED else [])]
 
 
@@ -62,14 +79,20 @@ def markdown(table: CaseTable, tables: Sequence[Table], quantity: str = ITERATIO
 
 def _grid(table: Table, quantity: str) -> list[list[str]]:
     head = [*table.row_names, *column_heads(table, quantity)]
-    body = [[*map(text, row), *(table.text(row, column) for column in table.columns)] for row in table.rows]
+    body = [
+        [*map(text, row), *(table.text(row, column) for column in table.columns)]
+        for row in table.rows
+    ]
     mean = ["mean", *[""] * (len(table.row_names) - 1), *(cell.text() for cell in table.means)]
     return [head, *body, *([mean] if table.means else [])]
 
 
 def column_heads(table: Table, quantity: str) -> list[str]:
     """What stands above each column."""
-    labels = (", ".join(label(n, v) for n, v in zip(table.column_names, key, strict=True)) for key in table.columns)
+    labels = (
+        ", ".join(label(n, v) for n, v in zip(table.column_names, key, strict=True))
+        for key in table.columns
+    )
     return [found or quantity for found in labels]
 
 
@@ -83,7 +106,10 @@ def user_columns(table: CaseTable) -> dict[str, list[Any]]:
     """Id, coordinates, how the solve ended, quantities; in this order, values as Python's."""
     first = ["id", *table.coordinates, *ORDER]
     names = [*first, *(name for name in table.names if name not in first)]
-    there = {name: plain(table.columns[name]) if name in table.columns else [None] * len(table) for name in names}
+    there = {
+        name: plain(table.columns[name]) if name in table.columns else [None] * len(table)
+        for name in names
+    }
     for name in ("iterations", "published"):
         there[name] = [None if value is None else int(value) for value in there[name]]
     return there

@@ -1,4 +1,5 @@
-"""What a group of cases that share assembly and elimination will cost, by the size of its meshes alone."""
+"""What a group of cases that share assembly and elimination will cost, by the size of its meshes
+alone."""
 
 from __future__ import annotations
 
@@ -13,11 +14,12 @@ from ...model.problem import Problem
 from ...pipeline.choice import is_compressed, resolved_bem
 from ...refinement.meshes import mesh_of
 
-# Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
-# order of the groups and who helps whom.
+# Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
+# matter, they decide the order of the groups and who helps whom.
 FIXED, CASE = 2e-3, 1.4e-3
 ENTRY, FLOP = 8e-8, 4e-11
-"""Of n nodes with N unknowns and m contact unknowns: assembly ENTRY n², elimination FLOP (2/3 N³ + 2 N² m)."""
+"""Of n nodes with N unknowns and m contact unknowns: assembly ENTRY n², elimination FLOP (2/3 N³ +
+2 N² m)."""
 PRODUCT = 6e-8
 """Of a case that shares its elimination: m²."""
 COMPRESSED = 3e-4
@@ -54,16 +56,22 @@ def estimate(case: Problem, ranks: int) -> Cost:
     except PetcontactError:
         # the sweep meets the same error in its turn and records it case by case
         return Cost(0, 0, FIXED, FIXED, 0.0)
-    n, m, prepare, solve, memory = (sum(column) for column in zip(*map(astuple, costs), strict=True))
+    n, m, prepare, solve, memory = (
+        sum(column) for column in zip(*map(astuple, costs), strict=True)
+    )
     return Cost(n, m, FIXED + prepare / ranks, CASE + solve / ranks, memory)
 
 
 def _of_body(case: Problem, body: Any) -> Cost:
     contact = {condition.part for condition in body.boundary if condition.condition == "contact"}
-    contact |= {side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)}
+    contact |= {
+        side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)
+    }
     mesh = mesh_of(body)
     n, unknowns = mesh.n_nodes, mesh.dim * mesh.n_nodes
-    m = (mesh.dim - 1) * int(np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum())
+    m = (mesh.dim - 1) * int(
+        np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()
+    )
     if is_compressed(resolved_bem(case.bem), mesh):
         return Cost(n, m, COMPRESSED * n, COMPRESSED * n, 2.5e4 * n)
     prepare = ENTRY * n * n + FLOP * unknowns**2 * (2.0 / 3.0 * unknowns + 2.0 * m)

@@ -1,9 +1,10 @@
-"""Who computes what: a team begins the dearest part that nobody has; when none is left it helps where most is left.
+"""Who computes what: a team begins the dearest part that nobody has; when none is left it helps
+where most is left.
 
-A part is a group of cases that share their preparation, or several groups so cheap that a claim for each would cost more
-than they do. All that the ranks share are lengths of files opened to append: no lock, no server, no one-sided MPI, which
-some transports lack. (On NFS two clients may be given one number: then cases are computed twice, to the same bits, and never
-left out.)
+A part is a group of cases that share their preparation, or several groups so cheap that a claim for
+each would cost more than they do. All that the ranks share are lengths of files opened to append:
+no lock, no server, no one-sided MPI, which some transports lack. (On NFS two clients may be given
+one number: then cases are computed twice, to the same bits, and never left out.)
 """
 
 from __future__ import annotations
@@ -129,8 +130,12 @@ def dealt(parts: list[Part], counters: Counters) -> Iterator[Index]:
         yield from batches(number)
     shared = {number for number, part in enumerate(parts) if part.batches > 1}
     while shared:
-        left = {number: (parts[number].batches - counters.look(f"part-{number}")) * parts[number].size * parts[number].case
-                for number in shared}  # fmt: skip
+        left = {
+            number: (parts[number].batches - counters.look(f"part-{number}"))
+            * parts[number].size
+            * parts[number].case
+            for number in shared
+        }
         most = max(shared, key=left.__getitem__)
         shared = {number for number in shared - {most} if left[number] > parts[number].prepare}
         if left[most] > parts[most].prepare:

@@ -1,7 +1,7 @@
 """Groups: cases that one assembly and one elimination serve, and what they will cost.
 
-What a group is follows from the keys that vary and never from what is left to compute, so that a sweep that is resumed
-computes what an uninterrupted one does, bit for bit.
+What a group is follows from the keys that vary and never from what is left to compute, so that a
+sweep that is resumed computes what an uninterrupted one does, bit for bit.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from ..problems import elimination_needs
 from .cost import PROCESS_MEMORY, Cost
 
 ESTIMATED = 64
-"""Meshes that are made to know what they cost; of more, as many are, and the others cost what the nearest one does."""
+"""Meshes that are made to know what they cost; of more, as many are, and the others cost what the
+nearest one does."""
 
 
 @frozen
@@ -47,7 +48,9 @@ class Groups:
     def representatives(self) -> Index:
         """Groups whose cost is to be estimated."""
         groups = np.unique(self.mesh, return_index=True)[1]
-        chosen = np.linspace(0, len(groups) - 1, min(ESTIMATED, len(groups))).round().astype(np.int64)
+        chosen = (
+            np.linspace(0, len(groups) - 1, min(ESTIMATED, len(groups))).round().astype(np.int64)
+        )
         return groups[np.unique(chosen)]
 
     def spread(self, costs: Sequence[Cost]) -> list[Cost]:
@@ -60,7 +63,9 @@ class Groups:
 def make_groups(sweep: Sweep) -> Groups:
     """Cases that differ in nothing that the elimination depends on belong together."""
     fixed = all(map(_has_fixed_meshes, _first_cases(sweep)))
-    of_case, first, size = _numbers(_codes(sweep, lambda key, value: elimination_needs(key, value, meshes_fixed=fixed)))
+    of_case, first, size = _numbers(
+        _codes(sweep, lambda key, value: elimination_needs(key, value, meshes_fixed=fixed))
+    )
     meshes, _, _ = _numbers(_codes(sweep, lambda key, value: value if _shapes_mesh(key) else None))
     return Groups(of_case, first, size, meshes[first])
 
@@ -79,20 +84,27 @@ def _first_cases(sweep: Sweep) -> Iterator[Problem | None]:
 
 
 def _has_fixed_meshes(case: Problem | None) -> bool:
-    """Whether sizes are given, or bodies are in space: other meshes of bodies in the plane resolve their data."""
+    """Whether sizes are given, or bodies are in space: other meshes of bodies in the plane resolve
+    their data."""
     return case is not None and not any(
         body.mesh.automatic and isinstance(body.geometry.outline(), Outline) for body in case.body
     )
 
 
 def _codes(sweep: Sweep, needs: Callable[[str, Any], Any]) -> list[Index]:
-    """For the bases and each axis: entries that differ in nothing that is needed have the same number."""
+    """For the bases and each axis: entries that differ in nothing that is needed have the same
+    number."""
 
     def needed(entry: Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
         return [(key, what) for key, value in entry if (what := needs(key, value)) is not None]
 
-    axes = ([needed(zip(axis.keys, some, strict=True)) for some in axis.values] for axis in sweep.axes)
-    return [_same([[base.problem, needed(base.fixed.items())] for base in sweep.bases]), *map(_same, axes)]
+    axes = (
+        [needed(zip(axis.keys, some, strict=True)) for some in axis.values] for axis in sweep.axes
+    )
+    return [
+        _same([[base.problem, needed(base.fixed.items())] for base in sweep.bases]),
+        *map(_same, axes),
+    ]
 
 
 def _same(entries: Sequence[object]) -> Index:
@@ -102,18 +114,23 @@ def _same(entries: Sequence[object]) -> Index:
 
 
 def _numbers(codes: list[Index]) -> tuple[Index, Index, Index]:
-    """A number for each case from those of its entries, without gaps and by first appearance; first places and sizes."""
+    """A number for each case from those of its entries, without gaps and by first appearance; first
+    places and sizes."""
     combined = np.zeros(1, np.int64)
     for code in codes:
         combined = (combined[:, None] * (int(code.max()) + 1) + code[None, :]).ravel()
-    _, first, inverse, size = np.unique(combined, return_index=True, return_inverse=True, return_counts=True)
+    _, first, inverse, size = np.unique(
+        combined, return_index=True, return_inverse=True, return_counts=True
+    )
     order = np.argsort(first, kind="stable")
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return rank[inverse.ravel()], first[order], size[order]
 
 
-def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, int], teams: int, ranks: int) -> list[str]:
+def describe(
+    sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, int], teams: int, ranks: int
+) -> list[str]:
     """The plan in a few lines, printed before a sweep starts.
 
     Parameters
@@ -126,16 +143,23 @@ def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, i
         Teams, and ranks of each.
     """
     cases, finished, to_do, groups = counts
-    shared = f" in {_count(groups, 'group')} that share assembly and elimination" if groups < to_do else ""
+    shared = (
+        f" in {_count(groups, 'group')} that share assembly and elimination"
+        if groups < to_do
+        else ""
+    )
     plan = [
-        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} to compute{shared}",
-        f"  {_count(teams, 'team')} of {_count(ranks, 'rank')} each; kept beside the table: {sweep.keep}",
+        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} "
+        f"to compute{shared}",
+        f"  {_count(teams, 'team')} of {_count(ranks, 'rank')} each; kept beside the table: "
+        f"{sweep.keep}",
     ]
     if costs:
         largest = max(costs, key=lambda cost: cost.memory)
         per_rank = PROCESS_MEMORY + largest.memory / ranks
         plan.append(
-            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_unknowns} contact unknowns; "
+            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_unknowns} contact "
+            f"unknowns; "
             f"memory: about {per_rank / 1e6:.0f} MB a rank"
         )
     return plan

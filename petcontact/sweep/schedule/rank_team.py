@@ -17,7 +17,8 @@ PATIENCE = 5.0
 
 
 class TeamError(PetcontactError):
-    """An error on some ranks of a team while the others wait for them: only the end of the job helps."""
+    """An error on some ranks of a team while the others wait for them: only the end of the job
+    helps."""
 
 
 class Team:
@@ -38,7 +39,9 @@ class Team:
     def __init__(self, world: Any, size: int) -> None:
         ranks = world.Get_size()
         if ranks % size:
-            raise InputError(f"--ranks-per-case {size}: {ranks} ranks cannot be split into teams of {size}")
+            raise InputError(
+                f"--ranks-per-case {size}: {ranks} ranks cannot be split into teams of {size}"
+            )
         self.size, self.count, self.number = size, ranks // size, world.Get_rank() // size
         self._mpi = world.Split(self.number) if size > 1 else None
         self.comm = petsc().COMM_SELF if self._mpi is None else petsc().Comm(self._mpi)
@@ -79,7 +82,8 @@ class Team:
 
 
 def describe_error(error: Exception) -> str:
-    """One line; an error that is not one of petcontact's own comes with its traceback on standard error."""
+    """One line; an error that is not one of petcontact's own comes with its traceback on standard
+    error."""
     if isinstance(error, PetcontactError):
         return str(error)
     traceback.print_exception(error, file=sys.stderr)

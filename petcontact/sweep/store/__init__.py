@@ -1,1 +1,2 @@
-"""What a sweep leaves on the disk: a table of scalars, the journals it grows from, shards of fields."""
+"""What a sweep leaves on the disk: a table of scalars, the journals it grows from, shards of
+fields."""

@@ -1,6 +1,8 @@
-"""The cases of a sweep as columns, derived from its logs; and results.h5 with the finished ones, a data set a column.
+"""The cases of a sweep as columns, derived from its logs; and results.h5 with the finished ones, a
+data set a column.
 
-pandas.DataFrame({name: column[()] for name, column in h5py.File("out/results.h5")["cases"].items()})
+pandas.DataFrame({name: column[()] for name, column in
+h5py.File("out/results.h5")["cases"].items()})
 """
 
 from __future__ import annotations
@@ -43,8 +45,8 @@ class CaseTable:
     coordinates : list of str
         Names of the columns that distinguish the cases.
     columns : dict of str to array
-        id, coordinates, status (converged | not converged | failed | missing), reason, iterations and the quantities; texts
-        as UTF-8 bytes, NaN where there is nothing.
+        id, coordinates, status (converged | not converged | failed | missing), reason, iterations
+        and the quantities; texts as UTF-8 bytes, NaN where there is nothing.
     folder : Path
         Where the logs with kept fields are.
     """
@@ -76,7 +78,10 @@ class CaseTable:
             If there is no such column.
         """
         if name not in self.names:
-            raise InputError(f"{name}: neither a coordinate nor a quantity of this sweep; there are {', '.join(self.names)}")
+            raise InputError(
+                f"{name}: neither a coordinate nor a quantity of this sweep; there are "
+                f"{', '.join(self.names)}"
+            )
         return plain(self.columns[name])
 
     def numbers(self, name: str) -> Column:
@@ -93,7 +98,8 @@ class CaseTable:
         return self.columns[name].astype(float)
 
     def kept(self, case: int) -> Solution | dict[str, Any] | None:
-        """What is kept of a case by its place in the table: the whole result, fields on the contact, or None.
+        """What is kept of a case by its place in the table: the whole result, fields on the
+        contact, or None.
 
         Raises
         ------
@@ -102,13 +108,18 @@ class CaseTable:
         """
         digest = texts(self.columns["digest"][case : case + 1])[0]
         logs = SweepFolder(self.folder).log_files()
-        newest = [record for path in logs for record in records(path) if record.row["digest"] == digest][-1:]
+        newest = [
+            record for path in logs for record in records(path) if record.row["digest"] == digest
+        ][-1:]
         if not newest or not newest[0].row["bytes"]:
             return None
         (record,) = newest
         content = record.fields()
         if content is None:
-            raise ResultError(f"{record.path}: the fields of {record.row['id']} are damaged; the sweep computes them again")
+            raise ResultError(
+                f"{record.path}: the fields of {record.row['id']} are damaged; the sweep computes "
+                f"them again"
+            )
         return unpacked(content, record.row["keep"])
 
     def solution(self, case: int) -> Solution | None:
@@ -128,18 +139,27 @@ def derived(sweep: Sweep, identity: Identity, logs: Iterable[Path]) -> Columns:
     """A row a case of a sweep: the newest record of its digest, or the status "missing"."""
     digests = [identity.digest(place).encode() for place in range(len(sweep))]
     wanted = set(digests)
-    found = columns_of({name: value for name, value in row.items() if name not in OF_RECORDS}
-                       for path in logs for row, *_ in records(path) if row["digest"].encode() in wanted)  # fmt: skip
+    found = columns_of(
+        {name: value for name, value in row.items() if name not in OF_RECORDS}
+        for path in logs
+        for row, *_ in records(path)
+        if row["digest"].encode() in wanted
+    )
     newest = {digest: row for row, digest in enumerate(found["digest"].tolist())} if found else {}
     if len(newest) < len(wanted):
         found = stacked([found, columns_of([{"digest": "", "status": "missing", "reason": ""}])])
     rows = taken(found, np.array([newest.get(digest, -1) for digest in digests], np.int64))
-    heads = columns_of({"id": id_, **sweep.coordinates(place)} for place, id_ in enumerate(sweep.ids))
+    heads = columns_of(
+        {"id": id_, **sweep.coordinates(place)} for place, id_ in enumerate(sweep.ids)
+    )
     return {**heads, **{name: values for name, values in rows.items() if name not in heads}}
 
 
-def write_table(path: Path, title: str, coordinates: list[str], columns: Columns, facts: Mapping[str, Any]) -> None:
-    """results.h5, whole or not at all: the finished cases, and ranks and seconds of the run that wrote it.
+def write_table(
+    path: Path, title: str, coordinates: list[str], columns: Columns, facts: Mapping[str, Any]
+) -> None:
+    """results.h5, whole or not at all: the finished cases, and ranks and seconds of the run that
+    wrote it.
 
     Raises
     ------
@@ -150,18 +170,29 @@ def write_table(path: Path, title: str, coordinates: list[str], columns: Columns
     columns = {name: values for name, values in columns.items() if name not in OWN}
 
     def fill(file: h5py.File) -> None:
-        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "title": title,
-                           "coordinates": json.dumps(coordinates), "facts": json.dumps(facts)})  # fmt: skip
+        file.attrs.update(
+            {
+                "format": FORMAT,
+                "format_version": FORMAT_VERSION,
+                "title": title,
+                "coordinates": json.dumps(coordinates),
+                "facts": json.dumps(facts),
+            }
+        )
         table = file.create_group(TABLE, track_order=True)
         for name, values in columns.items():
             text = h5py.string_dtype("utf-8", values.dtype.itemsize)
             packed = {"compression": 1, "shuffle": True, "fletcher32": True} if len(values) else {}
-            table.create_dataset(name, data=values.astype(text) if values.dtype.kind == "S" else values, **packed)
+            table.create_dataset(
+                name, data=values.astype(text) if values.dtype.kind == "S" else values, **packed
+            )
 
     try:
         write_atomically(path, fill)
     except OutputError as error:
-        raise OutputError(f"{error}; the finished cases are whole, start the sweep again where there is room") from error
+        raise OutputError(
+            f"{error}; the finished cases are whole, start the sweep again where there is room"
+        ) from error
 
 
 def read_case_table(path: str | Path) -> CaseTable:
@@ -175,7 +206,12 @@ def read_case_table(path: str | Path) -> CaseTable:
     path = Path(path)
     folder = SweepFolder(path.parent if path.name == "results.h5" else path)
     sweep, identity = folder.read_index()
-    return CaseTable(sweep.title, sweep.coordinate_names, derived(sweep, identity, folder.log_files()), folder.path)
+    return CaseTable(
+        sweep.title,
+        sweep.coordinate_names,
+        derived(sweep, identity, folder.log_files()),
+        folder.path,
+    )
 
 
 def load_sweep(path: str | Path) -> Any:
@@ -197,8 +233,11 @@ def load_sweep(path: str | Path) -> Any:
         If it is no sweep.
     """
     table = read_case_table(path)
-    columns = {name: np.array(texts(values), object) if values.dtype.kind == "S" else values
-               for name, values in table.columns.items() if name in table.names}  # fmt: skip
+    columns = {
+        name: np.array(texts(values), object) if values.dtype.kind == "S" else values
+        for name, values in table.columns.items()
+        if name in table.names
+    }
     try:
         pandas = importlib.import_module("pandas")
     except ImportError:
@@ -232,7 +271,10 @@ def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
         raise ResultError(f"{path}: no case {id_}")
     found = table.kept(ids.index(id_))
     if found is None:
-        raise ResultError(f'{path}: no fields of {id_} are there; keep = "contact" or "all" in the sweep file keeps them')
+        raise ResultError(
+            f'{path}: no fields of {id_} are there; keep = "contact" or "all" in the sweep file '
+            f"keeps them"
+        )
     return found
 
 
@@ -248,5 +290,8 @@ def read_case(path: str | Path, id_: str = "/") -> Solution:
         return read_solution(path)
     found = load_case(path, id_)
     if isinstance(found, dict):
-        raise ResultError(f'{path}: {id_} has its fields on the contact part only; keep = "all" in the sweep file keeps all')
+        raise ResultError(
+            f'{path}: {id_} has its fields on the contact part only; keep = "all" in the sweep '
+            f"file keeps all"
+        )
     return found

@@ -1,4 +1,5 @@
-"""Rows as columns: numbers as numbers, texts as UTF-8 bytes, as they lie in the table of a sweep."""
+"""Rows as columns: numbers as numbers, texts as UTF-8 bytes, as they lie in the table of a
+sweep."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def columns_of(rows: Iterable[Mapping[str, Any]]) -> Columns:
 
 
 def column(values: Sequence[Any]) -> Column:
-    """Integers, floats with NaN for None, or else texts with "" for None; lists and tables become JSON."""
+    """Integers, floats with NaN for None, or else texts with "" for None; lists and tables become
+    JSON."""
     kinds = set(map(type, values))
     if kinds == {int}:
         try:
@@ -39,7 +41,13 @@ def column(values: Sequence[Any]) -> Column:
 
 
 def _text(value: Any) -> str:
-    return value if isinstance(value, str) else "" if value is None else json.dumps(value, sort_keys=True)
+    return (
+        value
+        if isinstance(value, str)
+        else ""
+        if value is None
+        else json.dumps(value, sort_keys=True)
+    )
 
 
 def stacked(blocks: Sequence[Columns]) -> Columns:
@@ -52,10 +60,19 @@ def stacked(blocks: Sequence[Columns]) -> Columns:
 def _joined(parts: Sequence[Column | None], sizes: Sequence[int]) -> Column:
     kinds = {part.dtype.kind for part in parts if part is not None}
     if len(kinds) > 1 and "S" in kinds:
-        parts = [column([json.dumps(v) for v in part.tolist()]) if part is not None and part.dtype.kind != "S" else part
-                 for part in parts]  # fmt: skip
+        parts = [
+            column([json.dumps(v) for v in part.tolist()])
+            if part is not None and part.dtype.kind != "S"
+            else part
+            for part in parts
+        ]
     nothing: Column = np.array([b""]) if "S" in kinds else np.array([np.nan])
-    return np.concatenate([nothing.repeat(size) if part is None else part for part, size in zip(parts, sizes, strict=True)])
+    return np.concatenate(
+        [
+            nothing.repeat(size) if part is None else part
+            for part, size in zip(parts, sizes, strict=True)
+        ]
+    )
 
 
 def size_of(columns: Columns) -> int:

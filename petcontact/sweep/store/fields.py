@@ -1,4 +1,5 @@
-"""The fields that a sweep keeps of a case, as bytes of its log: an npz archive of those on the contact, or a result file."""
+"""The fields that a sweep keeps of a case, as bytes of its log: an npz archive of those on the
+contact, or a result file."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ DEPTH = {"scalars": 0, "contact": 1, "all": 2}
 
 
 def packed(solution: Solution, keep: str) -> bytes:
-    """The fields to keep: of "scalars" none, of "contact" those of `contact_arrays`, of "all" the whole result."""
+    """The fields to keep: of "scalars" none, of "contact" those of `contact_arrays`, of "all" the
+    whole result."""
     if keep == "scalars":
         return b""
     if keep == "contact":
@@ -47,13 +49,17 @@ def unpacked(content: bytes, keep: str) -> Solution | dict[str, Any]:
 def contact_arrays(solution: Solution) -> dict[str, Any]:
     """Nodal fields on the contact and, as `history_...`, one value an iteration.
 
-    Of several bodies: the fields of all interfaces after the last step, with the name of the interface, and one value an
-    increment.
+    Of several bodies: the fields of all interfaces after the last step, with the name of the
+    interface, and one value an increment.
     """
     columns = solution.columns()
     if solution.bilateral:
-        history = {f"history_{key}": np.array(getattr(solution.history, key), float) for key in COLUMNS}
+        history = {
+            f"history_{key}": np.array(getattr(solution.history, key), float) for key in COLUMNS
+        }
         return {**{name: columns[name] for name in ContactFields.__dataclass_fields__}, **history}
-    tried = {f"history_{key}": np.array([getattr(step, key) for step in solution.tried], float)
-             for key in ("step", "load_factor", "iterations")}  # fmt: skip
+    tried = {
+        f"history_{key}": np.array([getattr(step, key) for step in solution.tried], float)
+        for key in ("step", "load_factor", "iterations")
+    }
     return {**columns, "interface": columns["pair"], **tried}

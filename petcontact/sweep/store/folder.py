@@ -1,4 +1,5 @@
-"""The folder of a sweep: sweep.json (what its cases follow from), log/ (the truth), results.h5 (derived from these two)."""
+"""The folder of a sweep: sweep.json (what its cases follow from), log/ (the truth), results.h5
+(derived from these two)."""
 
 from __future__ import annotations
 
@@ -30,14 +31,18 @@ class SweepFolder:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self.index, self.table, self.logs = (self.path / name for name in ("sweep.json", "results.h5", "log"))
+        self.index, self.table, self.logs = (
+            self.path / name for name in ("sweep.json", "results.h5", "log")
+        )
         self._lock = -1
 
     def open(self, token: str) -> tuple[Path, list[str]]:
-        """Make the folder, and one for the counters of a run; for one rank. Also a remark where another run is at work.
+        """Make the folder, and one for the counters of a run; for one rank. Also a remark where
+        another run is at work.
 
-        Nothing depends on being alone, as logs and counters carry the name of their run: two runs may compute a case twice.
-        What a killed run has left is removed by the next one that is alone.
+        Nothing depends on being alone, as logs and counters carry the name of their run: two runs
+        may compute a case twice. What a killed run has left is removed by the next one that is
+        alone.
 
         Raises
         ------
@@ -51,7 +56,10 @@ class SweepFolder:
             if self.table.is_dir() or self.index.is_dir():
                 raise InputError(f"{self.path}: results.h5 and sweep.json are no folders")
             if (self.path / "journal").exists() or (self.path / "cases").exists():
-                raise InputError(f"{self.path}: holds a sweep of an older petcontact; name another folder with -o")
+                raise InputError(
+                    f"{self.path}: holds a sweep of an older petcontact; name another folder with "
+                    f"-o"
+                )
             self._lock = os.open(self.path / ".lock", os.O_CREAT | os.O_RDWR, 0o666)
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -59,13 +67,17 @@ class SweepFolder:
                     remove(leftover)
                 fcntl.flock(self._lock, fcntl.LOCK_SH)
             except BlockingIOError:
-                remarks = [f"{self.path}: another run is at work here; what both compute is computed twice"]
+                remarks = [
+                    f"{self.path}: another run is at work here; what both compute is computed twice"
+                ]
                 fcntl.flock(self._lock, fcntl.LOCK_SH)
             except OSError:
                 pass  # a file system without locks
             running.mkdir()
         except OSError as error:
-            raise InputError(f"{self.path}: cannot be used as the folder of a sweep ({error.strerror})") from None
+            raise InputError(
+                f"{self.path}: cannot be used as the folder of a sweep ({error.strerror})"
+            ) from None
         return running, remarks
 
     def close(self, running: Path) -> None:
@@ -75,7 +87,8 @@ class SweepFolder:
 
     @contextlib.contextmanager
     def renewing(self) -> Iterator[None]:
-        """Of several runs one after the other renews the table, so that the last one has the rows of all."""
+        """Of several runs one after the other renews the table, so that the last one has the rows
+        of all."""
         lock = os.open(self.path / ".lock-table", os.O_CREAT | os.O_RDWR, 0o666)
         try:
             with contextlib.suppress(OSError):
@@ -91,8 +104,16 @@ class SweepFolder:
     def write_index(self, sweep: Sweep, identity: Identity) -> None:
         """sweep.json, whole or not at all."""
         source, data, problems = sweep.content
-        content = {"format": FORMAT, "version": FORMAT_VERSION, "title": sweep.title, "cases": len(sweep), "source": source,
-                   "sweep": data, "problems": problems, "identity": identity.facts}  # fmt: skip
+        content = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "title": sweep.title,
+            "cases": len(sweep),
+            "source": source,
+            "sweep": data,
+            "problems": problems,
+            "identity": identity.facts,
+        }
         write_text(self.index, json.dumps(content, indent=1, default=str))
 
     def read_index(self) -> tuple[Sweep, Identity]:
@@ -111,7 +132,9 @@ class SweepFolder:
             return sweep, Identity(sweep, index["identity"])
         except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError) as error:
             why = f"{self.index.name}: {error.strerror}" if isinstance(error, OSError) else error
-            raise ResultError(f"{self.path}: not the folder or results.h5 of a sweep ({why})") from None
+            raise ResultError(
+                f"{self.path}: not the folder or results.h5 of a sweep ({why})"
+            ) from None
 
 
 def remove(path: Path) -> None:

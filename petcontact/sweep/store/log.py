@@ -1,8 +1,9 @@
-"""Logs, the only truth of a sweep: one file a rank and run, to which records are appended, never altered and never deleted.
+"""Logs, the only truth of a sweep: one file a rank and run, to which records are appended, never
+altered and never deleted.
 
-A record is a line, checksum and JSON object with the row of a case, and after it the bytes of its kept fields, so that the
-two cannot disagree. Whatever a kill, a full disk or a bad sector leaves torn does not match its checksum and is not there;
-the reader goes on with the next line that does.
+A record is a line, checksum and JSON object with the row of a case, and after it the bytes of its
+kept fields, so that the two cannot disagree. Whatever a kill, a full disk or a bad sector leaves
+torn does not match its checksum and is not there; the reader goes on with the next line that does.
 """
 
 from __future__ import annotations
@@ -32,10 +33,13 @@ class Log:
     path : Path
         Of a file that no other writer has; it appears with the first record.
     written : callable
-        Called with the numbers of rows, and of failed ones among them, that have just come to the disk.
+        Called with the numbers of rows, and of failed ones among them, that have just come to the
+        disk.
     """
 
-    def __init__(self, path: Path, written: Callable[[int, int], None] = lambda rows, failed: None) -> None:
+    def __init__(
+        self, path: Path, written: Callable[[int, int], None] = lambda rows, failed: None
+    ) -> None:
         self.path, self.written = path, written
         self._waiting: list[bytes] = []
         self._failed = 0
@@ -45,7 +49,8 @@ class Log:
     def begin(self, estimate: float) -> None:
         """A case begins, with its estimated cost in any unit.
 
-        What waits is written first, if at the pace of the last case it might have to wait too long for the end of this one.
+        What waits is written first, if at the pace of the last case it might have to wait too long
+        for the end of this one.
         """
         now = time.monotonic()
         if now - self._oldest + 2.0 * self._pace * estimate > LONGEST_WAIT:
@@ -79,7 +84,8 @@ class Log:
                 self._append(memoryview(b"".join(self._waiting)))
             except OSError as error:
                 raise OutputError(
-                    f"{self.path}: cannot be written ({error.strerror}); the finished cases are whole, "
+                    f"{self.path}: cannot be written ({error.strerror}); the finished cases are "
+                    f"whole, "
                     "start the sweep again where there is room"
                 ) from error
             counts = len(self._waiting), self._failed
@@ -99,8 +105,16 @@ class Log:
 
 def _record(row: Row, fields: bytes) -> bytes:
     # NaN is no JSON: a number that is not there is null
-    plain = {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
-    line = json.dumps({**plain, "bytes": len(fields), "sum": zlib.crc32(fields)}, ensure_ascii=False).encode() + b"\n"
+    plain = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in row.items()
+    }
+    line = (
+        json.dumps(
+            {**plain, "bytes": len(fields), "sum": zlib.crc32(fields)}, ensure_ascii=False
+        ).encode()
+        + b"\n"
+    )
     # the last end of line keeps this record and the next one apart, should the first be altered
     return b"%08x %b%b\n" % (zlib.crc32(line), line, fields)
 
@@ -121,7 +135,8 @@ class Record(NamedTuple):
 
 
 def records(path: Path, *, check: bool = False) -> Iterator[Record]:
-    """The whole records of a log in their order; with `check` those alone whose fields are what was written.
+    """The whole records of a log in their order; with `check` those alone whose fields are what was
+    written.
 
     A log that is not there has none: a network file system may show an old folder for a while.
     """
@@ -136,7 +151,9 @@ def records(path: Path, *, check: bool = False) -> Iterator[Record]:
                 continue
             record = Record(json.loads(text), path, file.tell())
             length = record.row["bytes"]
-            if record.at + length > size or (check and length and zlib.crc32(file.read(length)) != record.row["sum"]):
+            if record.at + length > size or (
+                check and length and zlib.crc32(file.read(length)) != record.row["sum"]
+            ):
                 file.seek(record.at)
                 continue
             file.seek(record.at + length)

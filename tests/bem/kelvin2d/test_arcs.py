@@ -1,4 +1,5 @@
-"""Kernels over circular arcs: against graded quadrature in extended precision, identities on circles, flat arcs."""
+"""Kernels over circular arcs: against graded quadrature in extended precision, identities on
+circles, flat arcs."""
 
 from __future__ import annotations
 
@@ -20,12 +21,19 @@ RATIO, LENGTH = 0.3, 3.0
 
 def arc(rng, order, angle):
     start, turn, size = rng.normal(size=2), rng.uniform(0, 2 * np.pi), 10.0 ** rng.uniform(-2, 1)
-    return Element(start, start + size * np.array([np.cos(turn), np.sin(turn)]), 2 * np.sin(angle) / size, order), size
+    return Element(
+        start,
+        start + size * np.array([np.cos(turn), np.sin(turn)]),
+        2 * np.sin(angle) / size,
+        order,
+    ), size
 
 
 def around(element, s, distance, turn):
     """The point at a distance from the point s of the arc, at an angle to the tangent there."""
-    direction = complex(element.tangent_first * np.exp(1j * element.angle * (s + 1))) * np.exp(1j * turn)
+    direction = complex(element.tangent_first * np.exp(1j * element.angle * (s + 1))) * np.exp(
+        1j * turn
+    )
     return element.at(s) + distance * np.array([direction.real, direction.imag])
 
 
@@ -34,7 +42,9 @@ def assert_as_reference(element, size, point, tolerance=1e-12):
     expected_g, expected_h = reference(element, point, RATIO, LENGTH)
     # The reference's distances have an absolute error of 1e-19 of the element.
     assert block_error(g[..., 0], expected_g) < tolerance
-    assert block_error(h[..., 0], expected_h) < tolerance + 1e-18 * size / nearest(element, point)[1]
+    assert (
+        block_error(h[..., 0], expected_h) < tolerance + 1e-18 * size / nearest(element, point)[1]
+    )
 
 
 def circle(n, order, radius, *, hole=False, centre=(0.3, -0.2)):
@@ -47,20 +57,26 @@ def circle(n, order, radius, *, hole=False, centre=(0.3, -0.2)):
     vertex[-1] = vertex[0]
     elements = Elements(
         vertex[:-1], vertex[1:], np.full(n, sign / radius), order, np.full(n, -1), np.arange(n)
-    )  # fmt: skip
+    )
     direction = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     point = np.array(centre) + radius * direction
-    targets = Targets(point, np.full(len(point), -1), np.repeat(np.arange(n), order + 1), np.tile(xi, n))
+    targets = Targets(
+        point, np.full(len(point), -1), np.repeat(np.arange(n), order + 1), np.tile(xi, n)
+    )
     return elements, targets, sign * direction
 
 
 def matrices(elements, targets):
     g, h = integrals(targets, elements, RATIO, 10.0)
     n = len(targets.line)
-    return (k.transpose(3, 0, 2, 1).reshape(2 * n, -1) + c * np.eye(2 * n) for k, c in ((g, 0), (h, 0.5)))
+    return (
+        k.transpose(3, 0, 2, 1).reshape(2 * n, -1) + c * np.eye(2 * n)
+        for k, c in ((g, 0), (h, 0.5))
+    )
 
 
-# -- single integrals -------------------------------------------------------------------------------------------------
+# -- single integrals
+# -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -76,9 +92,12 @@ def test_entries_off_the_arc(order, angle):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    order=st.integers(0, 5), angle=st.floats(-1.5, 1.5), log_distance=st.floats(-3, 5), s=st.floats(-1, 1),
+    order=st.integers(0, 5),
+    angle=st.floats(-1.5, 1.5),
+    log_distance=st.floats(-3, 5),
+    s=st.floats(-1, 1),
     turn=st.floats(-np.pi, np.pi),
-)  # fmt: skip
+)
 def test_entries_anywhere(order, angle, log_distance, s, turn):
     angle = angle if abs(angle) > 1e-7 else 1e-7
     element = Element(np.array([0.3, -0.2]), np.array([1.1, 0.4]), 2 * np.sin(angle), order)
@@ -120,7 +139,8 @@ def test_centre_of_the_circle():
     assert_as_reference(element, 1.4, np.zeros(2), 1e-14)
 
 
-# -- flat arcs --------------------------------------------------------------------------------------------------------
+# -- flat arcs
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -132,13 +152,17 @@ def test_arcs_become_straight(order):
         element = Element(start, end, curvature, order)
         return integrals(free(points), element.elements(), RATIO, LENGTH)
 
-    for name, left, right, straight in zip("GH", entries(1e-7), entries(-1e-7), entries(0.0), strict=True):
+    for name, left, right, straight in zip(
+        "GH", entries(1e-7), entries(-1e-7), entries(0.0), strict=True
+    ):
         scale = np.max(np.abs(straight))
         change = np.max(np.abs(left - straight))
         assert change < 1e-6 * scale  # first order in the curvature
         # H of a constant is the same along every way from start to end.
         assert change > 1e-9 * scale if name == "G" or order > 0 else change < 1e-14 * scale
-        np.testing.assert_allclose(0.5 * (left + right), straight, rtol=0, atol=1e-13 * scale)  # second order
+        np.testing.assert_allclose(
+            0.5 * (left + right), straight, rtol=0, atol=1e-13 * scale
+        )  # second order
 
 
 def test_geometry_of_arcs():
@@ -154,7 +178,8 @@ def test_geometry_of_arcs():
         np.testing.assert_allclose([left[0], right[0], h[0]], [s + 1, s - 1, 0], atol=1e-15)
 
 
-# -- identities -------------------------------------------------------------------------------------------------------
+# -- identities
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("n", [3, 7, 40])
@@ -170,7 +195,10 @@ def test_translations_of_a_ring(n, order):
 def join(*parts):
     shift = np.cumsum([0] + [len(p[0].index) for p in parts])
     elements = Elements(
-        *(np.concatenate([getattr(p[0], name) for p in parts]) for name in ("start", "end", "curvature")),
+        *(
+            np.concatenate([getattr(p[0], name) for p in parts])
+            for name in ("start", "end", "curvature")
+        ),
         parts[0][0].order,
         np.concatenate([p[0].line for p in parts]),
         np.concatenate([p[0].index + k for p, k in zip(parts, shift[:-1], strict=True)]),
@@ -186,7 +214,8 @@ def join(*parts):
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_rotation_and_constant_stress_converge(order):
-    # On arcs x and y are no polynomials of s: these identities hold up to interpolation, of order p+1 in h.
+    # On arcs x and y are no polynomials of s: these identities hold up to interpolation, of order
+    # p+1 in h.
     errors = []
     for n in (16, 32):
         elements, targets, normal = join(circle(n, order, 2.0), circle(n, order, 0.7, hole=True))
@@ -217,7 +246,9 @@ def test_straight_and_curved_in_one_batch(order):
     for e in range(6):
         single = integrals(targets, elements.take(np.array([e])), RATIO, LENGTH)
         for part, expected in zip(single, whole, strict=True):
-            np.testing.assert_allclose(part, expected[:, :, e * nodes : (e + 1) * nodes], rtol=0, atol=1e-14)
+            np.testing.assert_allclose(
+                part, expected[:, :, e * nodes : (e + 1) * nodes], rtol=0, atol=1e-14
+            )
     n = len(point)
     h = whole[1].transpose(3, 0, 2, 1).reshape(2 * n, 2 * n) + 0.5 * np.eye(2 * n)
     assert np.max(np.abs(h @ np.tile([1.0, 0.0], n))) < 1e-13

@@ -1,4 +1,5 @@
-"""Kernels over straight elements: against graded quadrature in extended precision at all distances, and identities."""
+"""Kernels over straight elements: against graded quadrature in extended precision at all distances,
+and identities."""
 
 from __future__ import annotations
 
@@ -7,23 +8,55 @@ import pytest
 import scipy.integrate
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from kernel_oracle import Element, basis, block_error, free, kelvin, nearest, reference, reference_self
+from kernel_oracle import (
+    Element,
+    basis,
+    block_error,
+    free,
+    kelvin,
+    nearest,
+    reference,
+    reference_self,
+)
 
 from petcontact.bem.kelvin2d import integrals as kernels
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.mesh.basis import gauss, lagrange
 
 ORDERS = range(6)
-DISTANCES = (1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.7, 1.0, 1.5, 2.2, 4.0, 5.4, 6.1, 9.0, 30.0, 1e3, 1e5, 1e8)
+DISTANCES = (
+    1e-8,
+    1e-6,
+    1e-4,
+    1e-2,
+    0.1,
+    0.3,
+    0.7,
+    1.0,
+    1.5,
+    2.2,
+    4.0,
+    5.4,
+    6.1,
+    9.0,
+    30.0,
+    1e3,
+    1e5,
+    1e8,
+)
 RATIO, LENGTH = 0.3, 3.0
 ARBITRARY = st.floats(-1.0, 1.0)
 
 
 def outline(vertices, counts, order, *, ratio=None):
-    """Elements of a polygon and their nodes as targets; `ratio` grades every side towards both ends."""
+    """Elements of a polygon and their nodes as targets; `ratio` grades every side towards both
+    ends."""
     start, end, line = [], [], []
     for k, corner in enumerate(vertices):
-        corner, following = np.array(corner, float), np.array(vertices[(k + 1) % len(vertices)], float)
+        corner, following = (
+            np.array(corner, float),
+            np.array(vertices[(k + 1) % len(vertices)], float),
+        )
         t = np.linspace(0, 1, counts + 1)
         if ratio is not None:
             half = np.concatenate([[0.0], ratio ** np.arange(counts, 0, -1.0) / 2])
@@ -41,8 +74,15 @@ def nodes_of(elements):
     """The collocation nodes of straight elements as targets."""
     xi, _ = gauss(elements.order)
     n, nodes = len(elements.index), len(xi)
-    point = 0.5 * (elements.start[:, None] * (1 - xi)[:, None] + elements.end[:, None] * (1 + xi)[:, None])
-    return Targets(point.reshape(-1, 2), np.repeat(elements.line, nodes), np.repeat(elements.index, nodes), np.tile(xi, n))
+    point = 0.5 * (
+        elements.start[:, None] * (1 - xi)[:, None] + elements.end[:, None] * (1 + xi)[:, None]
+    )
+    return Targets(
+        point.reshape(-1, 2),
+        np.repeat(elements.line, nodes),
+        np.repeat(elements.index, nodes),
+        np.tile(xi, n),
+    )
 
 
 def normals(elements):
@@ -69,13 +109,15 @@ def assert_as_reference(element, size, points, tolerance=1e-12):
     g, h = integrals(free(points), element.elements(), RATIO, LENGTH)
     for k, point in enumerate(points):
         expected_g, expected_h = reference(element, point, RATIO, LENGTH)
-        # What the reference itself loses: its distances have an absolute error of 1e-19 of the element.
+        # What the reference itself loses: its distances have an absolute error of 1e-19 of the
+        # element.
         lost = 1e-18 * size / nearest(element, point)[1]
         assert block_error(g[..., k], expected_g) < tolerance
         assert block_error(h[..., k], expected_h) < tolerance + lost
 
 
-# -- single integrals -------------------------------------------------------------------------------------------------
+# -- single integrals
+# -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -83,7 +125,10 @@ def assert_as_reference(element, size, points, tolerance=1e-12):
 def test_entries_off_the_element(order, distance):
     rng = np.random.default_rng([order, DISTANCES.index(distance)])
     element, size = random_element(rng, order)
-    along, angle = np.array([-1.0, 1.0, rng.uniform(-1, 1)]), rng.uniform(0.2, 2.9, 3) * rng.choice([-1, 1], 3)
+    along, angle = (
+        np.array([-1.0, 1.0, rng.uniform(-1, 1)]),
+        rng.uniform(0.2, 2.9, 3) * rng.choice([-1, 1], 3),
+    )
     tangent = (element.end - element.start) / size
     normal = np.array([-tangent[1], tangent[0]])
     step = distance * size * (np.cos(angle)[:, None] * tangent + np.sin(angle)[:, None] * normal)
@@ -92,10 +137,18 @@ def test_entries_off_the_element(order, distance):
 
 
 @settings(max_examples=60, deadline=None)
-@given(order=st.integers(0, 5), log_distance=st.floats(-3, 6), along=ARBITRARY, angle=st.floats(0.01, 3.13), turn=ARBITRARY)
+@given(
+    order=st.integers(0, 5),
+    log_distance=st.floats(-3, 6),
+    along=ARBITRARY,
+    angle=st.floats(0.01, 3.13),
+    turn=ARBITRARY,
+)
 def test_entries_anywhere(order, log_distance, along, angle, turn):
     direction = np.exp(1j * np.pi * turn)
-    element = Element(np.array([0.3, -0.2]), np.array([0.3, -0.2]) + 1.7 * _pair(direction), 0.0, order)
+    element = Element(
+        np.array([0.3, -0.2]), np.array([0.3, -0.2]) + 1.7 * _pair(direction), 0.0, order
+    )
     point = element.at(along) + 1.7 * 10.0**log_distance * _pair(direction * np.exp(1j * angle))
     assert_as_reference(element, 1.7, point[None])
 
@@ -109,7 +162,9 @@ def test_self_pairs(order):
     element, _ = random_element(np.random.default_rng(order), order)
     xi, _ = gauss(order)
     nodes = order + 1
-    targets = Targets(np.array([element.at(s) for s in xi]), np.full(nodes, 4), np.zeros(nodes, int), xi)
+    targets = Targets(
+        np.array([element.at(s) for s in xi]), np.full(nodes, 4), np.zeros(nodes, int), xi
+    )
     g, h = integrals(targets, element.elements(line=4), RATIO, LENGTH)
     for k, s in enumerate(xi):
         expected_g, expected_h = reference_self(element, s, RATIO, LENGTH)
@@ -118,7 +173,9 @@ def test_self_pairs(order):
     assert np.all(h[0, 0] == 0) and np.all(h[1, 1] == 0)
     # The node's coordinate on its own element counts, not its rounded position.
     moved = Targets(targets.point + 1e-9, targets.line, targets.element, xi)
-    for now, before in zip(integrals(moved, element.elements(line=4), RATIO, LENGTH), (g, h), strict=True):
+    for now, before in zip(
+        integrals(moved, element.elements(line=4), RATIO, LENGTH), (g, h), strict=True
+    ):
         np.testing.assert_array_equal(now, before)
 
 
@@ -142,24 +199,43 @@ def test_oracle_agrees_with_scipy():
 
     def integrand(s, kind, i, j, b):
         r, tangent = element.vector(complex(*point), np.array([s + 1]), np.array([s - 1]))
-        return float((kelvin(r, tangent, RATIO, LENGTH)[kind][i, j] * basis(2, np.array([s]))[b] * element.half)[0])
+        return float(
+            (
+                kelvin(r, tangent, RATIO, LENGTH)[kind][i, j]
+                * basis(2, np.array([s]))[b]
+                * element.half
+            )[0]
+        )
 
     centre = float(nearest(element, point)[0])
     for kind in (0, 1):
         for i, j, b in np.ndindex(2, 2, 3):
             value, _ = scipy.integrate.quad(
-                integrand, -1, 1, args=(kind, i, j, b), points=[centre], epsabs=1e-13, epsrel=1e-12, limit=200
+                integrand,
+                -1,
+                1,
+                args=(kind, i, j, b),
+                points=[centre],
+                epsabs=1e-13,
+                epsrel=1e-12,
+                limit=200,
             )
             assert abs(value - expected[kind][i, j, b]) < 1e-11
 
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_collinear_neighbours(order):
-    # A slanted line of elements of unlike size: nothing but the rotation is left of H, and that exactly.
+    # A slanted line of elements of unlike size: nothing but the rotation is left of H, and that
+    # exactly.
     knots = np.array([0.0, 1.0, 1.5, 1.501, 9.0])
     direction = np.array([0.6, 0.8])
     elements = Elements(
-        knots[:-1, None] * direction, knots[1:, None] * direction, np.zeros(4), order, np.full(4, 7), np.arange(4)
+        knots[:-1, None] * direction,
+        knots[1:, None] * direction,
+        np.zeros(4),
+        order,
+        np.full(4, 7),
+        np.arange(4),
     )
     targets = nodes_of(elements)
     g, h = integrals(targets, elements, RATIO, LENGTH)
@@ -173,7 +249,8 @@ def test_collinear_neighbours(order):
         for k in np.flatnonzero(targets.element != e)[:: order + 1]:
             expected_g, expected_h = reference(element, targets.point[k], RATIO, LENGTH)
             assert block_error(g[:, :, columns, k], expected_g) < 1e-12
-            # Rounded nodes lie off the line; the reference sees that, the kernels are told that they are on it.
+            # Rounded nodes lie off the line; the reference sees that, the kernels are told that
+            # they are on it.
             assert block_error(h[:, :, columns, k], expected_h) < 1e-11
             place += 1
     assert place > 0
@@ -188,7 +265,8 @@ def test_entries_that_vanish_are_zero_on_axis_parallel_sides():
     assert np.all(h[0, 0][same] == 0) and np.all(h[1, 1][same] == 0)
 
 
-# -- identities -------------------------------------------------------------------------------------------------------
+# -- identities
+# --------------------------------------------------------------------------------------------------
 
 SHAPES = {
     "triangle": ([(0, 0), (2, 0.1), (0.3, 1.7)], 1),
@@ -210,13 +288,16 @@ def test_rigid_motion_and_constant_stress(shape, order):
         return  # constant elements hold neither rotations nor linear displacements
     assert np.max(np.abs(h @ np.stack([-x[:, 1], x[:, 0]], axis=1).ravel())) < 1e-12
     for sxx, syy, sxy in np.eye(3):
-        strain = np.array([[(1 - RATIO) * sxx - RATIO * syy, sxy], [sxy, (1 - RATIO) * syy - RATIO * sxx]])  # 2µ ε
+        strain = np.array(
+            [[(1 - RATIO) * sxx - RATIO * syy, sxy], [sxy, (1 - RATIO) * syy - RATIO * sxx]]
+        )  # 2µ ε
         traction = normal @ np.array([[sxx, sxy], [sxy, syy]])
         assert np.max(np.abs(h @ (x @ strain).ravel() - g @ traction.ravel())) < 1e-12
 
 
 def test_rigid_motion_on_strongly_graded_sides():
-    # The smallest elements are 1e-8 of a side: what is left is the rounding of their nodes' coordinates.
+    # The smallest elements are 1e-8 of a side: what is left is the rounding of their nodes'
+    # coordinates.
     elements, targets = outline([(0, 0), (1, 0), (1, 1), (0, 1)], 18, 3, ratio=0.36)
     h, _ = matrices(elements, targets)
     at_origin = np.repeat(np.hypot(*targets.point.T) < 0.4, 2)
@@ -236,7 +317,8 @@ def test_outside_and_inside(order):
 
 @pytest.mark.parametrize("order", [3, 5])
 def test_galerkin_symmetry(order):
-    # ∫∫ L_a U L_b is symmetric; Gauss quadrature over the nodes of elements far apart is as good as exact.
+    # ∫∫ L_a U L_b is symmetric; Gauss quadrature over the nodes of elements far apart is as good as
+    # exact.
     chosen = np.array([[0.0, 0.0], [80.0, 90.0]]), np.array([[1.0, 0.3], [80.5, 89.0]])
     elements = Elements(*chosen, np.zeros(2), order, np.array([-1, -1]), np.arange(2))
     targets, nodes = nodes_of(elements), order + 1
@@ -250,7 +332,12 @@ def test_galerkin_symmetry(order):
 
 
 @settings(max_examples=40, deadline=None)
-@given(order=st.integers(0, 5), turn=ARBITRARY, log_scale=st.floats(-8, 8), shift=st.tuples(ARBITRARY, ARBITRARY))
+@given(
+    order=st.integers(0, 5),
+    turn=ARBITRARY,
+    log_scale=st.floats(-8, 8),
+    shift=st.tuples(ARBITRARY, ARBITRARY),
+)
 def test_turned_moved_and_scaled(order, turn, log_scale, shift):
     elements, targets = outline([(0, 0), (2, 0.1), (0.3, 1.7)], 2, order)
     g, h = integrals(targets, elements, RATIO, LENGTH)
@@ -260,7 +347,14 @@ def test_turned_moved_and_scaled(order, turn, log_scale, shift):
     def move(points):
         return scale * (points @ rotation.T + np.array(shift))
 
-    moved = Elements(move(elements.start), move(elements.end), elements.curvature, order, elements.line, elements.index)
+    moved = Elements(
+        move(elements.start),
+        move(elements.end),
+        elements.curvature,
+        order,
+        elements.line,
+        elements.index,
+    )
     there = Targets(move(targets.point), targets.line, targets.element, targets.xi)
     moved_g, moved_h = integrals(there, moved, RATIO, scale * LENGTH)
     for now, before in ((moved_g / scale, g), (moved_h, h)):
@@ -268,7 +362,8 @@ def test_turned_moved_and_scaled(order, turn, log_scale, shift):
         np.testing.assert_allclose(now, expected, rtol=0, atol=2e-12 * np.max(np.abs(before)))
 
 
-# -- batches ----------------------------------------------------------------------------------------------------------
+# -- batches
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", [0, 1, 4])
@@ -278,9 +373,13 @@ def test_any_batch_gives_the_same_entries(order, monkeypatch):
     shuffled = np.random.default_rng(0).permutation(len(elements.index))
     columns = (shuffled[:, None] * (order + 1) + np.arange(order + 1)).ravel()
     chosen = np.arange(3, len(targets.line), 2)
-    some = Targets(targets.point[chosen], targets.line[chosen], targets.element[chosen], targets.xi[chosen])
+    some = Targets(
+        targets.point[chosen], targets.line[chosen], targets.element[chosen], targets.xi[chosen]
+    )
     monkeypatch.setattr(kernels, "POINT_CHUNK", 1000)
-    for part, expected in zip(integrals(some, elements.take(shuffled), RATIO, LENGTH), whole, strict=True):
+    for part, expected in zip(
+        integrals(some, elements.take(shuffled), RATIO, LENGTH), whole, strict=True
+    ):
         np.testing.assert_allclose(part, expected[:, :, columns][..., chosen], rtol=0, atol=1e-14)
 
 
@@ -288,12 +387,23 @@ def test_any_batch_gives_the_same_entries(order, monkeypatch):
 def test_no_targets_and_no_elements(order):
     elements, targets = outline([(0, 0), (2, 0.1), (0.3, 1.7)], 3, order)
     g, h = integrals(targets, elements, RATIO, LENGTH)
-    assert integrals(free(np.empty((0, 2))), elements, RATIO, LENGTH)[0].shape == (2, 2, 9 * (order + 1), 0)
-    assert integrals(targets, elements.take(np.arange(0)), RATIO, LENGTH)[1].shape == (2, 2, 0, 9 * (order + 1))
+    assert integrals(free(np.empty((0, 2))), elements, RATIO, LENGTH)[0].shape == (
+        2,
+        2,
+        9 * (order + 1),
+        0,
+    )
+    assert integrals(targets, elements.take(np.arange(0)), RATIO, LENGTH)[1].shape == (
+        2,
+        2,
+        0,
+        9 * (order + 1),
+    )
     assert g.flags.c_contiguous and h.flags.c_contiguous
 
 
-# -- quadrature -------------------------------------------------------------------------------------------------------
+# -- quadrature
+# --------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -302,7 +412,9 @@ def test_lagrange_basis(order):
     assert abs(weight.sum() - 2) < 1e-15 and not xi.flags.writeable
     np.testing.assert_allclose(lagrange(order, xi), np.eye(order + 1), atol=1e-14)
     s = np.linspace(-1, 1, 11)
-    np.testing.assert_allclose(lagrange(order, s), basis(order, s.astype(np.longdouble)), atol=1e-13)
+    np.testing.assert_allclose(
+        lagrange(order, s), basis(order, s.astype(np.longdouble)), atol=1e-13
+    )
     np.testing.assert_allclose(xi**order @ lagrange(order, s), s**order, atol=1e-13)
 
 

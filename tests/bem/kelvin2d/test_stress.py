@@ -1,4 +1,5 @@
-"""Stress inside the body: textbook kernels by graded quadrature in extended precision, and exact states."""
+"""Stress inside the body: textbook kernels by graded quadrature in extended precision, and exact
+states."""
 
 from __future__ import annotations
 
@@ -29,17 +30,25 @@ def assert_as_reference(element, point, distance, size):
 def test_kernels_of_the_stress(order, angle):
     rng = np.random.default_rng(order)
     for distance in (1e-5, 1e-3, 0.05, 0.3, 0.8, 1.4, 3.0, 6.1, 60.0, 1e4):
-        start, turn, size = rng.normal(size=2), rng.uniform(0, 2 * np.pi), 10.0 ** rng.uniform(-2, 1)
+        start, turn, size = (
+            rng.normal(size=2),
+            rng.uniform(0, 2 * np.pi),
+            10.0 ** rng.uniform(-2, 1),
+        )
         end = start + size * np.array([np.cos(turn), np.sin(turn)])
         element = Element(start, end, 2 * np.sin(angle) / size, order)
         s = rng.uniform(-1, 1)
         tangent = complex(element.tangent_first * np.exp(1j * element.angle * (s + 1)))
         step = 1j * tangent * rng.choice([-1, 1]) * distance * size
-        assert_as_reference(element, element.at(s) + np.array([step.real, step.imag]), distance * size, size)
+        assert_as_reference(
+            element, element.at(s) + np.array([step.real, step.imag]), distance * size, size
+        )
 
 
 @settings(max_examples=30, deadline=None)
-@given(order=st.integers(0, 5), x=st.floats(-3, 4), y=st.floats(-3, 3), curvature=st.floats(-1.9, 1.9))
+@given(
+    order=st.integers(0, 5), x=st.floats(-3, 4), y=st.floats(-3, 3), curvature=st.floats(-1.9, 1.9)
+)
 def test_kernels_of_the_stress_anywhere(order, x, y, curvature):
     curvature = curvature if abs(curvature) > 1e-6 else 0.0
     element = Element(np.array([0.0, 0.0]), np.array([1.0, 0.2]), curvature, order)
@@ -67,14 +76,22 @@ def test_derivative_of_the_displacement():
 def test_constant_stress_up_to_the_boundary(order):
     corner = np.array([(0, 0), (6, 0), (5, 3), (0.6, 3)], float)
     t = np.linspace(0, 1, 6)
-    sides = [a + t[:, None] * (b - a) for a, b in zip(corner, np.roll(corner, -1, axis=0), strict=True)]
+    sides = [
+        a + t[:, None] * (b - a) for a, b in zip(corner, np.roll(corner, -1, axis=0), strict=True)
+    ]
     start, end = np.concatenate([s[:-1] for s in sides]), np.concatenate([s[1:] for s in sides])
     n = len(start)
     elements = Elements(start, end, np.zeros(n), order, np.repeat(np.arange(4), 5), np.arange(n))
     xi, _ = gauss(order)
-    x = (0.5 * (start[:, None] * (1 - xi)[:, None] + end[:, None] * (1 + xi)[:, None])).reshape(-1, 2)
+    x = (0.5 * (start[:, None] * (1 - xi)[:, None] + end[:, None] * (1 + xi)[:, None])).reshape(
+        -1, 2
+    )
     chord = end - start
-    normal = np.repeat(np.stack([chord[:, 1], -chord[:, 0]], axis=1) / np.hypot(*chord.T)[:, None], order + 1, axis=0)
+    normal = np.repeat(
+        np.stack([chord[:, 1], -chord[:, 0]], axis=1) / np.hypot(*chord.T)[:, None],
+        order + 1,
+        axis=0,
+    )
     stress = np.array([[1.0, 0.4], [0.4, -0.5]])
     twice_mu_u = x @ (stress - RATIO * np.trace(stress) * np.eye(2))
     points = np.array([[3.0, 1.5], [2.0, 0.1], [2.31, 1e-3], [4.5, 2.99], [0.65, 2.9]])
@@ -92,6 +109,10 @@ def test_mixed_elements_and_no_points():
     points = np.array([[0.4, 0.5], [0.9, 0.05]])
     whole = stress_integrals(points, elements, RATIO)
     for e in range(3):
-        for part, expected in zip(stress_integrals(points, elements.take(np.array([e])), RATIO), whole, strict=True):
-            np.testing.assert_allclose(part, expected[:, :, 3 * e : 3 * e + 3], rtol=1e-13, atol=1e-13)
+        for part, expected in zip(
+            stress_integrals(points, elements.take(np.array([e])), RATIO), whole, strict=True
+        ):
+            np.testing.assert_allclose(
+                part, expected[:, :, 3 * e : 3 * e + 3], rtol=1e-13, atol=1e-13
+            )
     assert stress_integrals(np.empty((0, 2)), elements, RATIO)[0].shape == (3, 2, 9, 0)

@@ -1,4 +1,5 @@
-"""Kelvin's kernels over curved panels: quadrature on subdivided panels, closed forms of flat ones, rigid motions, numpy."""
+"""Kelvin's kernels over curved panels: quadrature on subdivided panels, closed forms of flat ones,
+rigid motions, numpy."""
 
 from __future__ import annotations
 
@@ -26,15 +27,24 @@ NU = 0.3
 
 
 def by_subdivision(panel: CurvedPanels, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both integrals at a point off the panel: cut dyadically until every piece is far, then 14×14 Gauss points."""
+    """Both integrals at a point off the panel: cut dyadically until every piece is far, then 14×14
+    Gauss points."""
     total = [np.zeros((3, 3, panel.n_nodes)), np.zeros((3, 3, panel.n_nodes))]
     pieces = [REFERENCE[panel.n_corners]]
     while pieces:
         piece = pieces.pop()
-        corners, middle = panel.at(piece[None])[0][0], panel.at(piece.mean(axis=0)[None, None])[0][0, 0]
+        corners, middle = (
+            panel.at(piece[None])[0][0],
+            panel.at(piece.mean(axis=0)[None, None])[0][0, 0],
+        )
         if np.linalg.norm(middle - x) < 2.2 * np.linalg.norm(corners - middle, axis=1).max():
-            sides, inner = 0.5 * (piece + np.roll(piece, -1, axis=0)), [piece.mean(axis=0)] if len(piece) == 4 else []
-            pieces += [np.array([piece[k], sides[k], *inner, sides[k - 1]]) for k in range(len(piece))]
+            sides, inner = (
+                0.5 * (piece + np.roll(piece, -1, axis=0)),
+                [piece.mean(axis=0)] if len(piece) == 4 else [],
+            )
+            pieces += [
+                np.array([piece[k], sides[k], *inner, sides[k - 1]]) for k in range(len(piece))
+            ]
             pieces += [] if inner else [sides]
             continue
         local, weight = rule_points(piece[None], (14, 14))
@@ -50,13 +60,22 @@ def beside(panel: CurvedPanels, heights: tuple[float, ...], rng: np.random.Gener
     y, along = panel.at(1.2 * share[None])
     normal = np.cross(along[0, :, 0], along[0, :, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return y[0] + rng.choice([-1.0, 1.0], len(heights))[:, None] * np.array(heights)[:, None] * panel.size[0] * normal
+    return (
+        y[0]
+        + rng.choice([-1.0, 1.0], len(heights))[:, None]
+        * np.array(heights)[:, None]
+        * panel.size[0]
+        * normal
+    )
 
 
-@pytest.mark.parametrize("order", [2, pytest.param(0, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "order", [2, pytest.param(0, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("shape", ["spherical", "warped triangle", "warped quadrilateral"])
 def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
-    """Within 1e-8 near a piece of a sphere with arcs of 32 degrees, and where points are moved at random by 4 %."""
+    """Within 1e-8 near a piece of a sphere with arcs of 32 degrees, and where points are moved at
+    random by 4 %."""
     rng = np.random.default_rng(order)
     if shape == "spherical":
         panel = make_curved_panels(icosphere(2)[:1], order, np.arange(1))[0]
@@ -71,13 +90,16 @@ def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
 
 @pytest.mark.parametrize("corners", [3, 4])
 def test_warped_panels_take_the_digits_that_they_need(corners: int) -> None:
-    """Near and on panels whose points are moved by 15 % of their size: 1e-8, or 2e-10 at nodes where more is asked for."""
+    """Near and on panels whose points are moved by 15 % of their size: 1e-8, or 2e-10 at nodes
+    where more is asked for."""
     panel = a_curved_panel(corners, 2, np.random.default_rng(105), 0.15)
     x = panel.at(panel.nodes)[0][0]
     every = [integrals(x, panel, NU, tolerance=tolerance) for tolerance in (1e-9, 1e-11, 1e-28)]
     for part in range(2):
         for ours, allowed in zip(every, (1e-8, 2e-10), strict=False):
-            assert np.abs(ours[part] - every[2][part]).max() <= allowed * np.abs(every[2][part]).max()
+            assert (
+                np.abs(ours[part] - every[2][part]).max() <= allowed * np.abs(every[2][part]).max()
+            )
     points = beside(panel, (0.2, 10.0, 100.0), np.random.default_rng(1))
     exact = zip(*(by_subdivision(panel, x) for x in points), strict=True)
     for ours, true in zip(integrals(points, panel, NU), exact, strict=True):
@@ -97,7 +119,8 @@ def test_more_digits_are_there_close_above_a_side(corners: int, order: int, seed
 
 
 def test_more_digits_are_there_near_a_centre_of_curvature() -> None:
-    """2e-10 where it is asked for: |y - x|² loses its ρ² term there, and the flat panel's zeros left 3e-10."""
+    """2e-10 where it is asked for: |y - x|² loses its ρ² term there, and the flat panel's zeros
+    left 3e-10."""
     rng = np.random.default_rng([3, 146, 15])
     panel = a_curved_panel(3, 2, rng, 0.15)
     x = beside(panel, (0.7,) * 7, rng)[4:5]
@@ -108,7 +131,8 @@ def test_more_digits_are_there_near_a_centre_of_curvature() -> None:
 
 @pytest.mark.parametrize(("corners", "seed", "row"), [(4, 3, 0), (3, 21, 1)])
 def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row: int) -> None:
-    """Newton's way to the nearest point stopped in a corner, and where its step passed the side: T was off by 3e-2."""
+    """Newton's way to the nearest point stopped in a corner, and where its step passed the side: T
+    was off by 3e-2."""
     rng = np.random.default_rng(seed)
     panel = a_curved_panel(corners, 2, rng, 1e-4)
     x = beside(panel, (0.003, 0.03), rng)[row : row + 1]
@@ -126,7 +150,10 @@ def test_a_flat_panel_has_its_closed_form(order: int) -> None:
     """Off the panel, and at the nodes of a rectangle and a triangle: the principal value."""
     rng = np.random.default_rng(order)
     a, b = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
-    for corners in (np.array([0 * a, a, 0.3 * a + 0.8 * b]), np.array([0 * a, a, a + 0.7 * b, 0.7 * b])):
+    for corners in (
+        np.array([0 * a, a, 0.3 * a + 0.8 * b]),
+        np.array([0 * a, a, a + 0.7 * b, 0.7 * b]),
+    ):
         middle = [corners.mean(axis=0)[None]] if len(corners) == 4 else []
         points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, -1, axis=0)), *middle])
         curved, x, weight, _ = make_curved_panels(points[None], order, np.arange(1))
@@ -134,25 +161,37 @@ def test_a_flat_panel_has_its_closed_form(order: int) -> None:
         np.testing.assert_allclose(x, y, atol=1e-14)
         np.testing.assert_allclose(weight, other, atol=1e-14)
         points = np.vstack([x[0], beside(curved, (0.01, 0.2, 2.0), rng)])
-        for ours, exact in zip(integrals(points, curved, NU), integrals(points, flat, NU), strict=True):
-            assert np.all(np.abs(ours - exact).max(axis=(0, 1, 2)) <= 2e-8 * np.abs(exact).max(axis=(0, 1, 2)) + 2e-9)
+        for ours, exact in zip(
+            integrals(points, curved, NU), integrals(points, flat, NU), strict=True
+        ):
+            assert np.all(
+                np.abs(ours - exact).max(axis=(0, 1, 2))
+                <= 2e-8 * np.abs(exact).max(axis=(0, 1, 2)) + 2e-9
+            )
 
 
 def test_rigid_motions_of_a_hollow_sphere() -> None:
     """∑H + ½ vanishes on translations and rotations, with no trick."""
     inner = icosphere(1)
     mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner}), 2)
-    for motion in (np.tile([1.0, -2.0, 0.5], (mesh.n_nodes, 1)), np.cross(mesh.x, [0.3, 1.0, -0.4])):
+    for motion in (
+        np.tile([1.0, -2.0, 0.5], (mesh.n_nodes, 1)),
+        np.cross(mesh.x, [0.3, 1.0, -0.4]),
+    ):
         defect = 0.5 * motion
         for batch in mesh.batches():
-            defect = defect + np.einsum("ijkm,kj->mi", integrals(mesh.x, batch.elements, NU)[1], motion[batch.nodes])
+            defect = defect + np.einsum(
+                "ijkm,kj->mi", integrals(mesh.x, batch.elements, NU)[1], motion[batch.nodes]
+            )
         assert np.abs(defect).max() < 1e-8
 
 
 @pytest.mark.skipif(not available(), reason="nothing was compiled here")
 @pytest.mark.parametrize("corners", [3, 4])
 @pytest.mark.parametrize("order", range(4))
-def test_compiled_code_agrees_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int) -> None:
+def test_compiled_code_agrees_with_numpy(
+    monkeypatch: pytest.MonkeyPatch, corners: int, order: int
+) -> None:
     """At nodes, near and far: both kernels, and the fields of random data."""
     rng = np.random.default_rng(10 * corners + order)
     panel = a_curved_panel(corners, order, rng)
@@ -161,12 +200,19 @@ def test_compiled_code_agrees_with_numpy(monkeypatch: pytest.MonkeyPatch, corner
     inside, (u, t) = points[:5], rng.normal(size=(2, panel.n_nodes, 3))
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=NU), 1.7)
     ours = integrals(points, panel, NU), field_of(kernel, inside, panel, u[..., None], t[..., None])
-    assert all(np.array_equal(integrals(points[3:7], panel, NU)[k], ours[0][k][..., 3:7]) for k in range(2))
+    assert all(
+        np.array_equal(integrals(points[3:7], panel, NU)[k], ours[0][k][..., 3:7]) for k in range(2)
+    )
     monkeypatch.setattr(module, "available", lambda: False)
     monkeypatch.setattr(kernels_module, "FIELDS", {})
-    theirs = integrals(points, panel, NU), field_of(kernel, inside, panel, u[..., None], t[..., None])
+    theirs = (
+        integrals(points, panel, NU),
+        field_of(kernel, inside, panel, u[..., None], t[..., None]),
+    )
     for one, other in zip(ours[0], theirs[0], strict=True):
-        assert np.all(np.abs(one - other).max(axis=(0, 1, 2)) <= 1e-9 * np.abs(other).max(axis=(0, 1, 2)))
+        assert np.all(
+            np.abs(one - other).max(axis=(0, 1, 2)) <= 1e-9 * np.abs(other).max(axis=(0, 1, 2))
+        )
     for one, other in zip(ours[1], theirs[1], strict=True):
         one, other = one.reshape(5, -1), other.reshape(5, -1)
         assert np.all(np.abs(one - other).max(axis=1) <= 1e-9 * np.abs(other).max(axis=1) + 1e-12)
@@ -178,9 +224,14 @@ def test_stress_is_the_derivative_of_the_displacement() -> None:
     x, h = beside(panel, (0.2,), np.random.default_rng(1))[0], 1e-4
     shifts = np.concatenate([np.zeros((1, 3)), h * np.eye(3), -h * np.eye(3)])
     d, s = (values[..., 0] for values in stress_integrals(x[None], panel, NU))
-    for kernel, stress, sign in zip(integrals(x + shifts, panel, NU), (d, s), (1.0, -1.0), strict=True):
+    for kernel, stress, sign in zip(
+        integrals(x + shifts, panel, NU), (d, s), (1.0, -1.0), strict=True
+    ):
         gradient = sign * (kernel[..., 1:4] - kernel[..., 4:7]) / (2.0 * h)  # (i, j, k, derivative)
         strain = 0.5 * (gradient.transpose(0, 3, 1, 2) + gradient.transpose(3, 0, 1, 2))
         bulk = NU / (1.0 - 2.0 * NU) * np.einsum("iijk->jk", strain)
         for c, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-            assert np.abs(strain[i, j] + (i == j) * bulk - stress[c]).max() < 2e-5 * np.abs(stress).max()
+            assert (
+                np.abs(strain[i, j] + (i == j) * bulk - stress[c]).max()
+                < 2e-5 * np.abs(stress).max()
+            )

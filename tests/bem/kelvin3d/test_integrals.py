@@ -1,4 +1,5 @@
-"""Kelvin's kernels over flat panels: quadrature on subdivided panels, rigid motion, the linear patch, exact fields."""
+"""Kelvin's kernels over flat panels: quadrature on subdivided panels, rigid motion, the linear
+patch, exact fields."""
 
 from __future__ import annotations
 
@@ -36,21 +37,29 @@ def code(request: pytest.FixtureRequest) -> Iterator[None]:
 
 
 def by_subdivision(panel: Panels, x: np.ndarray) -> list[np.ndarray]:
-    """Both integrals at a point off the panel's nodes: cut dyadically until every piece is far, then 10×10 Gauss points."""
+    """Both integrals at a point off the panel's nodes: cut dyadically until every piece is far,
+    then 10×10 Gauss points."""
     total = [np.zeros((3, 3, panel.n_nodes)), np.zeros((3, 3, panel.n_nodes))]
     pieces = [panel.polygon[0]]
     while pieces:
         piece = pieces.pop()
         centre = piece.mean(axis=0)
         place = panel.centre[0] + panel.size[0] * (centre @ panel.frame[0, :2])
-        if np.linalg.norm(place - x) < 3.0 * panel.size[0] * np.linalg.norm(piece - centre, axis=1).max():
+        if (
+            np.linalg.norm(place - x)
+            < 3.0 * panel.size[0] * np.linalg.norm(piece - centre, axis=1).max()
+        ):
             middle = 0.5 * (piece + np.roll(piece, -1, axis=0))
             inner = [middle] if len(piece) == 3 else []
-            pieces += inner + [np.array([piece[k], middle[k], *([] if inner else [centre]), middle[k - 1]])
-                               for k in range(len(piece))]  # fmt: skip
+            pieces += inner + [
+                np.array([piece[k], middle[k], *([] if inner else [centre]), middle[k - 1]])
+                for k in range(len(piece))
+            ]
             continue
         local, area = rule_points(piece[None], (10, 10))
-        weight = (area[0] * panel.size[0] ** 2)[:, None] * (monomials(local[0], panel.exponents) @ panel.coefficients[0].T)
+        weight = (area[0] * panel.size[0] ** 2)[:, None] * (
+            monomials(local[0], panel.exponents) @ panel.coefficients[0].T
+        )
         y = panel.centre[0] + panel.size[0] * (local[0] @ panel.frame[0, :2])
         for sum_, kernel in zip(total, kernels(y - x, panel.frame[0, 2], NU), strict=True):
             sum_ += kernel @ weight
@@ -62,18 +71,26 @@ def by_subdivision(panel: Panels, x: np.ndarray) -> list[np.ndarray]:
 @pytest.mark.parametrize("order", range(4))
 @settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_closed_form_and_gauss_points_against_subdivision(corners: int, order: int, seed: int) -> None:
+def test_closed_form_and_gauss_points_against_subdivision(
+    corners: int, order: int, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     panel = a_panel(corners, order, rng)
     for height in (0.02, 0.5, 2.0):
-        x = panel.centre[0] + np.array([*rng.uniform(-1.3, 1.3, 2), rng.choice([-height, height])]) @ panel.frame[0]
-        for ours, exact in zip(integrals(x[None], panel, NU), by_subdivision(panel, x), strict=True):
+        x = (
+            panel.centre[0]
+            + np.array([*rng.uniform(-1.3, 1.3, 2), rng.choice([-height, height])]) @ panel.frame[0]
+        )
+        for ours, exact in zip(
+            integrals(x[None], panel, NU), by_subdivision(panel, x), strict=True
+        ):
             assert np.abs(ours[..., 0] - exact).max() <= 1e-9 * np.abs(exact).max()
 
 
 @pytest.mark.usefixtures("code")
 def test_gauss_points_hold_their_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Thin and square panels against the closed form, for targets at which that keeps its digits."""
+    """Thin and square panels against the closed form, for targets at which that keeps its
+    digits."""
     rng = np.random.default_rng(5)
     for height in (1.0, 0.2):
         corners = np.array([[[0, 0, 0], [1, 0, 0], [1, height, 0], [0, height, 0]]], dtype=float)
@@ -92,23 +109,34 @@ def test_gauss_points_hold_their_tolerance(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.usefixtures("code")
 def test_own_panel_has_the_principal_value() -> None:
-    """At a node ∫T is the mean of its values on both sides; for a constant on the panel they differ by 1."""
-    panel, x, _ = make_panels(np.array([[[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]], dtype=float), 2, np.arange(1))
+    """At a node ∫T is the mean of its values on both sides; for a constant on the panel they differ
+    by 1."""
+    panel, x, _ = make_panels(
+        np.array([[[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]]], dtype=float), 2, np.arange(1)
+    )
     at = integrals(x[0], panel, NU)[1]
-    beside = [integrals(x[0] + sign * 1e-7 * panel.frame[0, 2], panel, NU)[1] for sign in (1.0, -1.0)]
+    beside = [
+        integrals(x[0] + sign * 1e-7 * panel.frame[0, 2], panel, NU)[1] for sign in (1.0, -1.0)
+    ]
     np.testing.assert_allclose(0.5 * (beside[0] + beside[1]), at, atol=1e-5)
     np.testing.assert_allclose((beside[0] - beside[1]).sum(axis=2)[0, 0], 1.0, atol=1e-6)
 
 
 def boundary_operators(order: int, size: float, exponent: float) -> tuple:
     """Mesh of a 3×2×1 box, G (2µ) and ½ + H as matrices."""
-    mesh = box_mesh(BoxSurface(np.zeros(3), np.array([3.0, 2.0, 1.0])), lambda part: size, order, exponent)
+    mesh = box_mesh(
+        BoxSurface(np.zeros(3), np.array([3.0, 2.0, 1.0])), lambda part: size, order, exponent
+    )
     kernel_g, kernel_h = np.empty((2, 3, 3, mesh.n_nodes, mesh.n_nodes))
     for batch in mesh.batches():
         g, h = integrals(mesh.targets(slice(None)), batch.elements, NU)
         kernel_g[:, :, batch.nodes], kernel_h[:, :, batch.nodes] = g, h
     n = 3 * mesh.n_nodes
-    return mesh, kernel_g.transpose(3, 0, 2, 1).reshape(n, n), kernel_h.transpose(3, 0, 2, 1).reshape(n, n) + 0.5 * np.eye(n)
+    return (
+        mesh,
+        kernel_g.transpose(3, 0, 2, 1).reshape(n, n),
+        kernel_h.transpose(3, 0, 2, 1).reshape(n, n) + 0.5 * np.eye(n),
+    )
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -120,11 +148,16 @@ def test_linear_patch_on_quadrilaterals_and_triangles_from_a_file(order: int) ->
     nodes = np.sort(rng.choice(mesh.n_nodes, 60, replace=False))
     strain = rng.normal(size=(3, 3))
     strain = strain + strain.T
-    u, t = mesh.x @ strain, mesh.normal @ (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3))
+    u, t = (
+        mesh.x @ strain,
+        mesh.normal @ (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3)),
+    )
     defect, moved = 0.5 * u[nodes], 0.5 * np.ones(len(nodes))
     for batch in mesh.batches():
         g, h = integrals(mesh.x[nodes], batch.elements, NU)
-        defect += np.einsum("ijkm,kj->mi", h, u[batch.nodes]) - np.einsum("ijkm,kj->mi", g, t[batch.nodes])
+        defect += np.einsum("ijkm,kj->mi", h, u[batch.nodes]) - np.einsum(
+            "ijkm,kj->mi", g, t[batch.nodes]
+        )
         moved += h[0, 0].sum(axis=0)
     assert np.abs(defect).max() < 1e-10 * np.abs(u).max() and np.abs(moved).max() < 1e-10
 
@@ -139,11 +172,14 @@ def test_rigid_motion_and_linear_patch(order: int) -> None:
     assert np.abs(h @ (mesh.x @ spin.T).ravel()).max() < 1e-10
     # over 2µ
     stress = strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3)
-    assert np.abs(h @ (mesh.x @ strain.T).ravel() - g @ (mesh.normal @ stress).ravel()).max() < 1e-10
+    assert (
+        np.abs(h @ (mesh.x @ strain.T).ravel() - g @ (mesh.normal @ stress).ravel()).max() < 1e-10
+    )
 
 
 def test_orders_of_convergence() -> None:
-    """Displacement and traction of a point force outside of a box; prototype: 1.3/0.75, 2.2/1.0, 2.9/2.1 for p = 0, 1, 2."""
+    """Displacement and traction of a point force outside of a box; prototype: 1.3/0.75, 2.2/1.0,
+    2.9/2.1 for p = 0, 1, 2."""
     source, force = np.array([1.2, 0.7, 1.9]), np.array([0.3, -1.0, 0.8])
     least = {0: (1.0, 0.5), 1: (1.9, 0.8), 2: (2.5, 1.6)}
 
@@ -155,16 +191,25 @@ def test_orders_of_convergence() -> None:
         for size in sizes:
             mesh, g, h = boundary_operators(order, size, 1.0)
             u, step = moved(mesh.x), 1e-5
-            slopes = [(moved(mesh.x + step * e) - moved(mesh.x - step * e)) / (2.0 * step) for e in np.eye(3)]
+            slopes = [
+                (moved(mesh.x + step * e) - moved(mesh.x - step * e)) / (2.0 * step)
+                for e in np.eye(3)
+            ]
             gradient = np.stack(slopes, axis=2)
             strain = 0.5 * (gradient + gradient.transpose(0, 2, 1))
-            stress = strain + NU / (1.0 - 2.0 * NU) * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+            stress = strain + NU / (1.0 - 2.0 * NU) * np.trace(strain, axis1=1, axis2=2)[
+                :, None, None
+            ] * np.eye(3)
             t = np.einsum("nij,nj->ni", stress, mesh.normal)
             clamped = np.repeat(np.isin(mesh.node_part, [0, 4]), 3)
             rhs = g @ np.where(clamped, 0.0, t.ravel()) - h @ np.where(clamped, u.ravel(), 0.0)
             x = np.linalg.solve(np.where(clamped, -g, h), rhs)
             weight = np.repeat(mesh.weight, 3)
-            errors.append([np.sqrt(weight[c] @ (x - e)[c] ** 2 / (weight[c] @ e[c] ** 2))
-                           for c, e in ((~clamped, u.ravel()), (clamped, t.ravel()))])  # fmt: skip
+            errors.append(
+                [
+                    np.sqrt(weight[c] @ (x - e)[c] ** 2 / (weight[c] @ e[c] ** 2))
+                    for c, e in ((~clamped, u.ravel()), (clamped, t.ravel()))
+                ]
+            )
         orders = np.log2(np.array(errors[0]) / errors[1])
         assert np.all(orders > least[order]), (order, orders, errors)

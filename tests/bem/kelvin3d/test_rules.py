@@ -1,4 +1,5 @@
-"""Gauss points of far panels: the degree that they integrate, and the tolerance on panels that are no rectangles."""
+"""Gauss points of far panels: the degree that they integrate, and the tolerance on panels that are
+no rectangles."""
 
 from __future__ import annotations
 
@@ -29,8 +30,11 @@ OUTLINES = {
 }
 
 
-def seen_from_afar(panel: Panels, rng: np.random.Generator) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Points at 2 to 1e4 lengths; G, H, D and S (.., 3, k, m) there by far more Gauss points than any rule takes."""
+def seen_from_afar(
+    panel: Panels, rng: np.random.Generator
+) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Points at 2 to 1e4 lengths; G, H, D and S (.., 3, k, m) there by far more Gauss points than
+    any rule takes."""
     away = rng.normal(size=(12, 3))
     away *= np.geomspace(2.0, 1e4, 12)[:, None] / np.linalg.norm(away, axis=1, keepdims=True)
     points = panel.centre[0] + 2.0 * panel.size[0] * away
@@ -38,18 +42,23 @@ def seen_from_afar(panel: Panels, rng: np.random.Generator) -> tuple[np.ndarray,
     r, normal = y[0][:, None] - points, panel.frame[0, 2]
     tensors = stress_module._tensors(stress_module._at_points(r), normal, NU)
     values = (*kernels(r, normal, NU), *tensors)
-    return points, tuple(np.einsum("bq,ijqm->ijbm", weight[0], value, optimize=True) for value in values)
+    return points, tuple(
+        np.einsum("bq,ijqm->ijbm", weight[0], value, optimize=True) for value in values
+    )
 
 
 def error(ours: np.ndarray | None, exact: np.ndarray) -> float:
     """The largest at any point, over the largest integral there."""
-    return float(np.max(np.abs(ours - exact).max(axis=(0, 1, 2)) / np.abs(exact).max(axis=(0, 1, 2))))
+    return float(
+        np.max(np.abs(ours - exact).max(axis=(0, 1, 2)) / np.abs(exact).max(axis=(0, 1, 2)))
+    )
 
 
 @pytest.mark.parametrize("order", range(4))
 @pytest.mark.parametrize("name", OUTLINES)
 def test_degrees_are_those_of_basis_times_area(name: str, order: int) -> None:
-    """Gauss points of 2n - 1 >= degree give the integrals of the basis, and one fewer in either direction does not."""
+    """Gauss points of 2n - 1 >= degree give the integrals of the basis, and one fewer in either
+    direction does not."""
     panel = placed(np.array(OUTLINES[name]), order, np.random.default_rng(order))
     degree = degrees(panel)[0]
     least = degree // 2 + 1
@@ -57,7 +66,10 @@ def test_degrees_are_those_of_basis_times_area(name: str, order: int) -> None:
     for fewer in ((0, 0), (1, 0), (0, 1)):
         n = least - fewer
         if n.min() > 0:
-            off = np.abs(panel.rule((int(n[0]), int(n[1])))[1].sum(axis=2) - exact).max() / np.abs(exact).max()
+            off = (
+                np.abs(panel.rule((int(n[0]), int(n[1])))[1].sum(axis=2) - exact).max()
+                / np.abs(exact).max()
+            )
             assert off > 1e-6 if any(fewer) else off < 1e-13
     if name == "rectangle":
         assert degree.tolist() == [order, order]
@@ -68,7 +80,9 @@ def test_degrees_are_those_of_basis_times_area(name: str, order: int) -> None:
 @pytest.mark.parametrize("order", range(4))
 @settings(max_examples=5, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_both_kernels_hold_their_tolerance_from_afar(compiled: bool, corners: int, order: int, seed: int) -> None:
+def test_both_kernels_hold_their_tolerance_from_afar(
+    compiled: bool, corners: int, order: int, seed: int
+) -> None:
     rng = np.random.default_rng(seed)
     panel = a_panel(corners, order, rng)
     points, (g, h, _, _) = seen_from_afar(panel, rng)
@@ -94,11 +108,17 @@ def test_stress_holds_its_tolerance_from_afar(corners: int, order: int, seed: in
         assert error(ours, other) <= 10.0 * stress_module.TOLERANCE
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=NU), 1.0)
     data, zero = rng.normal(size=(2, panel.n_nodes, 3))[0], np.zeros((panel.n_nodes, 3))
-    for u, traction, by_u, by_stress in ((zero, data, exact[0], exact[2]), (data, zero, -exact[1], exact[3])):
+    for u, traction, by_u, by_stress in (
+        (zero, data, exact[0], exact[2]),
+        (data, zero, -exact[1], exact[3]),
+    ):
         found = kernel.field(points, panel, u, traction)
         for ours, values in zip(found[:2] if found else (), (by_u, by_stress), strict=False):
             size = np.einsum("ckbm,bk->mc", np.abs(values), np.abs(data)).max(axis=1, keepdims=True)
-            assert np.all(np.abs(ours - np.einsum("ckbm,bk->mc", values, data)) <= 10.0 * stress_module.TOLERANCE * size)
+            assert np.all(
+                np.abs(ours - np.einsum("ckbm,bk->mc", values, data))
+                <= 10.0 * stress_module.TOLERANCE * size
+            )
 
 
 @pytest.mark.parametrize("order", range(4))
@@ -108,5 +128,9 @@ def test_rectangles_take_fewer_points_than_crooked_panels(order: int) -> None:
     counts = []
     for name in ("rectangle", "crooked"):
         panel = placed(np.array(OUTLINES[name]), order, rng)
-        counts.append(point_counts(panel.centre[0] + away @ panel.frame[0], panel, 0, TOLERANCE[Panels]).prod(axis=1))
+        counts.append(
+            point_counts(panel.centre[0] + away @ panel.frame[0], panel, 0, TOLERANCE[Panels]).prod(
+                axis=1
+            )
+        )
     assert np.all(counts[0] <= counts[1]) and counts[0].sum() < counts[1].sum()

@@ -1,4 +1,5 @@
-"""Newton and the projection on small exact systems: half planes, half spaces, random positive definite matrices."""
+"""Newton and the projection on small exact systems: half planes, half spaces, random positive
+definite matrices."""
 
 from __future__ import annotations
 
@@ -48,12 +49,15 @@ def satisfies(law, system, state, mu, slack=1e-8):
     moved = np.linalg.norm(v[:, :-1], axis=1)
     slips = (pressure > 1e-6 * stress) & (moved > 1e-6 * length)
     along = np.einsum("ij,ij->i", v[:, :-1], sigma[:, :-1])
-    assert np.allclose(along[slips], -(mu * pressure * moved)[slips], rtol=0, atol=slack * stress * length)
+    assert np.allclose(
+        along[slips], -(mu * pressure * moved)[slips], rtol=0, atol=slack * stress * length
+    )
 
 
 @pytest.mark.parametrize("count, error_p, error_q", [(50, 9.0e-3, 1.7e-2), (200, 2.3e-3, 4.2e-3)])
 def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
-    """A cylinder of R = 1 pressed to a = 1, then pushed by 0.64 µP and back: stick half width √(1-Q/µP) = 0.6."""
+    """A cylinder of R = 1 pressed to a = 1, then pushed by 0.64 µP and back: stick half width
+    √(1-Q/µP) = 0.6."""
     mu, (x, weight, matrix) = 0.4, half_plane(count, 1.5)
     force, law = 0.25 * np.pi / (1.0 - 0.3**2), coulomb(count, mu, 2)
     contact = LineContact(force, 1.0, contact_modulus(1.0, 0.3))
@@ -71,30 +75,39 @@ def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
     assert np.linalg.norm(np.abs(pushed.sigma[:, 0]) - exact) < error_q * np.linalg.norm(exact)
     states = pushed.states
     assert np.abs(x[states == STICK]).max() == pytest.approx(c, abs=1.5 * 3.0 / count)
-    assert np.abs(x[states == SLIP]).max() == pytest.approx(1.0, abs=1.5 * 3.0 / count) and (states == OPEN).any()
+    assert (
+        np.abs(x[states == SLIP]).max() == pytest.approx(1.0, abs=1.5 * 3.0 / count)
+        and (states == OPEN).any()
+    )
 
 
 @pytest.mark.parametrize("ratio, mu", [(0.5, 0.3), (0.0, 0.3), (0.0, 4.0)])
 def test_disks_on_a_half_space(ratio, mu):
-    """A sphere pressed, pushed obliquely and turned: the same code as in the plane; Hertz where ν = 1/2 uncouples."""
+    """A sphere pressed, pushed obliquely and turned: the same code as in the plane; Hertz where ν =
+    1/2 uncouples."""
     x, weight, matrix = half_space(14, 1.4, ratio=ratio)
     force = 4.0 / 3.0 / (1.0 - ratio**2)
     law, gap = coulomb(len(x), mu, 3), 0.5 * np.sum(x**2, axis=1)
     start, slip = None, np.zeros((len(x), 2))
     for push in ((0.0, 0.0), (0.5, 0.5), (-0.3, 0.2)):
-        system = pressed(matrix, weight, gap, (push[0] * mu * force, push[1] * mu * force, force), slip)
+        system = pressed(
+            matrix, weight, gap, (push[0] * mu * force, push[1] * mu * force, force), slip
+        )
         state = NEWTON(system, law, iteration(start=start))
         assert state.converged and len(state.history) <= 12
         satisfies(law, system, state, mu)
         assert equilibrium_defect(system, state.sigma) < 1e-12
         if ratio == 0.5:
-            exact = PointContact(force, 1.0, contact_modulus(1.0, ratio)).pressure(np.linalg.norm(x, axis=1))
+            exact = PointContact(force, 1.0, contact_modulus(1.0, ratio)).pressure(
+                np.linalg.norm(x, axis=1)
+            )
             assert np.linalg.norm(-state.sigma[:, 2] - exact) < 0.05 * np.linalg.norm(exact)
         start, slip = (state.v, state.sigma), slip + state.v[:, :-1]
 
 
 def coupled_half_plane(count, sign):
-    """ν = 0 on a rigid body: tangential and normal displacements are coupled as strongly as they can be."""
+    """ν = 0 on a rigid body: tangential and normal displacements are coupled as strongly as they
+    can be."""
     x, weight, matrix = half_plane(count, 1.5, ratio=0.0)
     blocks = matrix.reshape(count, 2, count, 2)
     blocks[:, 1, :, 0] = sign * 0.5 * np.sign(x[:, None] - x) * weight
@@ -110,7 +123,9 @@ def test_any_friction_from_a_cold_start(mu, count, sign):
     x, weight, matrix = coupled_half_plane(count, sign)
     law = coulomb(count, mu, 2)
     for shift in (0.0, 0.05, 0.3, -1.0):
-        system = ReducedSystem(np.column_stack([np.full(count, -shift), 0.2 - 0.5 * x**2]), matrix, weight)
+        system = ReducedSystem(
+            np.column_stack([np.full(count, -shift), 0.2 - 0.5 * x**2]), matrix, weight
+        )
         state = NEWTON(system, law, iteration())
         assert state.converged, (shift, state.reason)
         satisfies(law, system, state, mu)
@@ -148,12 +163,20 @@ def test_projection_holds_bodies_by_contact_alone():
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10_000), st.integers(1, 20), st.sampled_from([2, 3]), st.sampled_from([0.0, 0.3, 1.0, 4.0]))
+@given(
+    st.integers(0, 10_000),
+    st.integers(1, 20),
+    st.sampled_from([2, 3]),
+    st.sampled_from([0.0, 0.3, 1.0, 4.0]),
+)
 def test_what_is_called_converged_is_a_solution(seed, m, k, mu):
-    """Any positive definite matrix, however strongly it couples: Coulomb's law has no guarantee there, but no lie either."""
+    """Any positive definite matrix, however strongly it couples: Coulomb's law has no guarantee
+    there, but no lie either."""
     rng = np.random.default_rng(seed)
     factor = rng.standard_normal((m * k, m * k))
-    system = ReducedSystem(rng.standard_normal((m, k)), factor @ factor.T / (m * k) + 0.05 * np.eye(m * k), np.ones(m))
+    system = ReducedSystem(
+        rng.standard_normal((m, k)), factor @ factor.T / (m * k) + 0.05 * np.eye(m * k), np.ones(m)
+    )
     law = coulomb(m, mu, k)
     state = NEWTON(system, law, iteration())
     if state.converged:
@@ -174,7 +197,9 @@ def test_nearly_all_random_problems_are_solved():
     assert solved >= 98
 
 
-@pytest.mark.parametrize("force, held", [((0.0, -1.0), False), ((0.5, 1.0), False), ((0.1, 1.0), True)])
+@pytest.mark.parametrize(
+    "force, held", [((0.0, -1.0), False), ((0.5, 1.0), False), ((0.1, 1.0), True)]
+)
 def test_loads_without_equilibrium_are_never_converged(force, held):
     x, weight, matrix = half_plane(30, 1.5)
     system = pressed(matrix, weight, 0.5 * x**2, force)
@@ -194,7 +219,8 @@ def test_a_body_above_the_floor_falls_until_it_touches():
 
 
 def test_motions_that_contact_does_not_see_stay():
-    """Frictionless contact sees no tangential motion: it keeps its place, and a force along it is found out."""
+    """Frictionless contact sees no tangential motion: it keeps its place, and a force along it is
+    found out."""
     x, weight, matrix = half_plane(40, 1.5)
     law = coulomb(40, 0.0, 2)
     still = NEWTON(pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), law, iteration())
@@ -203,7 +229,8 @@ def test_motions_that_contact_does_not_see_stay():
 
 
 class Box:
-    """A law of one's own: each tangential component has a bound of its own, as on a grooved face; no normal one."""
+    """A law of one's own: each tangential component has a bound of its own, as on a grooved face;
+    no normal one."""
 
     k, groups = 2, (slice(0, 2),)
 
@@ -225,12 +252,17 @@ def test_a_law_of_ones_own():
     factor = rng.standard_normal((20, 20))
     matrix, bound = factor @ factor.T / 20 + 0.1 * np.eye(20), np.array([0.3, 0.6])
     system, law = ReducedSystem(rng.standard_normal((10, 2)), matrix, np.ones(10)), Box(bound)
-    states = [method(system, law, iteration(1e-9, 2000)) for method in (NEWTON, Projection(Modified(), 1.0, 1.5))]
+    states = [
+        method(system, law, iteration(1e-9, 2000))
+        for method in (NEWTON, Projection(Modified(), 1.0, 1.5))
+    ]
     assert all(state.converged for state in states)
     assert np.allclose(states[0].sigma, states[1].sigma, atol=1e-5)
     v, sigma = states[0].v, states[0].sigma
     slips = np.abs(v) > 1e-9
-    assert slips.any() and not slips.all() and np.allclose(sigma[slips], (-np.sign(v) * bound)[slips])
+    assert (
+        slips.any() and not slips.all() and np.allclose(sigma[slips], (-np.sign(v) * bound)[slips])
+    )
 
 
 def test_a_method_of_ones_own_is_a_file_and_a_line(monkeypatch):
@@ -247,8 +279,17 @@ def test_a_monitor_ends_a_method():
     x, weight, matrix = half_plane(30, 1.5)
     system, law = pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), coulomb(30, 0.3, 2)
     for method in (NEWTON, Projection(Modified(), 1.0, 1.5)):
-        state = method(system, law, iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None))
-        assert (state.reason, state.stopped, state.converged, len(state.history)) == ("enough", True, False, 2)
+        state = method(
+            system,
+            law,
+            iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None),
+        )
+        assert (state.reason, state.stopped, state.converged, len(state.history)) == (
+            "enough",
+            True,
+            False,
+            2,
+        )
 
 
 class Stand:
@@ -270,7 +311,9 @@ class Stand:
 
     def stick_solve(self, stick, rhs):
         chosen, result = np.flatnonzero(stick), np.zeros_like(rhs)
-        result.flat[chosen] = np.linalg.solve(self._matrix[np.ix_(chosen, chosen)], rhs.flat[chosen])
+        result.flat[chosen] = np.linalg.solve(
+            self._matrix[np.ix_(chosen, chosen)], rhs.flat[chosen]
+        )
         return result
 
     def matrix(self):
@@ -295,7 +338,8 @@ class ByProducts(ReducedSystem):
 @pytest.mark.parametrize("k", [2, 3])
 @pytest.mark.parametrize("held", [True, False])
 def test_newton_by_products_alone(k, held):
-    """Coulomb friction with and without rigid motions: GMRES on what is seen, T in all directions as its preconditioner."""
+    """Coulomb friction with and without rigid motions: GMRES on what is seen, T in all directions
+    as its preconditioner."""
     if k == 2:
         x, weight, matrix = coupled_half_plane(60, 1)
         gap, force = 0.5 * x**2, (0.1, 0.7)
@@ -311,4 +355,6 @@ def test_newton_by_products_alone(k, held):
     assert exact.converged and state.converged, state.reason
     assert np.abs(state.sigma - exact.sigma).max() < 1e-7 * np.abs(exact.sigma).max()
     assert equilibrium_defect(free, state.sigma) < 1e-12
-    assert max(state.history.ksp_iterations) <= (40 if k == 2 else 200)  # disks that slip are not in T's mask
+    assert max(state.history.ksp_iterations) <= (
+        40 if k == 2 else 200
+    )  # disks that slip are not in T's mask

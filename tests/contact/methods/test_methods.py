@@ -1,4 +1,5 @@
-"""One problem, one solution: every method, rule and start on dense, graded and several-part problems."""
+"""One problem, one solution: every method, rule and start on dense, graded and several-part
+problems."""
 
 from __future__ import annotations
 
@@ -7,7 +8,16 @@ import pytest
 from conftest import example
 from prepared import Posed, layer_of, operators
 
-from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
+from petcontact import (
+    Bem,
+    Contact,
+    Displacement,
+    InputError,
+    MeshOptions,
+    Method,
+    Polygon,
+    Traction,
+)
 from petcontact.contact.active_set.pivots import box_problem
 from petcontact.contact.active_set.solvers import SurrogateActiveSetSolver
 from petcontact.contact.friction_law import contact_norm
@@ -19,25 +29,35 @@ NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 
 
 def two_parts(mesh):
-    """A hexagon that slides on two of its sides, which have friction bounds of their own, one of them in places zero."""
+    """A hexagon that slides on two of its sides, which have friction bounds of their own, one of
+    them in places zero."""
     base = example(1)
-    return base.model_copy(update={
-        "geometry": Polygon(vertices=((0, 0), (4, 0), (6, 3), (4, 5), (0, 5), (-1, 3)),
-                            parts=("bottom", "ramp", "pushed", "top", "left", "slope")),
-        "mesh": mesh,
-        "boundary": (
-            Contact(part="bottom", friction_bound="60*(x > 1)"), Contact(part="slope", friction_bound=30.0),
-            Displacement(part="top", value=(0.0, 0.0)), Traction(part="ramp", value=(-200.0, 50.0)),
-            Traction(part="pushed", value=(0.0, 0.0)), Traction(part="left", value=(0.0, 0.0)),
-        ),
-    })  # fmt: skip
+    return base.model_copy(
+        update={
+            "geometry": Polygon(
+                vertices=((0, 0), (4, 0), (6, 3), (4, 5), (0, 5), (-1, 3)),
+                parts=("bottom", "ramp", "pushed", "top", "left", "slope"),
+            ),
+            "mesh": mesh,
+            "boundary": (
+                Contact(part="bottom", friction_bound="60*(x > 1)"),
+                Contact(part="slope", friction_bound=30.0),
+                Displacement(part="top", value=(0.0, 0.0)),
+                Traction(part="ramp", value=(-200.0, 50.0)),
+                Traction(part="pushed", value=(0.0, 0.0)),
+                Traction(part="left", value=(0.0, 0.0)),
+            ),
+        }
+    )
 
 
 PROBLEMS = {
-    "example 1": example(1), "example 2": example(2), "two parts": two_parts(MeshOptions(element_size=0.1)),
+    "example 1": example(1),
+    "example 2": example(2),
+    "two parts": two_parts(MeshOptions(element_size=0.1)),
     "two parts, order 2": two_parts(MeshOptions(element_size=0.5, order=2)),
     "graded": example(1, mesh=MeshOptions(order=3, levels=8)),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", PROBLEMS.values(), ids=PROBLEMS)
@@ -56,7 +76,9 @@ def test_all_methods_find_one_solution(case, comm):
     weight = prepared.weight
     for name, state in states.items():
         assert contact_norm(state.v - exact.v, weight) <= 1e-8 * contact_norm(exact.v, weight), name
-        assert contact_norm(state.sigma - exact.sigma, weight) <= 1e-8 * contact_norm(exact.sigma, weight), name
+        assert contact_norm(state.sigma - exact.sigma, weight) <= 1e-8 * contact_norm(
+            exact.sigma, weight
+        ), name
     prepared.close()
 
 
@@ -67,15 +89,24 @@ def test_the_solution_depends_neither_on_rule_nor_on_rho(rule, rho, comm):
     exact = prepared.iterate(Method())
     state = prepared.iterate(Method(rule=rule, rho=rho, tolerance=1e-11, max_iterations=3000))
     assert state.converged
-    assert contact_norm(state.v - exact.v, prepared.weight) <= 1e-8 * contact_norm(exact.v, prepared.weight)
-    assert contact_norm(state.sigma - exact.sigma, prepared.weight) <= 1e-8 * contact_norm(exact.sigma, prepared.weight)
+    assert contact_norm(state.v - exact.v, prepared.weight) <= 1e-8 * contact_norm(
+        exact.v, prepared.weight
+    )
+    assert contact_norm(state.sigma - exact.sigma, prepared.weight) <= 1e-8 * contact_norm(
+        exact.sigma, prepared.weight
+    )
     prepared.close()
 
 
 def test_default_and_starts(comm):
     prepared = Posed(example(1), comm)
-    assert Method().resolved_name == DEFAULT_METHOD and Method(rule="fixed").resolved_name == "projection"
-    zero, frictionless = (prepared.iterate(Method(start=start)) for start in ("zero", "frictionless"))
+    assert (
+        Method().resolved_name == DEFAULT_METHOD
+        and Method(rule="fixed").resolved_name == "projection"
+    )
+    zero, frictionless = (
+        prepared.iterate(Method(start=start)) for start in ("zero", "frictionless")
+    )
     assert np.allclose(zero.v, frictionless.v, atol=1e-12) and len(zero.history) <= 10
     for start, said in (("nowhere.h5", "there is no file 'nowhere.h5'"), ("nowhere", "neither")):
         with pytest.raises(InputError, match=said):
@@ -94,8 +125,11 @@ def test_full_formulation_serves_every_method(comm):
     full.close()
 
 
-@pytest.mark.parametrize("case", [PROBLEMS["example 2"], pytest.param(PROBLEMS["two parts"], marks=pytest.mark.slow)],
-                         ids=["example 2", "two parts"])  # fmt: skip
+@pytest.mark.parametrize(
+    "case",
+    [PROBLEMS["example 2"], pytest.param(PROBLEMS["two parts"], marks=pytest.mark.slow)],
+    ids=["example 2", "two parts"],
+)
 def test_compressed_systems_serve_every_method(case, comm):
     dense = Posed(case, comm)
     compressed = Posed(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_leaf=32)}), comm)
@@ -105,7 +139,9 @@ def test_compressed_systems_serve_every_method(case, comm):
         method = Method(name=name, rho=1e4, tolerance=1e-9)
         states = [p.iterate(method) for p in (dense, compressed)]
         assert states[1].converged, (name, states[1].reason)
-        if name != "semismooth-newton":  # with S compressed its sets are predicted, with a small dense one they are not
+        if (
+            name != "semismooth-newton"
+        ):  # with S compressed its sets are predicted, with a small dense one they are not
             assert len(states[0].history) == len(states[1].history)
         assert np.allclose(states[1].v, exact.v, rtol=0, atol=1e-7 * np.abs(exact.v).max()), name
     before = compressed.system.applications
@@ -116,7 +152,8 @@ def test_compressed_systems_serve_every_method(case, comm):
 
 
 def test_symmetrised_problem_is_another_one(comm):
-    """TAO's minimum solves the symmetrised problem exactly, and that lies some percent off in σ_t (Example 1)."""
+    """TAO's minimum solves the symmetrised problem exactly, and that lies some percent off in σ_t
+    (Example 1)."""
     prepared = Posed(example(1, mesh=MeshOptions(element_size=0.05)), comm)
     weight, bound, base = prepared.weight, prepared.bound, prepared.system.u_0[:, 0]
     compliance = prepared.system.compliance()
@@ -134,7 +171,8 @@ def test_symmetrised_problem_is_another_one(comm):
 
 
 def test_box_problem_of_the_surrogate_is_its_contact_problem():
-    """Optimality of the projection in the metric of T, by a projected gradient that must not descend."""
+    """Optimality of the projection in the metric of T, by a projected gradient that must not
+    descend."""
     surrogate = layer_of(operators(example(1)))
     rng = np.random.default_rng(5)
     base, bound = rng.standard_normal((surrogate.size, 1)) * 1e-2, 150.0
@@ -146,5 +184,9 @@ def test_box_problem_of_the_surrogate_is_its_contact_problem():
 
     least = energy(step.sigma)
     for _ in range(50):
-        other = np.clip(step.sigma + rng.standard_normal(base.shape) * rng.choice([0.1, 1.0, 30.0]), -bound, bound)
+        other = np.clip(
+            step.sigma + rng.standard_normal(base.shape) * rng.choice([0.1, 1.0, 30.0]),
+            -bound,
+            bound,
+        )
         assert energy(other) >= least

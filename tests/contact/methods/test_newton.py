@@ -1,4 +1,5 @@
-"""The active set and the semismooth Newton method: finite on every positive definite S, exact on the examples."""
+"""The active set and the semismooth Newton method: finite on every positive definite S, exact on
+the examples."""
 
 from __future__ import annotations
 
@@ -63,7 +64,9 @@ def test_any_positive_definite_matrix_is_solved(m, seed, skewness):
     matrix = factor @ factor.T + 0.05 * np.eye(m) + skewness * (skew - skew.T)
     base, bound = 3 * rng.standard_normal(m), np.where(rng.random(m) < 0.1, 0.0, rng.random(m))
     start = 2.0 * rng.integers(-1, 2, (m, 1))
-    for last in itertools.islice(pivots(restricted(matrix, base), Tresca(bound), base[:, None], None, start), 2000):
+    for last in itertools.islice(
+        pivots(restricted(matrix, base), Tresca(bound), base[:, None], None, start), 2000
+    ):
         if last.wrong == 0:
             break
     assert last.wrong == 0
@@ -71,12 +74,17 @@ def test_any_positive_definite_matrix_is_solved(m, seed, skewness):
 
 
 def test_backup_ends_where_full_exchanges_cycle():
-    """A cyclic matrix on which full exchanges repeat for ever: the single exchanges of the backup end it."""
+    """A cyclic matrix on which full exchanges repeat for ever: the single exchanges of the backup
+    end it."""
     cycling = 0
     for seed in range(300):
         rng = np.random.default_rng(seed)
         skew = rng.standard_normal((6, 6))
-        matrix, base, law = 0.3 * np.eye(6) + skew - skew.T, rng.standard_normal(6), Tresca(np.full(6, 0.5))
+        matrix, base, law = (
+            0.3 * np.eye(6) + skew - skew.T,
+            rng.standard_normal(6),
+            Tresca(np.full(6, 0.5)),
+        )
         solver, tau, seen = restricted(matrix, base), np.zeros((6, 1)), set()
         while True:
             step = next(pivots(solver, law, base[:, None], None, tau))
@@ -95,7 +103,8 @@ def test_backup_ends_where_full_exchanges_cycle():
 @settings(max_examples=20, deadline=None)
 @given(st.integers(2, 40), st.integers(0, 10_000), st.integers(-95, 95))
 def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, percent):
-    """Stiff blocks drawn apart by far more than friction holds: the one whose σ is not ±g carries what the others leave."""
+    """Stiff blocks drawn apart by far more than friction holds: the one whose σ is not ±g carries
+    what the others leave."""
     rng = np.random.default_rng(seed)
     base, bound = 10.0 * rng.permutation(m)[:, None], rng.uniform(0.5, 1.5, m)
     load = 0.01 * percent * bound.sum()
@@ -112,19 +121,34 @@ def test_pieces_of_hand_made_states():
     law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
     linearised = Linearisation.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
     assert linearised.states.tobytes() == bytes([1, 0, 1, 1])
-    assert linearised.stick[:, 0].tolist() == linearised.active[:, 0].tolist() == [False, True, False, False]
+    assert (
+        linearised.stick[:, 0].tolist()
+        == linearised.active[:, 0].tolist()
+        == [False, True, False, False]
+    )
     assert linearised.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("mesh, most", [(MeshOptions(element_size=0.1), 8), (MeshOptions(element_size=0.05), 8),
-                                        (MeshOptions(order=3), 7),
-                                        (MeshOptions(order=5, levels=16, grading=0.3), 7)])  # fmt: skip
+@pytest.mark.parametrize(
+    "mesh, most",
+    [
+        (MeshOptions(element_size=0.1), 8),
+        (MeshOptions(element_size=0.05), 8),
+        (MeshOptions(order=3), 7),
+        (MeshOptions(order=5, levels=16, grading=0.3), 7),
+    ],
+)
 def test_examples_from_full_stick(number, mesh, most, comm):
     prepared = Posed(example(number, mesh=mesh), comm)
     state = newton(prepared, 50, predict=False)
-    satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], prepared.bound, state.sigma[:, 0],
-              state.v[:, 0])  # fmt: skip
+    satisfies(
+        prepared.system.compliance(),
+        prepared.system.u_0[:, 0],
+        prepared.bound,
+        state.sigma[:, 0],
+        state.v[:, 0],
+    )
     assert state.converged and len(state.history) <= most
     again = newton(prepared, 50, start=(state.v, state.sigma))
     assert len(again.history) == 1 and np.allclose(again.v, state.v, atol=1e-12)

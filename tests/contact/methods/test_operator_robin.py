@@ -1,4 +1,5 @@
-"""The operator-valued Robin condition: its rate knows no mesh, and it is Douglas-Rachford splitting."""
+"""The operator-valued Robin condition: its rate knows no mesh, and it is Douglas-Rachford
+splitting."""
 
 from __future__ import annotations
 
@@ -16,23 +17,31 @@ from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 
 MESHES = {
-    "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),
+    "h=0.2": MeshOptions(element_size=0.2),
+    "h=0.05": MeshOptions(element_size=0.05),
     "order 2": MeshOptions(element_size=0.4, order=2),
-    "graded": MeshOptions(order=3), "graded finely": MeshOptions(order=4, levels=16, grading=0.3),
-}  # fmt: skip
+    "graded": MeshOptions(order=3),
+    "graded finely": MeshOptions(order=4, levels=16, grading=0.3),
+}
 
 
 def newton(prepared, max_iterations):
-    return SemismoothNewton()(prepared.system, prepared.law, Iteration(Criterion(1e-10), max_iterations))
+    return SemismoothNewton()(
+        prepared.system, prepared.law, Iteration(Criterion(1e-10), max_iterations)
+    )
 
 
 def solve(prepared, tolerance, omega=1.8, max_iterations=100, **options):
-    return OperatorRobin(omega)(prepared.system, prepared.law, Iteration(Criterion(tolerance), max_iterations, **options))
+    return OperatorRobin(omega)(
+        prepared.system, prepared.law, Iteration(Criterion(tolerance), max_iterations, **options)
+    )
 
 
 def error(prepared, state, exact):
     pairs = ((state.v, exact.v), (state.sigma, exact.sigma))
-    return max(contact_norm(a - b, prepared.weight) / contact_norm(b, prepared.weight) for a, b in pairs)
+    return max(
+        contact_norm(a - b, prepared.weight) / contact_norm(b, prepared.weight) for a, b in pairs
+    )
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -41,9 +50,13 @@ def test_iterations_do_not_depend_on_the_mesh(number, mesh, comm):
     prepared = Posed(example(number, mesh=mesh), comm)
     exact = newton(prepared, 50)
     state = solve(prepared, 1e-6)
-    assert state.converged and 7 <= len(state.history) <= 10 and error(prepared, state, exact) < 1e-6
+    assert (
+        state.converged and 7 <= len(state.history) <= 10 and error(prepared, state, exact) < 1e-6
+    )
     tight = solve(prepared, 1e-10)
-    assert tight.converged and 12 <= len(tight.history) <= 17 and error(prepared, tight, exact) < 1e-10
+    assert (
+        tight.converged and 12 <= len(tight.history) <= 17 and error(prepared, tight, exact) < 1e-10
+    )
     prepared.close()
 
 

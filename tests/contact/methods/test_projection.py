@@ -1,4 +1,5 @@
-"""Algorithm 1 on Example 1: its solution does not depend on how it is reached, and a run ends as it says."""
+"""Algorithm 1 on Example 1: its solution does not depend on how it is reached, and a run ends as it
+says."""
 
 from __future__ import annotations
 
@@ -26,7 +27,16 @@ def posed(comm):
     posed.close()
 
 
-def run_project(posed, rule=None, rho=1e4, tolerance=1e-6, omega=1.8, stop="both", max_iterations=2000, **keywords):
+def run_project(
+    posed,
+    rule=None,
+    rho=1e4,
+    tolerance=1e-6,
+    omega=1.8,
+    stop="both",
+    max_iterations=2000,
+    **keywords,
+):
     iteration = Iteration(Criterion(tolerance, stop), max_iterations, **keywords)
     return Projection(rule or Modified(), rho, omega)(posed.system, posed.law, iteration)
 
@@ -41,7 +51,9 @@ def test_each_step_satisfies_the_robin_condition_4_11(posed):
         expected = sigma + rho * u - 1.8 * law_residual(Tresca(bound), u, sigma, rho)
         scale = np.abs(state.sigma).max()
         assert np.allclose(state.sigma + rho * state.v, expected, rtol=0, atol=1e-10 * scale)
-        assert np.allclose(state.v, posed.system.u_0 + posed.system.apply(state.sigma), rtol=0, atol=1e-12)
+        assert np.allclose(
+            state.v, posed.system.u_0 + posed.system.apply(state.sigma), rtol=0, atol=1e-12
+        )
         u, sigma = state.v, state.sigma
 
 
@@ -53,7 +65,9 @@ def test_history_says_what_happened(posed):
     weight = posed.weight
     du, ds = states[7].v - states[6].v, states[7].sigma - states[6].sigma
     assert history.rho[0] == 3.0
-    assert history.w[7] == pytest.approx(contact_norm(ds, weight) / contact_norm(du, weight), rel=1e-9)
+    assert history.w[7] == pytest.approx(
+        contact_norm(ds, weight) / contact_norm(du, weight), rel=1e-9
+    )
     residual = law_residual(Tresca(posed.bound), states[6].v, states[6].sigma, history.rho[7])
     assert history.residual[7] == pytest.approx(contact_norm(residual, weight), rel=1e-9)
     change = (contact_norm(du, weight) + contact_norm(ds, weight)) / (
@@ -139,7 +153,9 @@ def test_frictionless_contact_is_solved():
 
 def test_no_load_is_solved_at_once():
     case = example(1, mesh=COARSE)
-    boundary = [c if c.part != "left" else c.model_copy(update={"value": (0.0, 0.0)}) for c in case.boundary]
+    boundary = [
+        c if c.part != "left" else c.model_copy(update={"value": (0.0, 0.0)}) for c in case.boundary
+    ]
     solution = solve(case.model_copy(update={"boundary": tuple(boundary)}))
     assert solution.converged and np.abs(solution.u).max() == 0.0
 
@@ -147,8 +163,12 @@ def test_no_load_is_solved_at_once():
 def test_a_small_change_alone_is_no_convergence():
     """At a ρ far off the iterates hardly move: the friction residual has a say, too."""
     criterion = Criterion(1e-6)
-    assert criterion.met(1e-7, 1e-4) and not criterion.met(1e-7, 1e-2) and not criterion.met(1e-5, 0.0)
+    assert (
+        criterion.met(1e-7, 1e-4) and not criterion.met(1e-7, 1e-2) and not criterion.met(1e-5, 0.0)
+    )
     residual = Criterion(1e-6, "residual")
     assert residual.met(1.0, 1e-7) and not residual.met(0.0, 1e-5)
-    state = solve(example(1, mesh=MeshOptions(element_size=0.4), rule="fixed", rho=1e-9, max_iterations=50))
+    state = solve(
+        example(1, mesh=MeshOptions(element_size=0.4), rule="fixed", rho=1e-9, max_iterations=50)
+    )
     assert not state.converged and state.history.change[-1] < 1e-6

@@ -29,19 +29,30 @@ def error(mesh, part, true) -> tuple[float, float]:
     """Of the normals of the panels, and of the smooth ones."""
     nodes = mesh.nodes_of(part)
     wanted = true(mesh.x[nodes])
-    return tuple(np.sqrt((np.sum((n[nodes] - wanted) ** 2, axis=1)).mean()) for n in (mesh.normal, mesh.smooth_normal))
+    return tuple(
+        np.sqrt((np.sum((n[nodes] - wanted) ** 2, axis=1)).mean())
+        for n in (mesh.normal, mesh.smooth_normal)
+    )
 
 
 def revolved(loops, size, order=2):
     parts = {side["part"] for side in loops} - {"axis"}
-    boundary = [{"part": part, "condition": "displacement", "value": [0.0, 0.0, 0.0]} for part in parts]
-    body = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": {"shape": "revolved", "loops": [loops]},
-            "mesh": {"element_size": size, "order": order}, "boundary": boundary}  # fmt: skip
+    boundary = [
+        {"part": part, "condition": "displacement", "value": [0.0, 0.0, 0.0]} for part in parts
+    ]
+    body = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "revolved", "loops": [loops]},
+        "mesh": {"element_size": size, "order": order},
+        "boundary": boundary,
+    }
     return discretise(parse(Problem, body, "test")).meshes[0]
 
 
 def test_of_spheres_they_converge_faster():
-    errors = np.array([error(facet_mesh(as_surface({"all": icosphere(n)}), 2), "all", unit) for n in (1, 2, 4)])
+    errors = np.array(
+        [error(facet_mesh(as_surface({"all": icosphere(n)}), 2), "all", unit) for n in (1, 2, 4)]
+    )
     assert np.all(errors[:, 1] < 0.15 * errors[:, 0])
     assert np.log2(errors[1, 1] / errors[2, 1]) > 3.5
 
@@ -53,12 +64,21 @@ def test_of_ellipsoids():
     assert smooth < 0.5 * panels
 
 
-CAN = [{"part": "caps", "to": [1, 0]}, {"part": "round", "to": [1, 2]}, {"part": "caps", "to": [0, 2]},
-       {"part": "axis", "to": [0, 0]}]  # fmt: skip
-RING = [{"part": "round", "to": [3, 0], "through": [2, -1]}, {"part": "round", "to": [1, 0], "through": [2, 1]}]
+CAN = [
+    {"part": "caps", "to": [1, 0]},
+    {"part": "round", "to": [1, 2]},
+    {"part": "caps", "to": [0, 2]},
+    {"part": "axis", "to": [0, 0]},
+]
+RING = [
+    {"part": "round", "to": [3, 0], "through": [2, -1]},
+    {"part": "round", "to": [1, 0], "through": [2, 1]},
+]
 
 
-@pytest.mark.parametrize(("true", "share", "loops"), [(of_cylinder, 0.05, CAN), (of_torus, 1.0, RING)])
+@pytest.mark.parametrize(
+    ("true", "share", "loops"), [(of_cylinder, 0.05, CAN), (of_torus, 1.0, RING)]
+)
 def test_of_other_round_surfaces(true, share, loops):
     errors = np.array([error(revolved(loops, size), "round", true) for size in (1.0, 0.5)])
     assert np.all(errors[:, 1] < share * errors[:, 0])
@@ -73,7 +93,12 @@ def test_edges_stay_edges():
 @pytest.mark.parametrize("unit_of_length", [1e-3, 1e3])
 def test_they_do_not_depend_on_the_unit_of_length(unit_of_length):
     """From panels of 2 on they leant by up to .1 rad."""
-    scaled = [{key: value if key == "part" else [unit_of_length * c for c in value] for key, value in side.items()}
-              for side in RING]  # fmt: skip
+    scaled = [
+        {
+            key: value if key == "part" else [unit_of_length * c for c in value]
+            for key, value in side.items()
+        }
+        for side in RING
+    ]
     one, other = revolved(RING, 1.0), revolved(scaled, unit_of_length)
     np.testing.assert_allclose(other.smooth_normal, one.smooth_normal, atol=1e-10)

@@ -1,4 +1,5 @@
-"""What rays and perpendiculars meet: sorted out beforehand, where curves are many, the same as of all."""
+"""What rays and perpendiculars meet: sorted out beforehand, where curves are many, the same as of
+all."""
 
 from __future__ import annotations
 
@@ -14,11 +15,16 @@ from petcontact.mesh.pairs.curves import Curves
 
 
 def closed(rng, count):
-    """A closed outline of lines and arcs around the origin, corners and ends that touch among it."""
+    """A closed outline of lines and arcs around the origin, corners and ends that touch among
+    it."""
     angle = np.sort(rng.uniform(0.0, 2.0 * np.pi, count))
     corner = rng.uniform(0.7, 1.3, count)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
     start, end = corner, np.roll(corner, -1, axis=0)
-    bend = rng.choice([0.0, 0.0, 1.0, -1.0], count) * rng.uniform(0.0, 1.8, count) / np.hypot(*(end - start).T)
+    bend = (
+        rng.choice([0.0, 0.0, 1.0, -1.0], count)
+        * rng.uniform(0.0, 1.8, count)
+        / np.hypot(*(end - start).T)
+    )
     return Curves(start, end, bend)
 
 
@@ -32,8 +38,11 @@ def test_curves_sorted_out_beforehand_are_not_met(seed, kind):
     x, normal = other.at(np.repeat(np.arange(40), 3), np.tile([0.0, 0.37, 1.0], 40))
     x = np.concatenate([x, part.start])
     normal = np.concatenate([normal, -part.at(np.arange(60), np.zeros(60))[1]])
-    direction = {"along normals": normal, "one direction": np.tile(rng.normal(size=2), (len(x), 1)),
-                 "any": rng.normal(size=x.shape)}[kind]  # fmt: skip
+    direction = {
+        "along normals": normal,
+        "one direction": np.tile(rng.normal(size=2), (len(x), 1)),
+        "any": rng.normal(size=x.shape),
+    }[kind]
     direction /= np.hypot(*direction.T)[:, None]
     given_ = direction[0] if kind == "one direction" else None
 
@@ -50,7 +59,8 @@ def test_curves_sorted_out_beforehand_are_not_met(seed, kind):
 
 @pytest.mark.parametrize("count", [600, 2400])
 def test_few_curves_are_looked_at_where_they_are_many(count):
-    """Rays between two straight parts of equal elements: some hundred curves for each 64 points, however many there are."""
+    """Rays between two straight parts of equal elements: some hundred curves for each 64 points,
+    however many there are."""
     ends = np.column_stack([np.linspace(0.0, 1.0, count + 1), np.zeros(count + 1)])
     part = Curves(ends[:-1], ends[1:], np.zeros(count))
     looked_at = []

@@ -9,7 +9,13 @@ import pytest
 
 from petcontact import Problem
 from petcontact.model.base import parse
-from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent, pair_exponent
+from petcontact.refinement.corner_exponents import (
+    CLAMPED,
+    FREE,
+    SLIDING,
+    corner_exponent,
+    pair_exponent,
+)
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.edges import edge_exponent, edges, rim_powers
 
@@ -19,8 +25,12 @@ BOX = {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3}
 
 def body_of(geometry, *boundary, **mesh):
     """A body and its mesh."""
-    one = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": geometry, "boundary": boundary,
-           "mesh": {"order": 1, **mesh}}  # fmt: skip
+    one = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": geometry,
+        "boundary": boundary,
+        "mesh": {"order": 1, **mesh},
+    }
     (body,) = parse(Problem, one, "a body").body
     return body, mesh_of(body, body.geometry.outline())
 
@@ -36,9 +46,13 @@ def test_edges_of_a_box_are_right_angles_whether_panels_match_or_not(sizes):
     _, mesh = body_of(BOX, HELD, element_size=0.5, element_sizes=sizes)
     one, other, angle = edges(mesh)
     apart = mesh.part[one] != mesh.part[other]
-    assert np.allclose(angle[apart], 0.5 * math.pi) and np.allclose(angle[~apart], math.pi, atol=1e-6)
-    assert {tuple(sorted(pair)) for pair in zip(mesh.part[one[apart]], mesh.part[other[apart]], strict=True)} == {
-        (a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2}  # fmt: skip
+    assert np.allclose(angle[apart], 0.5 * math.pi) and np.allclose(
+        angle[~apart], math.pi, atol=1e-6
+    )
+    assert {
+        tuple(sorted(pair))
+        for pair in zip(mesh.part[one[apart]], mesh.part[other[apart]], strict=True)
+    } == {(a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2}
 
 
 @pytest.mark.parametrize("top", [0.6, 1.2])
@@ -49,20 +63,30 @@ def test_a_cone_has_the_angle_of_its_held_edge(top):
     one, other, found = edges(mesh)
     held = (names[mesh.part[one]] == "top") & (names[mesh.part[other]] == "side")
     assert held.any() and np.allclose(found[held], angle, atol=math.radians(1.0))
-    assert edge_exponent(mesh, body) == pytest.approx(corner_exponent(angle, 1.8, CLAMPED, FREE), abs=5e-3)
+    assert edge_exponent(mesh, body) == pytest.approx(
+        corner_exponent(angle, 1.8, CLAMPED, FREE), abs=5e-3
+    )
 
 
 def test_a_contact_counts_as_clamped_unless_it_slips_all_over():
     contact = {"part": "bottom", "condition": "contact", "friction_bound": 1.0}
     body, mesh = body_of(turned(0.8), contact, element_size=0.7)
     below = math.pi / 2.0 - math.atan(0.2)
-    assert edge_exponent(mesh, body) == pytest.approx(corner_exponent(below, 1.8, CLAMPED, FREE), abs=5e-3)
-    assert edge_exponent(mesh, body, {"bottom": (SLIDING,)}) == corner_exponent(below, 1.8, SLIDING, FREE) == 1.0
+    assert edge_exponent(mesh, body) == pytest.approx(
+        corner_exponent(below, 1.8, CLAMPED, FREE), abs=5e-3
+    )
+    assert (
+        edge_exponent(mesh, body, {"bottom": (SLIDING,)})
+        == corner_exponent(below, 1.8, SLIDING, FREE)
+        == 1.0
+    )
 
 
 def test_shear_along_an_edge_counts_where_plane_strain_is_smooth():
     body, mesh = body_of(turned(0.6), HELD, element_size=0.7)
-    soft = body.model_copy(update={"material": body.material.model_copy(update={"poisson_ratio": 0.0})})
+    soft = body.model_copy(
+        update={"material": body.material.model_copy(update={"poisson_ratio": 0.0})}
+    )
     angle = math.pi / 2.0 + math.atan(0.4)
     lowest = min(math.pi / 2.0 / angle, corner_exponent(angle, 3.0, CLAMPED, FREE))
     assert edge_exponent(mesh, soft) == pytest.approx(lowest, abs=5e-3)
@@ -71,9 +95,13 @@ def test_shear_along_an_edge_counts_where_plane_strain_is_smooth():
 def test_powers_at_the_rim_are_those_of_the_bodies_there():
     body, mesh = body_of(BOX, HELD, element_size=1.0)
     right, kappas = (math.pi / 2.0, math.pi), (1.8, 1.8)
-    assert rim_powers(mesh, body, "bottom", None, 0.0) == pytest.approx((1.0 - 0.711, 0.0), abs=1e-3)
+    assert rim_powers(mesh, body, "bottom", None, 0.0) == pytest.approx(
+        (1.0 - 0.711, 0.0), abs=1e-3
+    )
     stuck, slips = rim_powers(mesh, body, "bottom", body, 0.5)
     assert stuck == pytest.approx(1.0 - pair_exponent(right, kappas, 1.0, math.inf))
-    assert slips == pytest.approx(1.0 - min(pair_exponent(right, kappas, 1.0, way) for way in (0.5, -0.5)))
+    assert slips == pytest.approx(
+        1.0 - min(pair_exponent(right, kappas, 1.0, way) for way in (0.5, -0.5))
+    )
     # the worse where friction is an expression
     assert rim_powers(mesh, body, "bottom", body, "0.1*x") == (stuck, stuck)

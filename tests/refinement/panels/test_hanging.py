@@ -15,20 +15,34 @@ from petcontact.refinement.panels.quartering import cut
 def moved(mesh):
     """Largest tractions' part of ∑H + ½ on a translation and a rotation, over about 1."""
     most = 0.0
-    for motion in (np.tile([1.0, -2.0, 0.5], (mesh.n_nodes, 1)), np.cross(mesh.x, [0.3, 1.0, -0.4])):
+    for motion in (
+        np.tile([1.0, -2.0, 0.5], (mesh.n_nodes, 1)),
+        np.cross(mesh.x, [0.3, 1.0, -0.4]),
+    ):
         defect = 0.5 * motion
         for batch in mesh.batches():
-            defect = defect + np.einsum("ijkm,kj->mi", integrals(mesh.x, batch.elements, 0.3)[1], motion[batch.nodes])
+            defect = defect + np.einsum(
+                "ijkm,kj->mi", integrals(mesh.x, batch.elements, 0.3)[1], motion[batch.nodes]
+            )
         most = max(most, float(np.abs(defect).max()))
     return most
 
 
-@pytest.mark.parametrize("shape", [Sphere((0, 0, 0), 1.0), Cylinder((0, 0, 0), (0, 0, 1.0), 0.7)], ids=["ball", "cylinder"])
+@pytest.mark.parametrize(
+    "shape",
+    [Sphere((0, 0, 0), 1.0), Cylinder((0, 0, 0), (0, 0, 1.0), 0.7)],
+    ids=["ball", "cylinder"],
+)
 def test_rigid_motions_where_sides_hang_twice_over(shape, monkeypatch):
-    """1e-8 after a panel was cut and one of its pieces once more, beside the first ones; with slits 1e-3 to 1e-2. What hung
-    does so no more when the neighbour is cut, and is on the exact surface again."""
-    one = Problem(material=Material(1.0, 0.3), geometry=shape, mesh=MeshOptions(element_size=1.2, order=2),
-                  boundary=[Displacement("top", (0, 0, 0))])  # fmt: skip
+    """1e-8 after a panel was cut and one of its pieces once more, beside the first ones; with slits
+    1e-3 to 1e-2. What hung does so no more when the neighbour is cut, and is on the exact surface
+    again."""
+    one = Problem(
+        material=Material(1.0, 0.3),
+        geometry=shape,
+        mesh=MeshOptions(element_size=1.2, order=2),
+        boundary=[Displacement("top", (0, 0, 0))],
+    )
     surface = one.geometry.outline()
     mesh = first = mesh_of(one, surface)
     for count in (1, 2):
@@ -41,6 +55,10 @@ def test_rigid_motions_where_sides_hang_twice_over(shape, monkeypatch):
     monkeypatch.undo()
     one_by_one = first
     for number in reversed(range(first.n_elements)):
-        one_by_one = cut(one_by_one, np.repeat(np.arange(one_by_one.n_elements) == number, 2).reshape(-1, 2), surface)
+        one_by_one = cut(
+            one_by_one,
+            np.repeat(np.arange(one_by_one.n_elements) == number, 2).reshape(-1, 2),
+            surface,
+        )
     at_once = cut(first, np.ones((first.n_elements, 2), dtype=bool), surface)
     assert np.allclose(one_by_one.middles, at_once.middles, atol=1e-12, equal_nan=True)

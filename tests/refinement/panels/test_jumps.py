@@ -36,12 +36,20 @@ def test_what_is_continuous_does_not_jump_and_a_step_does(hanging):
 
 
 def test_the_far_side_of_a_ring_is_not_beside_the_rim_of_this_one_and_turning_strains_nothing():
-    sides = [{"part": "bottom", "to": [1.0, 0.0]}, {"part": "outer", "to": [1.0, 1.0]}, {"part": "top", "to": [0.6, 1.0]},
-             {"part": "bore", "to": [0.6, 0.0]}]  # fmt: skip
-    ring = Problem.model_validate({
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.3, "order": 1},
-        "geometry": {"shape": "revolved", "loops": [sides]},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}]})  # fmt: skip
+    sides = [
+        {"part": "bottom", "to": [1.0, 0.0]},
+        {"part": "outer", "to": [1.0, 1.0]},
+        {"part": "top", "to": [0.6, 1.0]},
+        {"part": "bore", "to": [0.6, 0.0]},
+    ]
+    ring = Problem.model_validate(
+        {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "mesh": {"element_size": 0.3, "order": 1},
+            "geometry": {"shape": "revolved", "loops": [sides]},
+            "boundary": [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}],
+        }
+    )
     mesh = mesh_of(ring, ring.geometry.outline())
     edges = EdgeJumps(mesh, "outer")
     centre = np.stack([np.bincount(mesh.element, mesh.weight * c) for c in mesh.x.T], axis=1)
@@ -53,14 +61,23 @@ def test_the_far_side_of_a_ring_is_not_beside_the_rim_of_this_one_and_turning_st
 
 
 def test_the_pressure_beside_a_jump_grows_as_panels_shrink(hanging):
-    edges, kernel, size = EdgeJumps(hanging, "top"), kernel_for(hanging, Material(1.0, 0.3)), element_sizes(hanging)
+    edges, kernel, size = (
+        EdgeJumps(hanging, "top"),
+        kernel_for(hanging, Material(1.0, 0.3)),
+        element_sizes(hanging),
+    )
     square = edges.pressure_squares(np.sign(hanging.x[:, :1]), size, kernel)
     found, beyond = square > 1e-9, size[edges.other]
     per_length = square[found] / edges.length[found]
-    assert per_length * beyond[found] == pytest.approx(per_length[0] * beyond[found][0]) and np.ptp(beyond[found]) == 0.5
+    assert (
+        per_length * beyond[found] == pytest.approx(per_length[0] * beyond[found][0])
+        and np.ptp(beyond[found]) == 0.5
+    )
     double = edges.pressure_squares(2.0 * np.sign(hanging.x[:, :1]), size, kernel)
     assert double == pytest.approx(4.0 * square)
     assert (
-        not edges.pressure_squares(np.sign(hanging.x[:, :1]), size, kernel_for(hanging, Material(1.0, 0.4999999))).max()
+        not edges.pressure_squares(
+            np.sign(hanging.x[:, :1]), size, kernel_for(hanging, Material(1.0, 0.4999999))
+        ).max()
         > 1e-10
     )

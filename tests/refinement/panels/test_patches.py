@@ -1,4 +1,5 @@
-"""Rings of panels on curved faces: the surface stays closed, panels stay on it, their sides follow the edge of the zone."""
+"""Rings of panels on curved faces: the surface stays closed, panels stay on it, their sides follow
+the edge of the zone."""
 
 import numpy as np
 import pytest
@@ -15,8 +16,15 @@ from petcontact.refinement.panels.zone import Zone
 
 BALL = SphereSurface(np.zeros(3), 1.0)
 CYLINDER = CylinderSurface(np.array([0.0, 0.0, -2.0]), np.array([0.0, 0.0, 2.0]), 1.0)
-HALF = Revolved(loops=[[OutlineSide(part="bottom", to=(1.0, 0.0), radius=1.0), OutlineSide(part="top", to=(0.0, 0.0)),
-                        OutlineSide(part="axis", to=(0.0, -1.0))]]).outline()  # fmt: skip
+HALF = Revolved(
+    loops=[
+        [
+            OutlineSide(part="bottom", to=(1.0, 0.0), radius=1.0),
+            OutlineSide(part="top", to=(0.0, 0.0)),
+            OutlineSide(part="axis", to=(0.0, -1.0)),
+        ]
+    ]
+).outline()
 
 
 def zone_at(point, a, b):
@@ -31,10 +39,17 @@ def normal_integral(mesh):
     total, t, w = np.zeros(3), *np.polynomial.legendre.leggauss(4)
     square, weight = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2), np.outer(w, w).ravel()
     a, b = 0.5 * (square.T + 1.0)
-    rules = {4: (square, weight), 3: (np.column_stack([a, b * (1.0 - a)]), 0.25 * weight * (1.0 - a))}
+    rules = {
+        4: (square, weight),
+        3: (np.column_stack([a, b * (1.0 - a)]), 0.25 * weight * (1.0 - a)),
+    }
     for corners, (place, weights) in rules.items():
         mine = np.isnan(mesh.corners[:, 3, 0]) == (corners == 3)
-        cells = QuadraticCells(np.concatenate([mesh.corners[mine, :corners], mesh.middles[mine, : 2 * corners - 3]], axis=1))
+        cells = QuadraticCells(
+            np.concatenate(
+                [mesh.corners[mine, :corners], mesh.middles[mine, : 2 * corners - 3]], axis=1
+            )
+        )
         along = cells.at(cells.each(place))[1]
         total += np.einsum("nqk,q->k", np.cross(along[:, :, 0], along[:, :, 1]), weights)
     return total
@@ -43,7 +58,9 @@ def normal_integral(mesh):
 def with_rings(surface, part, zone, rings, size):
     first = round_mesh(surface, size, 1)
     patches = patches_of(surface, first, first, part, zone, sector(rings))
-    return first, next((made for patch in patches if (made := ringed(patch, zone, rings)) is not None), None)
+    return first, next(
+        (made for patch in patches if (made := ringed(patch, zone, rings)) is not None), None
+    )
 
 
 def check(surface, part, zone, rings, size):
@@ -62,12 +79,20 @@ def check(surface, part, zone, rings, size):
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.floats(-0.35, 0.35), st.floats(-0.35, 0.35), st.floats(0.01, 0.2), st.floats(0.5, 1.0), st.integers(1, 3),
-       st.sampled_from([0.4, 0.8]))  # fmt: skip
+@given(
+    st.floats(-0.35, 0.35),
+    st.floats(-0.35, 0.35),
+    st.floats(0.01, 0.2),
+    st.floats(0.5, 1.0),
+    st.integers(1, 3),
+    st.sampled_from([0.4, 0.8]),
+)
 def test_rings_fit_anywhere_on_a_ball(x, y, a, ratio, rings, size):
     point = np.array([x, y, -np.sqrt(1.0 - x**2 - y**2)])
     zone = zone_at(point, a, ratio * a)
-    assume(with_rings(BALL, "bottom", zone, rings, size)[1] is not None)  # of 400 drawn zones one had no place
+    assume(
+        with_rings(BALL, "bottom", zone, rings, size)[1] is not None
+    )  # of 400 drawn zones one had no place
     mesh = check(BALL, "bottom", zone, rings, size)
     inside = mesh.corners[~np.isnan(mesh.corners[:, :, 0])]
     # corners that hang on longer sides lie on these
@@ -75,7 +100,8 @@ def test_rings_fit_anywhere_on_a_ball(x, y, a, ratio, rings, size):
 
 
 @pytest.mark.parametrize(
-    ("rings", "a", "x"), [(1, 0.125, 0.25), (2, 0.125, 0.25), (3, 0.1, 0.0), (3, 0.02, 0.35), (2, 0.2, 0.3)]
+    ("rings", "a", "x"),
+    [(1, 0.125, 0.25), (2, 0.125, 0.25), (3, 0.1, 0.0), (3, 0.02, 0.35), (2, 0.2, 0.3)],
 )
 def test_where_panels_would_be_too_distorted_another_patch_has_rings(rings, a, x):
     """The first of these had none with the first patch."""
@@ -89,12 +115,19 @@ def test_rings_lie_about_the_pole_of_a_body_of_revolution_and_beside_it(a, off):
 
 
 def test_rings_lie_on_the_side_of_a_cylinder():
-    check(CYLINDER, "side", Zone(np.array([0.0, 1.0, 0.1]), np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.2]])), 2, 0.5)
+    check(
+        CYLINDER,
+        "side",
+        Zone(np.array([0.0, 1.0, 0.1]), np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.2]])),
+        2,
+        0.5,
+    )
 
 
 @pytest.mark.parametrize("off", [0.0, 0.02, -0.02])
 def test_rings_lie_on_the_disc_of_a_cylinder_wherever_the_zone_is(off):
-    """A zone is that of the other side of the contact, which may be curved: the middle of its pressure is off the disc."""
+    """A zone is that of the other side of the contact, which may be curved: the middle of its
+    pressure is off the disc."""
     zone = Zone(np.array([0.2, -0.1, 2.0 + off]), np.array([[0.15, 0.0], [0.0, 0.15], [0.0, 0.0]]))
     mesh = check(CYLINDER, "top", zone, 2, 0.5)
     assert np.abs(mesh.x[mesh.nodes_of("top")][:, 2] - 2.0).max() < 1e-12
@@ -112,5 +145,9 @@ def test_points_are_brought_onto_their_part_of_a_cylinder(part, point):
 
 def test_a_zone_that_reaches_the_rim_of_a_face_or_is_as_large_as_it_has_no_rings():
     first = round_mesh(BALL, 0.4, 1)
-    for point, a in ((np.array([0.6, 0.0, -0.8]), 0.2), (np.array([0.0, 0.0, -1.0]), 0.7), (np.array([0.0, 0.0, 1.0]), 0.1)):
+    for point, a in (
+        (np.array([0.6, 0.0, -0.8]), 0.2),
+        (np.array([0.0, 0.0, -1.0]), 0.7),
+        (np.array([0.0, 0.0, 1.0]), 0.1),
+    ):
         assert not [*patches_of(BALL, first, first, "bottom", zone_at(point, a, a), 0.5)]

@@ -1,4 +1,5 @@
-"""Panels in rings about elliptical contacts: they cover the face, their sides follow the edge, moments give the ellipse."""
+"""Panels in rings about elliptical contacts: they cover the face, their sides follow the edge,
+moments give the ellipse."""
 
 import numpy as np
 import pytest
@@ -26,17 +27,27 @@ def axes(a, b, angle):
 
 
 @settings(max_examples=10, deadline=None)
-@given(st.floats(0.05, 0.7), st.floats(0.6, 1.0), st.floats(0.0, 3.0), st.sampled_from(["top", "bottom"]), st.integers(1, 3),
-       st.floats(-0.4, 0.4))  # fmt: skip
+@given(
+    st.floats(0.05, 0.7),
+    st.floats(0.6, 1.0),
+    st.floats(0.0, 3.0),
+    st.sampled_from(["top", "bottom"]),
+    st.integers(1, 3),
+    st.floats(-0.4, 0.4),
+)
 def test_rings_cover_the_face_and_their_inner_ones_the_zone(a, ratio, angle, part, rings, x):
     mesh = ringed(BOX, part, Zone(np.array([x, 0.3, 0.0]), axes(a, ratio * a, angle)), rings)
     assert mesh is not None
     area = np.bincount(mesh.part, np.bincount(mesh.element, mesh.weight))
-    np.testing.assert_allclose(area, np.bincount(BOX.part, np.bincount(BOX.element, BOX.weight)), rtol=1e-12)
+    np.testing.assert_allclose(
+        area, np.bincount(BOX.part, np.bincount(BOX.element, BOX.weight)), rtol=1e-12
+    )
     nodes = mesh.nodes_of(part)
     level = {"top": 0.0, "bottom": -2.0}[part]
     np.testing.assert_allclose(
-        mesh.normal[nodes], np.tile([0.0, 0.0, 1.0 if part == "top" else -1.0], (len(nodes), 1)), atol=1e-12
+        mesh.normal[nodes],
+        np.tile([0.0, 0.0, 1.0 if part == "top" else -1.0], (len(nodes), 1)),
+        atol=1e-12,
     )
     zone = Zone(np.array([x, 0.3, level]), axes(a, ratio * a, angle))
     inner = np.linalg.norm(zone.local(mesh.x[nodes]), axis=1) < 1.0
@@ -69,12 +80,18 @@ def test_contacts_of_other_shapes_have_no_zone():
     line = 0.05 * (np.arange(-20, 20) + 0.5)
     x = np.stack([*np.meshgrid(line, line), np.zeros((40, 40))], axis=-1).reshape(-1, 3)
     weight = np.full(len(x), 0.0025)
-    for closed in (np.abs(x).max(axis=1) < 0.5, (np.abs(x[:, 0]) < 0.9) & (np.abs(x[:, 1]) < 0.9 / ELONGATED / 1.2),
-                   np.abs(np.linalg.norm(x, axis=1) - 0.5) < 0.2, x[:, 0] > 5.0):  # fmt: skip
+    for closed in (
+        np.abs(x).max(axis=1) < 0.5,
+        (np.abs(x[:, 0]) < 0.9) & (np.abs(x[:, 1]) < 0.9 / ELONGATED / 1.2),
+        np.abs(np.linalg.norm(x, axis=1) - 0.5) < 0.2,
+        x[:, 0] > 5.0,
+    ):
         assert zone_of(x, weight, closed.astype(float), closed) is None
 
 
-@pytest.mark.parametrize(("radius", "shift", "rings"), [(0.6, 0.0, 1), (0.3, 0.1, 2), (0.85, 0.04, 3)])
+@pytest.mark.parametrize(
+    ("radius", "shift", "rings"), [(0.6, 0.0, 1), (0.3, 0.1, 2), (0.85, 0.04, 3)]
+)
 def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shift, rings):
     zone = Zone(np.array([0.0, 0.3, 0.0]), axes(0.6, 0.4, 0.7))
     stick = Zone(zone.centre + zone.axes @ [shift, 0.0], radius * zone.axes)
@@ -92,7 +109,8 @@ def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shif
 
 
 def test_slip_shows_where_a_stick_zone_ends():
-    """Cattaneo's slip on panels in which no node is within .05 of the edge, and states of which no ellipse comes."""
+    """Cattaneo's slip on panels in which no node is within .05 of the edge, and states of which no
+    ellipse comes."""
     zone, line = Zone(np.zeros(3), axes(0.9, 0.6, 0.3)), 0.1 * (np.arange(-10, 10) + 0.5)
     x = np.stack([*np.meshgrid(line, line), np.zeros((20, 20))], axis=-1).reshape(-1, 3)
     middle, c = np.array([0.05, 0.0]), 0.6
@@ -104,5 +122,10 @@ def test_slip_shows_where_a_stick_zone_ends():
     np.testing.assert_allclose(zone.local(stick.centre[None])[0], middle, atol=0.03)
     np.testing.assert_allclose(stick.axes, c * zone.axes, atol=0.03)
     left = np.where(state == 2, 2, x[:, 0] > 0.0)
-    for others in (np.where(state == 1, 0, state), np.where(state == 0, 1, state), np.full(len(x), 2), left):
+    for others in (
+        np.where(state == 1, 0, state),
+        np.where(state == 0, 1, state),
+        np.full(len(x), 2),
+        left,
+    ):
         assert stick_of(x, weight, others, slip, zone) is None

@@ -54,10 +54,15 @@ def test_a_cylinder_gives_the_strip_of_hertz():
 
 @pytest.mark.parametrize(
     ("gap", "force", "closed"),
-    [(parabola(2.0, 2.0, 0.0), 2.0, 4), (parabola(0.0, 0.0, 0.0), 1e-3, len(TOP)), (MESH.x[TOP, 0] + 3.0, 1e-3, 12),
-     (parabola(2.0, 2.0, 0.0), 0.0, 4), (np.minimum(*(np.abs(MESH.x[TOP, 0] - x) for x in (-2.0, 2.0))), 1e-6, 24)],
+    [
+        (parabola(2.0, 2.0, 0.0), 2.0, 4),
+        (parabola(0.0, 0.0, 0.0), 1e-3, len(TOP)),
+        (MESH.x[TOP, 0] + 3.0, 1e-3, 12),
+        (parabola(2.0, 2.0, 0.0), 0.0, 4),
+        (np.minimum(*(np.abs(MESH.x[TOP, 0] - x) for x in (-2.0, 2.0))), 1e-6, 24),
+    ],
     ids=["as large as panels", "a flat punch", "a tilted one", "no contact", "two contacts"],
-)  # fmt: skip
+)
 def test_nothing_else_is_a_small_contact(gap, force, closed):
     assert expected(gap, force, closed) is None
 
@@ -71,5 +76,7 @@ def test_only_panels_near_the_contact_are_cut_until_they_are_small():
         mesh = cut(mesh, marked, BOX)
     nodes = mesh.nodes_of("top")
     distance = np.linalg.norm(mesh.x[nodes] - found.centre, axis=1) / found.half[0]
-    assert np.sqrt(4.0 * mesh.weight[nodes][distance < 1.0].max()) <= 0.5 * found.half[0] * (1.0 + 1e-9)
+    assert np.sqrt(4.0 * mesh.weight[nodes][distance < 1.0].max()) <= 0.5 * found.half[0] * (
+        1.0 + 1e-9
+    )
     assert 60 < np.count_nonzero(distance < 1.5) < 250 and len(nodes) < 600

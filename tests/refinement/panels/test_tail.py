@@ -20,11 +20,15 @@ BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 
 
 def meshes(order, tmp_path):
-    """A box of quadrilaterals, one of triangles, and a rectangle in the plane, elements of about 1/4."""
+    """A box of quadrilaterals, one of triangles, and a rectangle in the plane, elements of about
+    1/4."""
     file = facet_box(tmp_path / "box.msh", (-2.0, -1.0, 0.0), (2.0, 1.0, 1.0), (8, 4, 2))
     outline = as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test")
-    return [box_mesh(BOX, lambda part: 0.5, order, 1.0), facet_mesh(Gmsh(file=file).outline(), order),
-            mesh_outline(outline, MeshOptions(element_size=0.25, order=order))]  # fmt: skip
+    return [
+        box_mesh(BOX, lambda part: 0.5, order, 1.0),
+        facet_mesh(Gmsh(file=file).outline(), order),
+        mesh_outline(outline, MeshOptions(element_size=0.25, order=order)),
+    ]
 
 
 def inner(mesh, nodes):
@@ -41,11 +45,15 @@ def test_the_rim_is_where_sides_of_other_parts_are_however_large_their_panels():
     x, (low, high) = mesh.x[nodes, :2], (BOX.lower[:2], BOX.upper[:2])
     exact = np.minimum(x - low, high - x).min(axis=1)
     assert rim_distance(mesh, nodes) == pytest.approx(exact, abs=1e-12)
-    assert rim_distance(mesh, nodes, 0.3) == pytest.approx(np.where(exact <= 0.3, exact, np.inf), abs=1e-12)
+    assert rim_distance(mesh, nodes, 0.3) == pytest.approx(
+        np.where(exact <= 0.3, exact, np.inf), abs=1e-12
+    )
 
 
 def test_a_boundary_of_one_part_has_no_rim():
-    disc = as_outline(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 1.5)), ("around",) * 3).outline(), "a test")
+    disc = as_outline(
+        Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 1.5)), ("around",) * 3).outline(), "a test"
+    )
     mesh = mesh_outline(disc, MeshOptions(element_size=0.25, order=1))
     assert np.all(np.isinf(rim_distance(mesh, np.arange(mesh.n_nodes))))
 
@@ -75,7 +83,10 @@ def test_panels_at_the_edge_of_contact_count_the_last_two_degrees():
     nodes = mesh.nodes_of("top")
     x, first = mesh.x[nodes, :1], mesh.element[nodes] == mesh.element[nodes[40]]
     found = Tails(mesh, nodes).of_contact(x, first & (np.arange(len(nodes)) % 9 < 3))
-    assert found[first] == pytest.approx(EDGE[2] * 0.125 / np.sqrt(3.0)) and found[~first].max() < 1e-12
+    assert (
+        found[first] == pytest.approx(EDGE[2] * 0.125 / np.sqrt(3.0))
+        and found[~first].max() < 1e-12
+    )
     # open all over, or closed and inside: the last degree alone
     assert Tails(mesh, nodes).of_contact(x**2, first)[first] == pytest.approx(
         MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0)
@@ -87,11 +98,16 @@ def test_constant_elements_take_slopes_from_their_neighbours():
         nodes = mesh.nodes_of("top")
         away = inner(mesh, nodes)
         found = tail(mesh, nodes, np.column_stack([3.0 * mesh.x[nodes, 0], 4.0 * mesh.x[nodes, 0]]))
-        assert away.any() and found[away] == pytest.approx(MARGIN[0] * 5.0 * 0.25 / np.sqrt(12.0)), dim
+        assert away.any() and found[away] == pytest.approx(
+            MARGIN[0] * 5.0 * 0.25 / np.sqrt(12.0)
+        ), dim
 
 
 def meshes_of_order_0():
-    return mesh_outline(as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test"), MeshOptions(element_size=0.25))
+    return mesh_outline(
+        as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test"),
+        MeshOptions(element_size=0.25),
+    )
 
 
 def test_quarters_are_the_same_surface(tmp_path):
@@ -109,17 +125,25 @@ def test_quarters_are_the_same_surface(tmp_path):
 
 
 def test_panels_closed_to_the_rim_count_by_the_power_there():
-    """The weaker what is infinite, the less is left out; where all of a panel slips, the second power is its."""
+    """The weaker what is infinite, the less is left out; where all of a panel slips, the second
+    power is its."""
     mesh = box_mesh(BOX, lambda part: 0.5, 2, 1.0)
     nodes = mesh.nodes_of("top")
     x, none = mesh.x[nodes, :1] ** 2, np.zeros(len(nodes), dtype=bool)
     first = mesh.element[nodes] == mesh.element[nodes[0]]
-    strong, weak = (Tails(mesh, nodes, (power, 0.1)).of_contact(x, none, first) for power in (0.5, 0.0))
-    assert np.all(strong >= weak) and strong.max() > weak.max() and np.array_equal(strong[first], weak[first])
+    strong, weak = (
+        Tails(mesh, nodes, (power, 0.1)).of_contact(x, none, first) for power in (0.5, 0.0)
+    )
+    assert (
+        np.all(strong >= weak)
+        and strong.max() > weak.max()
+        and np.array_equal(strong[first], weak[first])
+    )
 
 
 def test_a_fall_towards_the_rim_does_not_hide_the_rise_there_from_linear_elements():
-    """p falls to a rim and rises in its last panel, which it leaves as it entered: no slope, yet an error."""
+    """p falls to a rim and rises in its last panel, which it leaves as it entered: no slope, yet an
+    error."""
     mesh = box_mesh(BOX, lambda part: 0.25, 1, 1.0)
     nodes = mesh.nodes_of("top")
     x, closed = mesh.x[nodes, 0], np.zeros(len(nodes), dtype=bool)

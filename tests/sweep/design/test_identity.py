@@ -1,4 +1,5 @@
-"""What a case is: its digest changes with everything that a digit depends on, and with nothing else."""
+"""What a case is: its digest changes with everything that a digit depends on, and with nothing
+else."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ def digests(folder, rho=(1.0, 10.0), more="", **keywords):
     identity = identify(sweep, **keywords)
     # a reader has no options, functions or files
     again = Identity(Sweep(*sweep.content), json.loads(json.dumps(identity.facts)))
-    assert [again.digest(k) for k in range(len(sweep))] == [identity.digest(k) for k in range(len(sweep))]
+    assert [again.digest(k) for k in range(len(sweep))] == [
+        identity.digest(k) for k in range(len(sweep))
+    ]
     return {sweep.ids[k]: identity.digest(k) for k in range(len(sweep))}
 
 
@@ -44,7 +47,10 @@ def test_it_changes_with_the_problem_the_options_and_what_is_asked_for(tmp_path)
     ]
     for found in other:
         assert not set(known.values()) & set(found.values())
-    assert digests(tmp_path, options={"ksp_monitor": "", "log_view": "", "options_left": "no"}) == known
+    assert (
+        digests(tmp_path, options={"ksp_monitor": "", "log_view": "", "options_left": "no"})
+        == known
+    )
 
 
 def test_it_changes_with_the_content_of_files(tmp_path):

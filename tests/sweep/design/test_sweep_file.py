@@ -24,8 +24,17 @@ def test_the_papers_tables_have_128_cases_with_readable_ids():
     assert sweep.ids[0] == "example1-self-adaptive-rho1-h0.4"
     assert "example1-modified-rho1e3-h0.05" in sweep.ids
     case = sweep[sweep.ids.index("example2-modified-rho1e7-h0.2")]
-    assert case.coordinates == {"problem": "example2", "rule": "modified", "rho": 1e7, "element_size": 0.2}
-    assert (case.case.method.rho, case.case.method.rule, case.case.mesh.element_size) == (1e7, "modified", 0.2)
+    assert case.coordinates == {
+        "problem": "example2",
+        "rule": "modified",
+        "rho": 1e7,
+        "element_size": 0.2,
+    }
+    assert (case.case.method.rho, case.case.method.rule, case.case.mesh.element_size) == (
+        1e7,
+        "modified",
+        0.2,
+    )
     assert [c.id for c in sweep] == sweep.ids
 
 
@@ -34,13 +43,18 @@ def test_a_number_in_an_id_reads_back(value):
     assert float(short_number(value)) == value
 
 
-@pytest.mark.parametrize(("value", "text"), [(1.0, "1"), (100, "100"), (1000.0, "1e3"), (0.05, "0.05"), (1e-6, "1e-6")])
+@pytest.mark.parametrize(
+    ("value", "text"), [(1.0, "1"), (100, "100"), (1000.0, "1e3"), (0.05, "0.05"), (1e-6, "1e-6")]
+)
 def test_numbers_in_ids_are_short(value, text):
     assert short_number(value) == text
 
 
 def test_dotted_keys_and_variants(tmp_path):
-    sweep = read_sweep(sweep_file(tmp_path, """
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            """
 problems = ["example1.toml", "example2.toml"]
 [set]
 omega = 1.5
@@ -53,41 +67,68 @@ name = "as is"
 name = "other start"
 start = "frictionless"
 omega = 0.9
-"""))  # fmt: skip
+""",
+        )
+    )
     assert sweep.ids[:4] == [
-        "example1-as-is-poissonratio0.2-tau1", "example1-as-is-poissonratio0.3-tau1",
-        "example1-other-start-poissonratio0.2-tau1", "example1-other-start-poissonratio0.3-tau1",
-    ]  # fmt: skip
+        "example1-as-is-poissonratio0.2-tau1",
+        "example1-as-is-poissonratio0.3-tau1",
+        "example1-other-start-poissonratio0.2-tau1",
+        "example1-other-start-poissonratio0.3-tau1",
+    ]
     found = [(sweep[k].case.method.omega, sweep[k].case.method.start) for k in (0, 2, 4, 6)]
     assert found == [(1.5, "zero"), (0.9, "frictionless")] * 2
-    assert sweep[3].coordinates == {"problem": "example1", "variant": "other start", "poisson_ratio": 0.3, "tau": 1.0}
+    assert sweep[3].coordinates == {
+        "problem": "example1",
+        "variant": "other start",
+        "poisson_ratio": 0.3,
+        "tau": 1.0,
+    }
 
 
 def test_the_words_of_an_id_are_in_the_order_of_the_file(tmp_path):
-    sweep = read_sweep(sweep_file(tmp_path, """
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            """
 problems = ["example1.toml"]
 [cross]
 element_size = [0.8, 0.4]
 tau = [1.0, 2.0, 3.0]
 rho = [1.0, 10.0]
-"""))  # fmt: skip
+""",
+        )
+    )
     for case in sweep:
         c = case.coordinates
         assert case.id == f"example1-h{c['element_size']:g}-tau{c['tau']:g}-rho{c['rho']:g}"
         assert (case.case.method.rho, case.case.method.tau, case.case.mesh.element_size) == (
-            c["rho"], c["tau"], c["element_size"])  # fmt: skip
+            c["rho"],
+            c["tau"],
+            c["element_size"],
+        )
 
 
 def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
-    sweep = read_sweep(sweep_file(tmp_path, """
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            """
 problems = ["example1.toml"]
 [cross]
 "boundary.2.value.0" = [400.0, 500.0]
 "boundary.3.value" = [[0.0, 50.25], [0.0, -50.25]]
 "boundary.0.friction_bound" = [100.0]
-"""))  # fmt: skip
+""",
+        )
+    )
     left, right = (sweep[0].case.boundary[k].part for k in (2, 3))
-    assert sweep.coordinate_names == ["problem", f"{left}.value.x", f"{right}.value", "friction_bound"]
+    assert sweep.coordinate_names == [
+        "problem",
+        f"{left}.value.x",
+        f"{right}.value",
+        "friction_bound",
+    ]
     assert sweep.ids[1] == f"example1-{left}.value.x400-{right}.value2-frictionbound100"
     assert (left, right) == ("left", "right")
 
@@ -97,8 +138,9 @@ def test_names_of_bodies_pairs_and_steps_stand_for_their_numbers():
     keys = {
         "contact.0.friction_coefficient": f"{data['contact'][0]['name']}.friction_coefficient",
         "body.0.material.young_modulus": f"{data['body'][0]['name']}.material.young_modulus",
-        "contact.7.gap": "contact.7.gap", "title": "title",
-    }  # fmt: skip
+        "contact.7.gap": "contact.7.gap",
+        "title": "title",
+    }
     assert {key: speaking(key, data) for key in keys} == keys
     step = {"name": "press", "boundary": [{"body": "upper", "part": "top", "value": [0.0, -1.0]}]}
     assert speaking("step.0.boundary.0.value.1", {"step": [step]}) == "press.upper.top.value.y"
@@ -107,18 +149,33 @@ def test_names_of_bodies_pairs_and_steps_stand_for_their_numbers():
     # a name of a column is no path in an HDF5 file
     assert speaking("contact.0.gap", {"contact": [{"name": "hub / shaft"}]}) == "hub-shaft.gap"
     # two pairs, and two problems that call them differently
-    pairs = [{"contact": [{"name": a}, {"name": b}]} for a, b in (("front", "rear"), ("left", "right"))]
+    pairs = [
+        {"contact": [{"name": a}, {"name": b}]} for a, b in (("front", "rear"), ("left", "right"))
+    ]
     both = [f"contact.{k}.friction_coefficient" for k in (0, 1)]
-    assert list(names_of(both, pairs[:1]).values()) == ["front.friction_coefficient", "rear.friction_coefficient"]
+    assert list(names_of(both, pairs[:1]).values()) == [
+        "front.friction_coefficient",
+        "rear.friction_coefficient",
+    ]
     assert list(names_of(both, pairs).values()) == both
 
 
 def test_a_key_may_be_given_a_name(tmp_path):
-    text = 'problems = ["example1.toml"]\n[cross]\n"boundary.2.value.0" = [400.0]\nrho = [1.0, 2.0]\n[names]\n{}'
+    text = (
+        'problems = ["example1.toml"]\n[cross]\n"boundary.2.value.0" = [400.0]\nrho = [1.0, '
+        "2.0]\n[names]\n{}"
+    )
     given = '"boundary.2.value.0" = "push"\nrho = "start"'
     sweep = read_sweep(sweep_file(tmp_path, text.format(given)))
-    assert sweep.coordinate_names == ["problem", "push", "start"] and sweep.ids[1] == "example1-push400-rho2"
-    mistakes = {'omega = "x"': "method.omega does not vary", 'rho = "two words"': "names", 'rhoo = "x"': "rhoo"}
+    assert (
+        sweep.coordinate_names == ["problem", "push", "start"]
+        and sweep.ids[1] == "example1-push400-rho2"
+    )
+    mistakes = {
+        'omega = "x"': "method.omega does not vary",
+        'rho = "two words"': "names",
+        'rhoo = "x"': "rhoo",
+    }
     for bad, message in mistakes.items():
         with pytest.raises(InputError, match=message):
             read_sweep(sweep_file(tmp_path, text.format(bad)))
@@ -129,23 +186,35 @@ def test_files_that_never_end_are_refused(tmp_path, monkeypatch, name):
     monkeypatch.setattr(module, "LARGEST_POINTS", 100)
     (tmp_path / "large.csv").write_text("rho\n" + "1.0\n" * 50)
     os.mkfifo(tmp_path / "pipe")
-    for text in ('problems = ["example1.toml"]\npoints = "{}"', 'problems = ["{}"]\n[cross]\nrho = [1.0]'):
+    for text in (
+        'problems = ["example1.toml"]\npoints = "{}"',
+        'problems = ["{}"]\n[cross]\nrho = [1.0]',
+    ):
         if name != "large.csv" or "points" in text:
             with pytest.raises(InputError, match=r"not a regular file|larger than the"):
                 read_sweep(sweep_file(tmp_path, text.format(name)))
 
 
 def test_zipped_lists_are_walked_together_and_crossed_with_the_rest(tmp_path):
-    sweep = read_sweep(sweep_file(tmp_path, """
+    sweep = read_sweep(
+        sweep_file(
+            tmp_path,
+            """
 problems = ["example1.toml"]
 [cross]
 tau = [1.0, 2.0]
 [zip]
 rho = [1.0, 10.0, 100.0]
 omega = [1.8, 1.6, 1.4]
-"""))  # fmt: skip
+""",
+        )
+    )
     assert len(sweep) == 6
-    assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {(1.0, 1.8), (10.0, 1.6), (100.0, 1.4)}
+    assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {
+        (1.0, 1.8),
+        (10.0, 1.6),
+        (100.0, 1.4),
+    }
     assert sweep.ids[4] == "example1-tau2-rho10-omega1.6"
 
 
@@ -173,12 +242,20 @@ range = {{ rho = [1.0, 1e4], "material.poisson_ratio" = [0.1, 0.4] }}
 
 
 def test_points_of_a_csv_file(tmp_path):
-    lines = ("rho, boundary.0.friction_bound, rule", "1.0, 100, modified", "2e3,150.5,self-adaptive")
+    lines = (
+        "rho, boundary.0.friction_bound, rule",
+        "1.0, 100, modified",
+        "2e3,150.5,self-adaptive",
+    )
     (tmp_path / "points.csv").write_text("\n".join(lines))
     sweep = read_sweep(sweep_file(tmp_path, 'problems = ["example1.toml"]\npoints = "points.csv"'))
     assert sweep.ids == ["example1-point1", "example1-point2"]
     second = sweep[1].case
-    assert (second.method.rho, second.method.rule, second.boundary[0].friction_bound) == (2e3, "self-adaptive", 150.5)
+    assert (second.method.rho, second.method.rule, second.boundary[0].friction_bound) == (
+        2e3,
+        "self-adaptive",
+        150.5,
+    )
     # everything that the cases follow from is in what is read
     (tmp_path / "points.csv").unlink()
     assert Sweep(*sweep.content).ids == sweep.ids
@@ -206,10 +283,16 @@ SOBOL = 'problems = ["example1.toml"]\n[sample]\nmethod = "sobol"\npoints = 9000
         ('problems = ["example1.toml"]\n[cross]\nrho = [-1.0]', "method.rho"),
         ('problems = ["example1.toml"]\n[cross]\n"method.omegaa" = [1.0]', "omega"),
         ('problems = ["example1.toml"]\n[set]\nrho = 2.0\n[cross]\nrho = [1.0]', "elsewhere"),
-        ('problems = ["example1.toml"]\n[cross]\nrho = [1.0]\n[zip]\n"method.rho" = [2.0]', "elsewhere"),
+        (
+            'problems = ["example1.toml"]\n[cross]\nrho = [1.0]\n[zip]\n"method.rho" = [2.0]',
+            "elsewhere",
+        ),
         ('problems = ["example1.toml"]\n[[variant]]\nomega = 1.0', "name"),
         ('problems = ["example1.toml", "./example1.toml"]', "twice"),
-        ('problems = ["example1.toml", "other/example1.toml"]', "differ in more than their folders"),
+        (
+            'problems = ["example1.toml", "other/example1.toml"]',
+            "differ in more than their folders",
+        ),
         ('problems = ["missing.toml"]', "missing.toml"),
         ('problem = ["example1.toml"]', "problems"),
         ('problems = ["example1.toml"]\n[zip]\nrho = [1.0, 2.0]\ntau = [1.0]', "one length"),
@@ -224,7 +307,7 @@ SOBOL = 'problems = ["example1.toml"]\n[sample]\nmethod = "sobol"\npoints = 9000
         (SOBOL.format('log = ["tau"]\nrange = {rho = [1.0, 2.0]}'), "no range"),
         (SOBOL.format("range = {tau = [1.0, 2.0]}\n[cross]\nrho = [1.0, 2.0]"), "largest sweep"),
     ],
-)  # fmt: skip
+)
 def test_mistakes_are_one_line_that_names_the_key(tmp_path, text, message):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "example1.toml").write_text((CONFIGS / "example1.toml").read_text())
@@ -238,7 +321,9 @@ def test_mistakes_are_one_line_that_names_the_key(tmp_path, text, message):
 def test_only(tmp_path):
     sweep = read_sweep(sweep_file(tmp_path))
     assert [sweep.ids[k] for k in sweep.only(["*-rho1-h0.4", "*modified-rho1e3-h0.8"])] == [
-        "example1-self-adaptive-rho1-h0.4", "example1-modified-rho1-h0.4", "example1-modified-rho1e3-h0.8",
-    ]  # fmt: skip
+        "example1-self-adaptive-rho1-h0.4",
+        "example1-modified-rho1-h0.4",
+        "example1-modified-rho1e3-h0.8",
+    ]
     with pytest.raises(InputError, match="no case"):
         sweep.only(["*-h0.3"])

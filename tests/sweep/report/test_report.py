@@ -66,7 +66,14 @@ def table(swept):
 def made(*rows, **coordinates) -> CaseTable:
     """A table of (published, iterations, status)."""
     named = [
-        {"id": f"c{k}", **coordinates, "status": status, "published": published, "iterations": iterations, "reason": ""}
+        {
+            "id": f"c{k}",
+            **coordinates,
+            "status": status,
+            "published": published,
+            "iterations": iterations,
+            "reason": "",
+        }
         for k, (published, iterations, status) in enumerate(rows)
     ]
     return CaseTable("t", list(coordinates), columns_of(named), Path())
@@ -76,7 +83,8 @@ def cell(*rows) -> str:
     return Facts(made(*rows), "iterations").cell().text()
 
 
-# -- tables ---------------------------------------------------------------------------------------------------------
+# -- tables
+# --------------------------------------------------------------------------------------------------
 
 
 def test_rule_and_h_go_across_and_rho_down(table):
@@ -84,7 +92,12 @@ def test_rule_and_h_go_across_and_rho_down(table):
     tables = make_tables(table)
     assert [one.title for one in tables] == ["example1", "example2"]
     assert tables[0].rows == [(1.0,), (1e3,)]
-    assert tables[0].columns == [("self-adaptive", 0.4), ("self-adaptive", 0.2), ("modified", 0.4), ("modified", 0.2)]
+    assert tables[0].columns == [
+        ("self-adaptive", 0.4),
+        ("self-adaptive", 0.2),
+        ("modified", 0.4),
+        ("modified", 0.2),
+    ]
     assert tables[0].text((1.0,), ("self-adaptive", 0.2)).endswith(" / 81")
     assert tables[0].text((1e3,), ("modified", 0.4)) == "failed / 43"
     assert tables[1].text((1e3,), ("modified", 0.4)) == "missing"
@@ -92,8 +105,11 @@ def test_rule_and_h_go_across_and_rho_down(table):
 
 def test_any_coordinates_down_and_across_average_the_rest(table):
     (means,) = make_tables(table, ["problem"], ["rule"])
-    some = [n for n, p, r in zip(*map(table.values, ("iterations", "problem", "rule")), strict=True)
-            if (p, r) == ("example1", "self-adaptive")]  # fmt: skip
+    some = [
+        n
+        for n, p, r in zip(*map(table.values, ("iterations", "problem", "rule")), strict=True)
+        if (p, r) == ("example1", "self-adaptive")
+    ]
     assert means.cells[("example1",), ("self-adaptive",)].ours == sum(some) / 4
     assert means.cells[("example1",), ("self-adaptive",)].published == (59 + 81 + 58 + 62) / 4
     assert means.cells[("example1",), ("modified",)].note == "1 missed"
@@ -106,7 +122,11 @@ def test_any_coordinates_down_and_across_average_the_rest(table):
 
 def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
     (means,) = make_tables(table, ["problem"], ["element_size"], "max_u_t")
-    values, problem, h = table.numbers("max_u_t"), np.array(table.values("problem")), table.numbers("element_size")
+    values, problem, h = (
+        table.numbers("max_u_t"),
+        np.array(table.values("problem")),
+        table.numbers("element_size"),
+    )
     expected = np.nanmean(values[(problem == "example1") & (h == 0.2)])
     assert means.cells[("example1",), (0.2,)].ours == pytest.approx(expected, rel=1e-14)
     assert means.text(("example1",), (0.2,)) == f"{expected:.5g}"
@@ -128,13 +148,19 @@ def test_cells():
     assert cell((20, 10, "failed"), (30, 10, "failed")) == "2 missed / 25"
 
 
-@pytest.mark.parametrize(("value", "shown"), [(1000.0, "1e3"), (0.05, "0.05"), (True, "True"), (None, "–"), ("a b", "a b")])
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(1000.0, "1e3"), (0.05, "0.05"), (True, "True"), (None, "–"), ("a b", "a b")],
+)
 def test_coordinates_for_people(value, shown):
     assert text(value) == shown
 
 
 def test_lists_are_coordinates_too():
-    rows = [{"id": str(k), "value": [0.0, float(k)], "rho": 1.0, "status": "missing", "reason": ""} for k in (1, 2)]
+    rows = [
+        {"id": str(k), "value": [0.0, float(k)], "rho": 1.0, "status": "missing", "reason": ""}
+        for k in (1, 2)
+    ]
     some = CaseTable("", ["value", "rho"], columns_of(rows), Path())
     assert len(make_tables(some, ["value"], ["rho"])[0].rows) == 2
 
@@ -150,8 +176,18 @@ def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
 
 
 def test_a_hundred_thousand_rows_are_one_pass(tmp_path):
-    rows = ({"id": f"c{k}", "rho": float(k), "tau": k % 7, "status": "converged", "published": None, "iterations": k % 50,
-             "reason": ""} for k in range(100_000))  # fmt: skip
+    rows = (
+        {
+            "id": f"c{k}",
+            "rho": float(k),
+            "tau": k % 7,
+            "status": "converged",
+            "published": None,
+            "iterations": k % 50,
+            "reason": "",
+        }
+        for k in range(100_000)
+    )
     large = CaseTable("", ["rho", "tau"], columns_of(rows), Path())
     (one,) = make_tables(large, ["rho"], [])
     assert len(one.rows) == 100_000 and one.cells[(12345.0,), ()].ours == 12345 % 50
@@ -161,7 +197,8 @@ def test_a_hundred_thousand_rows_are_one_pass(tmp_path):
     ]
 
 
-# -- output ---------------------------------------------------------------------------------------------------------
+# -- output
+# --------------------------------------------------------------------------------------------------
 
 
 def test_markdown_tables_are_rectangular(table):
@@ -184,15 +221,20 @@ def test_csv_has_one_line_a_case(table):
     assert len(lines) == 16
     first = lines[0]
     assert (first["id"], first["rule"], first["rho"], first["published"]) == (
-        "example1-self-adaptive-rho1-h0.4", "self-adaptive", "1.0", "59",
-    )  # fmt: skip
+        "example1-self-adaptive-rho1-h0.4",
+        "self-adaptive",
+        "1.0",
+        "59",
+    )
     assert first["iterations"] == str(table.values("iterations")[0]).removesuffix(".0")
     failed = next(line for line in lines if line["status"] == "failed")
     assert failed["reason"].startswith("iterate: made to fail")
     assert "'=1+1" in csv_text(made((None, 1, "converged"), a="=1+1"))
 
 
-def test_parquet_holds_the_columns_of_the_csv_with_their_types(swept, tmp_path, monkeypatch, capsys):
+def test_parquet_holds_the_columns_of_the_csv_with_their_types(
+    swept, tmp_path, monkeypatch, capsys
+):
     polars = pytest.importorskip("polars")
     assert main(["report", str(swept), "--parquet", str(tmp_path / "t.parquet")]) == 0
     frame = polars.read_parquet(tmp_path / "t.parquet")
@@ -241,7 +283,10 @@ def test_the_page_stands_alone(table):
     assert "@import" not in source
     assert len(page.images) == 2 * len(DRAWN) + 1
     for image in page.images:
-        assert base64.b64decode(image.removeprefix("data:image/png;base64,"))[:8] == b"\x89PNG\r\n\x1a\n"
+        assert (
+            base64.b64decode(image.removeprefix("data:image/png;base64,"))[:8]
+            == b"\x89PNG\r\n\x1a\n"
+        )
     assert page.counts.get("b", 0) == 0
     assert "A <b>small</b> & quick sweep | two bodies" in page.words
     assert page.counts["table"] == 2
@@ -261,8 +306,15 @@ def test_a_browser_draws_the_page(table, tmp_path):
     if browser is None:
         pytest.skip("chromium is not installed")
     (tmp_path / "page.html").write_text(html(table, make_tables(table)))
-    words = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,3000",
-             f"--screenshot={tmp_path / 'page.png'}", str(tmp_path / "page.html")]  # fmt: skip
+    words = [
+        browser,
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--window-size=1200,3000",
+        f"--screenshot={tmp_path / 'page.png'}",
+        str(tmp_path / "page.html"),
+    ]
     subprocess.run(words, capture_output=True, timeout=300, check=True)
     import matplotlib.image
 
@@ -273,7 +325,10 @@ def test_a_browser_draws_the_page(table, tmp_path):
 
 def test_pictures_are_of_the_last_case_of_each_problem(table):
     ids = table.values("id")
-    assert [ids[k] for k in representatives(table)] == ["example1-modified-rho1e3-h0.2", "example2-modified-rho1e3-h0.2"]
+    assert [ids[k] for k in representatives(table)] == [
+        "example1-modified-rho1e3-h0.2",
+        "example2-modified-rho1e3-h0.2",
+    ]
 
 
 def test_a_plot_shows_means_of_what_converged(table, tmp_path):
@@ -287,8 +342,13 @@ def test_a_plot_shows_means_of_what_converged(table, tmp_path):
     for line, problem in zip(axes.lines, ("example1", "example2"), strict=True):
         x, y = line.get_data()
         assert x.tolist() == [1.0, 1e3]
-        mine = [n for n, p, r, s in zip(*map(table.values, ("iterations", "problem", "rho", "status")), strict=True)
-                if (p, r, s) == (problem, 1e3, "converged")]  # fmt: skip
+        mine = [
+            n
+            for n, p, r, s in zip(
+                *map(table.values, ("iterations", "problem", "rho", "status")), strict=True
+            )
+            if (p, r, s) == (problem, 1e3, "converged")
+        ]
         assert y[1] == pytest.approx(np.mean(mine))
     assert axes.get_xscale() == "log"
     (path,) = write_plots(table, [parse_plot("slip_share:rho")], tmp_path)
@@ -302,7 +362,16 @@ def test_a_plot_shows_means_of_what_converged(table, tmp_path):
 
 def test_the_command(swept, tmp_path, capsys):
     target = [str(tmp_path / "t.csv"), str(tmp_path / "t.html")]
-    layout = ["--rows", "rho", "--columns", "problem,rule", "--cells", "slip_share", "--plot", "slip_share:rho:rule"]
+    layout = [
+        "--rows",
+        "rho",
+        "--columns",
+        "problem,rule",
+        "--cells",
+        "slip_share",
+        "--plot",
+        "slip_share:rho:rule",
+    ]
     assert main(["report", str(swept), "--csv", target[0], "--html", target[1], *layout]) == 0
     shown = capsys.readouterr().out
     assert "example1, self-adaptive" in shown and "Cells: slip_share" in shown
@@ -310,7 +379,11 @@ def test_the_command(swept, tmp_path, capsys):
     assert Path(target[1]).read_text().startswith("<!DOCTYPE html>")
     assert main(["report", str(swept), "--figures", str(tmp_path / "f"), *layout]) == 0
     assert (tmp_path / "f" / "slip_share-over-rho-rule.png").exists()
-    for words in (["--csv", str(tmp_path / "no" / "t.csv")], ["--cells", "colour"], ["--plot", "rho"]):
+    for words in (
+        ["--csv", str(tmp_path / "no" / "t.csv")],
+        ["--cells", "colour"],
+        ["--plot", "rho"],
+    ):
         assert main(["report", str(swept), *words]) == 2
         assert capsys.readouterr().err.count("\n") == 1
 

@@ -1,4 +1,5 @@
-"""Dealing: every case once, the dearest group first, and no preparation that takes longer than what it helps."""
+"""Dealing: every case once, the dearest group first, and no preparation that takes longer than what
+it helps."""
 
 from __future__ import annotations
 
@@ -33,8 +34,14 @@ def parts_of(sizes, case, prepare, teams):
 
 
 def dealt_out(folder, parts, group, case, prepare, teams):
-    """What each team computes on a clock of its own: the team that is free first claims next. Its batches and its time."""
-    counters, batches, clocks, holds = Counters(folder), [[] for _ in range(teams)], np.zeros(teams), [-1] * teams
+    """What each team computes on a clock of its own: the team that is free first claims next. Its
+    batches and its time."""
+    counters, batches, clocks, holds = (
+        Counters(folder),
+        [[] for _ in range(teams)],
+        np.zeros(teams),
+        [-1] * teams,
+    )
     claims = [dealt(parts, counters) for _ in range(teams)]
     busy = set(range(teams))
     while busy:
@@ -45,18 +52,28 @@ def dealt_out(folder, parts, group, case, prepare, teams):
             continue
         batches[team].append(batch.tolist())
         for place in batch:
-            clocks[team] += case[group[place]] + prepare[group[place]] * (holds[team] != group[place])
+            clocks[team] += case[group[place]] + prepare[group[place]] * (
+                holds[team] != group[place]
+            )
             holds[team] = group[place]
     return batches, clocks
 
 
-@given(st.lists(st.tuples(st.integers(1, 40), st.floats(1e-3, 10.0), st.floats(0.0, 50.0)), min_size=1, max_size=12),
-       st.integers(1, 16))  # fmt: skip
+@given(
+    st.lists(
+        st.tuples(st.integers(1, 40), st.floats(1e-3, 10.0), st.floats(0.0, 50.0)),
+        min_size=1,
+        max_size=12,
+    ),
+    st.integers(1, 16),
+)
 def test_every_case_is_computed_once(tmp_path_factory, groups, teams):
     sizes, case, prepare = zip(*groups, strict=True)
     parts, group = parts_of(sizes, case, prepare, teams)
     batches, _ = dealt_out(tmp_path_factory.mktemp("d"), parts, group, case, prepare, teams)
-    assert sorted(place for some in batches for batch in some for place in batch) == list(range(sum(sizes)))
+    assert sorted(place for some in batches for batch in some for place in batch) == list(
+        range(sum(sizes))
+    )
 
 
 def test_the_dearest_group_is_begun_first_and_one_team_takes_group_after_group(tmp_path):
@@ -94,7 +111,8 @@ def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
 
 
 def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
-    """What a case costs may be a thousand times what its mesh suggests: load steps are not counted."""
+    """What a case costs may be a thousand times what its mesh suggests: load steps are not
+    counted."""
     case, prepare = [1e-3] * 8, [1e-3] * 8
     parts, group = parts_of([1] * 8, case, prepare, 4)
     batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)
@@ -106,7 +124,10 @@ def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
     won: list[int] = []
     words = [sys.executable, "-c", PROCESS, str(tmp_path)]
     jobs = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
-    threads = [threading.Thread(target=lambda: won.extend(counters.add("n") for _ in range(200))) for _ in range(4)]
+    threads = [
+        threading.Thread(target=lambda: won.extend(counters.add("n") for _ in range(200)))
+        for _ in range(4)
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:

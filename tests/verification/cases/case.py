@@ -1,7 +1,8 @@
-"""A case of the verification manual: a problem, reference values with their source, and how each is read off the solution.
+"""A case of the verification manual: a problem, reference values with their source, and how each is
+read off the solution.
 
-NAME.reference.toml has the words and the values, NAME.toml the problem; or `problem = "module:function"` names a function
-here that returns it.
+NAME.reference.toml has the words and the values, NAME.toml the problem; or `problem =
+"module:function"` names a function here that returns it.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ KINDS = ("closed form", "external source", "another code")
 
 @dataclass(frozen=True)
 class Value:
-    """A reference value: its name, unit, number, tolerance (relative; of a reference 0 absolute), and the measure.
+    """A reference value: its name, unit, number, tolerance (relative; of a reference 0 absolute),
+    and the measure.
 
     `set` changes keys of the problem file, or keywords of the function, for this value.
     """
@@ -46,7 +48,8 @@ class Value:
 
 @dataclass(frozen=True)
 class Case:
-    """One page of the manual. `unposed` says why a case has no problem, `quick` whether the tests solve it.
+    """One page of the manual. `unposed` says why a case has no problem, `quick` whether the tests
+    solve it.
 
     `accuracy` solves on adaptive meshes to it, as `--accuracy` does.
     """
@@ -78,14 +81,19 @@ class Case:
         return getattr(importlib.import_module(f"{__package__}.{module}"), name)(**(changes or {}))
 
     def computed(self) -> tuple[list[float], petcontact.Solution]:
-        """The values, and the solution of the problem as it stands; one that did not converge is an error."""
+        """The values, and the solution of the problem as it stands; one that did not converge is an
+        error."""
         changed = {repr(value.set): value.set for value in self.values} | {"{}": {}}
         solutions = {key: self._solved(changes) for key, changes in changed.items()}
-        return [value.computed(solutions[repr(value.set)]) for value in self.values], solutions["{}"]
+        return [value.computed(solutions[repr(value.set)]) for value in self.values], solutions[
+            "{}"
+        ]
 
     def _solved(self, changes: dict[str, Any]) -> petcontact.Solution:
         problem = self.posed(changes)
-        solution = petcontact.adapt(problem, self.accuracy) if self.accuracy else petcontact.solve(problem)
+        solution = (
+            petcontact.adapt(problem, self.accuracy) if self.accuracy else petcontact.solve(problem)
+        )
         assert solution.converged, f"{self.name}: {solution.reason}"
         return solution
 
@@ -100,10 +108,16 @@ def read(path: Path) -> Case:
 
 
 def _value(entry: dict[str, Any]) -> Value:
-    known = {key: entry.pop(key) for key in list(entry) if key in Value.__dataclass_fields__ and key != "keys"}
+    known = {
+        key: entry.pop(key)
+        for key in list(entry)
+        if key in Value.__dataclass_fields__ and key != "keys"
+    }
     return Value(**known, keys=entry)
 
 
 def every() -> list[Case]:
     """All cases, published ones first, by number."""
-    return sorted((read(path) for path in FOLDER.glob("*/*.reference.toml")), key=lambda case: case.number)
+    return sorted(
+        (read(path) for path in FOLDER.glob("*/*.reference.toml")), key=lambda case: case.number
+    )

@@ -16,14 +16,18 @@ ARROWS = 9
 
 
 def problem_picture(solution, path: Path) -> Path:
-    """Bodies as they are posed: what is held, loaded, in contact and free, with the names of parts and the loads."""
+    """Bodies as they are posed: what is held, loaded, in contact and free, with the names of parts
+    and the loads."""
     return _few_colours(path, _sketch, solution)
 
 
 def contact_picture(solution, path: Path) -> Path:
-    """Pressure and shear along the last interface at the end, in space the pressure on its panels."""
+    """Pressure and shear along the last interface at the end, in space the pressure on its
+    panels."""
     mesh = next(iter(solution.meshes.values()))
-    return _few_colours(path, _curves if isinstance(mesh, CurveMesh) else space.draw_normal, solution)
+    return _few_colours(
+        path, _curves if isinstance(mesh, CurveMesh) else space.draw_normal, solution
+    )
 
 
 def _few_colours(path, draw, solution):
@@ -41,7 +45,9 @@ def _kinds(solution, number):
     body = problem.body[number]
     kinds = dict.fromkeys(solution.meshes[body.name].part_names, "free")
     for condition in body.boundary:
-        kind = {"displacement": "held", "symmetry": "held", "contact": "contact"}.get(condition.condition, "loaded")
+        kind = {"displacement": "held", "symmetry": "held", "contact": "contact"}.get(
+            condition.condition, "loaded"
+        )
         mesh, found = solution.meshes[body.name], solution.bodies[body.name]
         if kind == "loaded" and not found.traction[mesh.nodes_of(condition.part)].any():
             kind = "free"
@@ -55,10 +61,14 @@ def _kinds(solution, number):
 
 
 def _pieces(mesh, part):
-    """Corners of the elements of a part: (k, 2, 2) lines in the plane, a list of polygons in space."""
+    """Corners of the elements of a part: (k, 2, 2) lines in the plane, a list of polygons in
+    space."""
     numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
     if isinstance(mesh, CurveMesh):
-        points = np.stack([mesh.on_elements(numbers, np.array([xi]))[0] for xi in np.linspace(-1.0, 1.0, 5)], axis=1)
+        points = np.stack(
+            [mesh.on_elements(numbers, np.array([xi]))[0] for xi in np.linspace(-1.0, 1.0, 5)],
+            axis=1,
+        )
         return points.reshape(len(numbers), 5, 2)
     return [corners[~np.isnan(corners[:, 0])] for corners in mesh.corners[numbers]]
 
@@ -73,7 +83,10 @@ def _sketch(figure, solution):
             pieces, nodes = _pieces(mesh, part), mesh.nodes_of(part)
             if in_plane:
                 _lines(axes, pieces, KINDS[kind], kind)
-                middle = mesh.x[nodes[len(nodes) // 2]] - 0.05 * size * mesh.normal[nodes[len(nodes) // 2]]
+                middle = (
+                    mesh.x[nodes[len(nodes) // 2]]
+                    - 0.05 * size * mesh.normal[nodes[len(nodes) // 2]]
+                )
                 axes.text(*middle, part, fontsize=7.0, color="0.3", ha="center", va="center")
                 if kind == "loaded":
                     _arrows(axes, mesh.x[nodes], solution.bodies[name].traction[nodes], size)
@@ -92,14 +105,18 @@ def _sketch(figure, solution):
 def _lines(axes, pieces, colour, kind):
     from matplotlib.collections import LineCollection
 
-    axes.add_collection(LineCollection(list(pieces), colors=colour, linewidths=1.0 if kind == "free" else 2.2))
+    axes.add_collection(
+        LineCollection(list(pieces), colors=colour, linewidths=1.0 if kind == "free" else 2.2)
+    )
     axes.autoscale_view()
 
 
 def _panels(axes, pieces, colour):
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes.add_collection3d(Poly3DCollection(pieces, facecolors=colour, edgecolors="0.3", linewidths=0.3, alpha=0.35))
+    axes.add_collection3d(
+        Poly3DCollection(pieces, facecolors=colour, edgecolors="0.3", linewidths=0.3, alpha=0.35)
+    )
     corners = np.vstack(pieces)
     for axis, values in zip("xyz", corners.T, strict=True):
         low, high = getattr(axes, f"get_{axis}lim")()
@@ -111,8 +128,15 @@ def _arrows(axes, points, loads, size):
     chosen = np.unique(np.linspace(0, len(points) - 1, ARROWS).astype(int))
     longest = float(np.linalg.norm(loads, axis=1).max()) or 1.0
     arrows = 0.1 * size * loads[chosen] / longest
-    axes.quiver(*(points[chosen] - arrows).T, *arrows.T, color=KINDS["loaded"], angles="xy", scale_units="xy", scale=1.0,
-                width=0.003)  # fmt: skip
+    axes.quiver(
+        *(points[chosen] - arrows).T,
+        *arrows.T,
+        color=KINDS["loaded"],
+        angles="xy",
+        scale_units="xy",
+        scale=1.0,
+        width=0.003,
+    )
 
 
 def _curves(figure, solution):
@@ -127,6 +151,9 @@ def _curves(figure, solution):
     plane._window(axes, [pair])
     if np.ptp(pair.pressure) < 0.01 * pair.pressure.max():  # a constant, but for round-off
         axes.set_ylim(0.0, 1.2 * pair.pressure.max())
-    axes.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}" + (f" [{units.length}]" if units.length else ""),
-             ylabel="traction" + (f" [{units.stress}]" if units.stress else ""))  # fmt: skip
+    axes.set(
+        xlabel=f"arc length along {'.'.join(solution.sides[name])}"
+        + (f" [{units.length}]" if units.length else ""),
+        ylabel="traction" + (f" [{units.stress}]" if units.stress else ""),
+    )
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -1,4 +1,5 @@
-"""Problems whose field is known: blocks cut out of half planes, with its displacement on the far sides.
+"""Problems whose field is known: blocks cut out of half planes, with its displacement on the far
+sides.
 
 Young's modulus is 1, Poisson's ratio `NU`, half widths of contact 1 where nothing else is said.
 """
@@ -40,25 +41,35 @@ SIDES = ("left", "bottom", "right")
 
 
 def half_plane(x, y, where, load):
-    """u_x + i u_y at points of y < 0 under forces load (k,) = p + iq, pressure and shear, at `where` (k,) of y = 0.
+    """u_x + i u_y at points of y < 0 under forces load (k,) = p + iq, pressure and shear, at
+    `where` (k,) of y = 0.
 
-    Muskhelishvili's potentials of a point force, those of `petcontact.reference.half_plane` as the load shrinks to a point.
+    Muskhelishvili's potentials of a point force, those of `petcontact.reference.half_plane` as the
+    load shrinks to a point.
     """
     kappa, z = 3.0 - 4.0 * NU, (x + 1j * np.minimum(y, -1e-300))[:, None] - where
     half = 0.5j * load / np.pi
     # logarithms with their cut outside of the body, symmetric about the force
-    u = kappa * half * np.log(1j * z) + half * np.log(-1j * z.conj()) - (z - z.conj()) * (half / z).conj()
+    u = (
+        kappa * half * np.log(1j * z)
+        + half * np.log(-1j * z.conj())
+        - (z - z.conj()) * (half / z).conj()
+    )
     return u.sum(axis=1) / (2.0 * G)
 
 
 def _held(where, load, parts=SIDES):
     """Displacement conditions with that field."""
-    u = (lambda x, y: half_plane(x, y, where, load).real, lambda x, y: half_plane(x, y, where, load).imag)
+    u = (
+        lambda x, y: half_plane(x, y, where, load).real,
+        lambda x, y: half_plane(x, y, where, load).imag,
+    )
     return [Displacement(part, u) for part in parts]
 
 
 def _points(count=400):
-    """Nodes and weights of ∫ f(x) dx over [-1, 1] for f with square roots at its ends: x = sin t."""
+    """Nodes and weights of ∫ f(x) dx over [-1, 1] for f with square roots at its ends: x = sin
+    t."""
     nodes, weights = gauss(count)
     t = 0.5 * np.pi * nodes
     return np.sin(t), 0.5 * np.pi * weights * np.cos(t)
@@ -68,9 +79,14 @@ def hertz():
     """A rigid parabola of radius 10."""
     where, weight = _points()
     punch = Obstacle("parabola", displacement=(0.0, "free"), force=(0.0, -HERTZ.load))
-    return Problem(title="Hertz: rigid parabola on a half plane", material=STEEL, geometry=Rectangle((-L, -L), (L, 0.0)),
-                   boundary=_held(where, weight * HERTZ.pressure(where)), obstacle=[punch],
-                   contact=[Pair("top", secondary="top", primary="parabola", gap="x**2/20")])  # fmt: skip
+    return Problem(
+        title="Hertz: rigid parabola on a half plane",
+        material=STEEL,
+        geometry=Rectangle((-L, -L), (L, 0.0)),
+        boundary=_held(where, weight * HERTZ.pressure(where)),
+        obstacle=[punch],
+        contact=[Pair("top", secondary="top", primary="parabola", gap="x**2/20")],
+    )
 
 
 def hertz_pressure(x):
@@ -82,22 +98,37 @@ def _punched(title, pair, load, motion):
     where, weight = _points()
     corners = [(-L, -L), (L, -L), (L, 0.0), (1.0, 0.0), (-1.0, 0.0), (-L, 0.0)]
     top = Polygon(vertices=corners, parts=["bottom", "right", "free", "punch", "free", "left"])
-    return Problem(title=title, material=STEEL, geometry=top, mesh=MeshOptions(0.4, order=4, grading=0.2, levels=12),
-                   boundary=[*_held(where, weight * load(where)), Traction("free", (0.0, 0.0))],
-                   obstacle=[Obstacle("platen", displacement=motion, rotation=0.0, force=(0.0, -1.0))],
-                   contact=[Pair("punch", secondary="punch", primary="platen", normal=pair)])  # fmt: skip
+    return Problem(
+        title=title,
+        material=STEEL,
+        geometry=top,
+        mesh=MeshOptions(0.4, order=4, grading=0.2, levels=12),
+        boundary=[*_held(where, weight * load(where)), Traction("free", (0.0, 0.0))],
+        obstacle=[Obstacle("platen", displacement=motion, rotation=0.0, force=(0.0, -1.0))],
+        contact=[Pair("punch", secondary="punch", primary="platen", normal=pair)],
+    )
 
 
 def flat_punch():
     """Frictionless: p = 1/(π √(1 - x²))."""
-    return _punched("Flat punch, frictionless", "unilateral", lambda x: 1.0 / (np.pi * np.sqrt(1.0 - x**2)), (0.0, "free"))
+    return _punched(
+        "Flat punch, frictionless",
+        "unilateral",
+        lambda x: 1.0 / (np.pi * np.sqrt(1.0 - x**2)),
+        (0.0, "free"),
+    )
 
 
 def adhesive_load(x):
     """p + iq = 2(1-ν)/√(3-4ν) / (π √(1 - x²)) ((1+x)/(1-x))^(iη), η = ln(3-4ν)/(2π)."""
     kappa = 3.0 - 4.0 * NU
-    return 2.0 * (1.0 - NU) / np.sqrt(kappa) / (np.pi * np.sqrt(1.0 - x**2)) * ((1.0 + x) / (1.0 - x)) ** (
-        0.5j * np.log(kappa) / np.pi)  # fmt: skip
+    return (
+        2.0
+        * (1.0 - NU)
+        / np.sqrt(kappa)
+        / (np.pi * np.sqrt(1.0 - x**2))
+        * ((1.0 + x) / (1.0 - x)) ** (0.5j * np.log(kappa) / np.pi)
+    )
 
 
 def adhesive_punch():
@@ -111,42 +142,76 @@ ROUNDED_LOAD = 0.25 * E_STAR / 10.0 * (np.pi - 2.0 * FLAT - np.sin(2.0 * FLAT))
 
 
 def rounded_pressure(x):
-    """Of a punch that is flat for |x| < 1/2 and has radii 10 beyond; 2PR/(a²E*) = (π - 2φ_0 - sin 2φ_0)/2."""
+    """Of a punch that is flat for |x| < 1/2 and has radii 10 beyond; 2PR/(a²E*) = (π - 2φ_0 - sin
+    2φ_0)/2."""
     x = x[:, 0] if x.ndim == 2 else x
     phi = np.arcsin(np.clip(x, -1.0 + 1e-15, 1.0 - 1e-15))
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.sin(phi) * np.log(np.abs(np.sin(phi + FLAT) / np.sin(phi - FLAT))) + np.sin(FLAT) * np.log(
-            np.abs(np.tan(0.5 * (phi + FLAT)) * np.tan(0.5 * (phi - FLAT))))  # fmt: skip
+        logs = np.sin(phi) * np.log(np.abs(np.sin(phi + FLAT) / np.sin(phi - FLAT))) + np.sin(
+            FLAT
+        ) * np.log(np.abs(np.tan(0.5 * (phi + FLAT)) * np.tan(0.5 * (phi - FLAT))))
     width = np.pi - 2.0 * FLAT
-    return 2.0 * ROUNDED_LOAD / np.pi / (width - np.sin(2.0 * FLAT)) * (width * np.cos(phi) + logs) * (np.abs(x) < 1.0)
+    return (
+        2.0
+        * ROUNDED_LOAD
+        / np.pi
+        / (width - np.sin(2.0 * FLAT))
+        * (width * np.cos(phi) + logs)
+        * (np.abs(x) < 1.0)
+    )
 
 
 def rounded_punch():
     where, weight = _points()
     punch = Obstacle("punch", displacement=(0.0, "free"), force=(0.0, -ROUNDED_LOAD))
-    return Problem(title="Flat punch with rounded edges", material=STEEL, geometry=Rectangle((-L, -L), (L, 0.0)),
-                   boundary=_held(where, weight * rounded_pressure(where)), obstacle=[punch],
-                   contact=[Pair("top", secondary="top", primary="punch",
-                                 gap="where(abs(x) < 0.5, 0, (abs(x) - 0.5)**2/20)")])  # fmt: skip
+    return Problem(
+        title="Flat punch with rounded edges",
+        material=STEEL,
+        geometry=Rectangle((-L, -L), (L, 0.0)),
+        boundary=_held(where, weight * rounded_pressure(where)),
+        obstacle=[punch],
+        contact=[
+            Pair(
+                "top",
+                secondary="top",
+                primary="punch",
+                gap="where(abs(x) < 0.5, 0, (abs(x) - 0.5)**2/20)",
+            )
+        ],
+    )
 
 
 def spence_in_the_plane(steps=24):
-    """The parabola, rough (µ = 0.3), in a block of 20: forces (k/steps)², so that the contact grows evenly."""
+    """The parabola, rough (µ = 0.3), in a block of 20: forces (k/steps)², so that the contact grows
+    evenly."""
     far, (where, weight) = 10.0, _points()
     corners = [(-far, -far), (far, -far), (far, 0.0), (1.1, 0.0), (-1.1, 0.0), (-far, 0.0)]
     load = weight * HERTZ.pressure(where)
 
     def step(share):
-        held = [BoundaryChange(part=each.part, value=each.value) for each in _held(where, share * load)]
-        return Step(boundary=held, obstacle=[ObstacleChange("parabola", force=(0.0, -share * HERTZ.load))])
+        held = [
+            BoundaryChange(part=each.part, value=each.value) for each in _held(where, share * load)
+        ]
+        return Step(
+            boundary=held, obstacle=[ObstacleChange("parabola", force=(0.0, -share * HERTZ.load))]
+        )
 
-    return Problem(title="Spence: rough rigid parabola on a half plane", material=STEEL,
-                   geometry=Polygon(vertices=corners, parts=["bottom", "right", "free", "top", "free", "left"]),
-                   mesh=MeshOptions(1.0, element_sizes={"top": 0.05}, order=2),
-                   boundary=[*_held(where, load), Traction("free", (0.0, 0.0))],
-                   obstacle=[Obstacle("parabola", displacement=(0.0, "free"), force=(0.0, -HERTZ.load))],
-                   contact=[Pair("top", secondary="top", primary="parabola", gap="x**2/20", friction_coefficient=0.3)],
-                   step=[step((k / steps) ** 2) for k in range(1, steps + 1)])  # fmt: skip
+    return Problem(
+        title="Spence: rough rigid parabola on a half plane",
+        material=STEEL,
+        geometry=Polygon(
+            vertices=corners, parts=["bottom", "right", "free", "top", "free", "left"]
+        ),
+        mesh=MeshOptions(1.0, element_sizes={"top": 0.05}, order=2),
+        boundary=[*_held(where, load), Traction("free", (0.0, 0.0))],
+        obstacle=[Obstacle("parabola", displacement=(0.0, "free"), force=(0.0, -HERTZ.load))],
+        contact=[
+            Pair(
+                "top", secondary="top", primary="parabola", gap="x**2/20", friction_coefficient=0.3
+            )
+        ],
+        step=[step((k / steps) ** 2) for k in range(1, steps + 1)],
+    )
 
 
 # --- Cattaneo and Mindlin: two blocks, µ = 0.4, c = 0.6, pressed, then pushed to and fro
@@ -157,12 +222,20 @@ SHEAR = LinePartialSlip(TWO, MU, MU * TWO.load * (1.0 - STICK**2))
 
 
 def _cattaneo(sign, push):
-    """u of the lower (sign 1) or upper (-1) block, zero at the origin, as two functions of x and y."""
+    """u of the lower (sign 1) or upper (-1) block, zero at the origin, as two functions of x and
+    y."""
 
     def u(x, y):
         at, total = sign * np.column_stack([x, y]), 0.0
-        for load, a in ((TWO.peak * (1.0 + 1j * push * MU), 1.0), (-1j * push * MU * TWO.peak * STICK, STICK)):
-            total = total + elliptic_load(at, load, a, NU)[0] - elliptic_load(np.zeros((1, 2)), load, a, NU)[0]
+        for load, a in (
+            (TWO.peak * (1.0 + 1j * push * MU), 1.0),
+            (-1j * push * MU * TWO.peak * STICK, STICK),
+        ):
+            total = (
+                total
+                + elliptic_load(at, load, a, NU)[0]
+                - elliptic_load(np.zeros((1, 2)), load, a, NU)[0]
+            )
         return sign * total / (2.0 * G)
 
     return lambda x, y: u(x, y).real, lambda x, y: u(x, y).imag
@@ -170,17 +243,47 @@ def _cattaneo(sign, push):
 
 def cattaneo():
     """Press, +Q, -Q, +Q."""
-    held = {"lower": (1.0, SIDES, (-L, -L), (L, 0.0)), "upper": (-1.0, ("left", "top", "right"), (-L, 0.0), (L, L))}
+    held = {
+        "lower": (1.0, SIDES, (-L, -L), (L, 0.0)),
+        "upper": (-1.0, ("left", "top", "right"), (-L, 0.0), (L, L)),
+    }
     edges = [(x, 0.0) for x in (-1.0, -STICK, STICK, 1.0)]
     mesh = MeshOptions(1.0, order=4, grading=0.3, levels=6, graded_points=edges)
-    bodies = [Body(name, STEEL, Rectangle(low, high), mesh if name == "lower" else MeshOptions(1.0, order=4),
-                   boundary=[Displacement(part, _cattaneo(sign, 0.0)) for part in parts])
-              for name, (sign, parts, low, high) in held.items()]  # fmt: skip
-    steps = [Step(name, boundary=[BoundaryChange(body=body, part=part, value=_cattaneo(sign, push))
-                                  for body, (sign, parts, _, _) in held.items() for part in parts])
-             for name, push in (("press", 0.0), ("push", 1.0), ("pull", -1.0), ("push again", 1.0))]  # fmt: skip
-    return Problem(title="Cattaneo and Mindlin: two blocks pushed to and fro", body=bodies, step=steps, contact=[
-        Pair("pair", secondary="lower.top", primary="upper.bottom", gap="x**2/2", friction_coefficient=MU)])  # fmt: skip
+    bodies = [
+        Body(
+            name,
+            STEEL,
+            Rectangle(low, high),
+            mesh if name == "lower" else MeshOptions(1.0, order=4),
+            boundary=[Displacement(part, _cattaneo(sign, 0.0)) for part in parts],
+        )
+        for name, (sign, parts, low, high) in held.items()
+    ]
+    steps = [
+        Step(
+            name,
+            boundary=[
+                BoundaryChange(body=body, part=part, value=_cattaneo(sign, push))
+                for body, (sign, parts, _, _) in held.items()
+                for part in parts
+            ],
+        )
+        for name, push in (("press", 0.0), ("push", 1.0), ("pull", -1.0), ("push again", 1.0))
+    ]
+    return Problem(
+        title="Cattaneo and Mindlin: two blocks pushed to and fro",
+        body=bodies,
+        step=steps,
+        contact=[
+            Pair(
+                "pair",
+                secondary="lower.top",
+                primary="upper.bottom",
+                gap="x**2/2",
+                friction_coefficient=MU,
+            )
+        ],
+    )
 
 
 def cattaneo_pressure(x):
@@ -192,7 +295,10 @@ def cattaneo_shear(x):
 
 
 def oblique():
-    """The cylinders of B09 under a force of constant direction, Q = 0.1 P: nothing slips, q = 0.1 p (Jaeger)."""
+    """The cylinders of B09 under a force of constant direction, Q = 0.1 P: nothing slips, q = 0.1 p
+    (Jaeger)."""
     problem = petcontact.load(f"{PUBLISHED}/b09_frictional_cylinders.toml")
     platen = problem.obstacle[0].model_copy(update={"force": (1.0, -10.0)})
-    return problem.model_copy(update={"obstacle": (platen,), "step": (Step("oblique", increments=32),)})
+    return problem.model_copy(
+        update={"obstacle": (platen,), "step": (Step("oblique", increments=32),)}
+    )

@@ -1,7 +1,8 @@
-"""What the verification manual reads off a solution: each function is a `measure` of the data file of a case.
+"""What the verification manual reads off a solution: each function is a `measure` of the data file
+of a case.
 
-The first argument is the solution; the others are keys of the value's table. A place is a point `at`; an increment is a
-number `step`, from 1, the last one by default.
+The first argument is the solution; the others are keys of the value's table. A place is a point
+`at`; an increment is a number `step`, from 1, the last one by default.
 """
 
 from __future__ import annotations
@@ -29,14 +30,18 @@ def _at(x, element, values, at):
     directions = np.linalg.svd(nodes - nodes.mean(axis=0))[2][: x.shape[1] - 1]
     local = nodes @ directions.T / np.abs(nodes).max()
     powers = [p for p in np.ndindex(*(count,) * local.shape[1]) if sum(p) < count]
-    powers = sorted(powers, key=lambda p: (max(p) if round(count**0.5) ** 2 == count else sum(p), sum(p)))[:count]
+    powers = sorted(
+        powers, key=lambda p: (max(p) if round(count**0.5) ** 2 == count else sum(p), sum(p))
+    )[:count]
     terms = np.stack([np.prod(local ** np.array(p), axis=1) for p in powers], axis=1)
     return float(np.linalg.lstsq(terms, values[near], rcond=None)[0][0])
 
 
 def _of_pair(solution, name, step):
     body, _ = solution.sides[name]
-    return _increment(solution, step).pairs[name], solution.meshes[body].element[solution.nodes[name]]
+    return _increment(solution, step).pairs[name], solution.meshes[body].element[
+        solution.nodes[name]
+    ]
 
 
 def displacement(solution, *, at, component, part, body=None, step=None):
@@ -95,20 +100,40 @@ def _edges(solution, pair, state, step):
     """First and last end, along the secondary, of what is closed or sticks, as points (2, d)."""
     found, _ = _of_pair(solution, pair, step)
     order = np.argsort(found.arc_length)
-    s, inside = found.arc_length[order], found.state[order] != 2 if state == "closed" else found.state[order] == 0
+    s, inside = (
+        found.arc_length[order],
+        found.state[order] != 2 if state == "closed" else found.state[order] == 0,
+    )
     states = np.where(inside, 1, 2) if state == "closed" else np.where(inside, 0, 1)
-    p, q, bound, gap, moved = (values[order] for values in (
-        found.pressure, found.sigma_t[:, 0], found.bound, found.gap, found.slip_increment[:, 0]))  # fmt: skip
+    p, q, bound, gap, moved = (
+        values[order]
+        for values in (
+            found.pressure,
+            found.sigma_t[:, 0],
+            found.bound,
+            found.gap,
+            found.slip_increment[:, 0],
+        )
+    )
     found_at = [edge.s for edge in edges(s, p, q, bound, gap, moved, states)]
     (first, last), outside = np.flatnonzero(inside)[[0, -1]], [-np.inf, *s, np.inf]
-    places = [min([s[node], *found_at], key=lambda place, between=0.5 * (s[node] + beside): abs(place - between))
-              if np.isfinite(beside) else s[node]
-              for node, beside in ((first, outside[first]), (last, outside[last + 2]))]  # fmt: skip
-    return np.array([[np.interp(place, s, found.x[order, k]) for k in range(2)] for place in places])
+    places = [
+        min(
+            [s[node], *found_at],
+            key=lambda place, between=0.5 * (s[node] + beside): abs(place - between),
+        )
+        if np.isfinite(beside)
+        else s[node]
+        for node, beside in ((first, outside[first]), (last, outside[last + 2]))
+    ]
+    return np.array(
+        [[np.interp(place, s, found.x[order, k]) for k in range(2)] for place in places]
+    )
 
 
 def half_width(solution, *, pair, state="closed", step=None):
-    """Half the distance of the two ends of what is "closed", or of the "stick" zone, in the plane [length]."""
+    """Half the distance of the two ends of what is "closed", or of the "stick" zone, in the plane
+    [length]."""
     return 0.5 * float(np.linalg.norm(np.diff(_edges(solution, pair, state, step), axis=0)))
 
 
@@ -119,22 +144,27 @@ def middle(solution, *, pair, component=0, state="stick", step=None):
 
 def stick_share(solution, *, pair, step=None):
     """c/a, of the half widths of stick and contact, in the plane [-]."""
-    return half_width(solution, pair=pair, state="stick", step=step) / half_width(solution, pair=pair, step=step)
+    return half_width(solution, pair=pair, state="stick", step=step) / half_width(
+        solution, pair=pair, step=step
+    )
 
 
 def offset(solution, *, pair, component=0, step=None):
     """Middle of the stick zone less that of the contact, in the plane [length]."""
     return middle(solution, pair=pair, component=component, step=step) - middle(
-        solution, pair=pair, component=component, state="closed", step=step)  # fmt: skip
+        solution, pair=pair, component=component, state="closed", step=step
+    )
 
 
 def end(solution, *, pair, which, component=0, state="closed", step=None):
-    """Coordinate of the first (0) or last (1) of these ends along the secondary, in the plane [length]."""
+    """Coordinate of the first (0) or last (1) of these ends along the secondary, in the plane
+    [length]."""
     return float(_edges(solution, pair, state, step)[which, component])
 
 
 def radius(solution, *, pair, state="closed", step=None):
-    """Radius of the circle that has the area of what is "closed", or of the "stick" zone, in space [length]."""
+    """Radius of the circle that has the area of what is "closed", or of the "stick" zone, in space
+    [length]."""
     found = _increment(solution, step).pairs[pair]
     inside = found.state != 2 if state == "closed" else found.state == 0
     return float(np.sqrt(found.weight[inside].sum() / np.pi))
@@ -163,7 +193,8 @@ def reaction(solution, *, part, component, step=None):
 
 
 def moment(solution, *, pair, component=0, step=None):
-    """Of the contact on the secondary, about the origin, in the plane or about an axis [force, in space force · length]."""
+    """Of the contact on the secondary, about the origin, in the plane or about an axis [force, in
+    space force · length]."""
     return float(np.atleast_1d(_increment(solution, step).pairs[pair].moment)[component])
 
 
@@ -178,7 +209,8 @@ def dissipated(solution, *, pair, steps):
 
 
 def error(solution, *, pair, of, exact, step=None):
-    """Relative L2 error of "pressure" or "shear" (|q|) against an expression in x, y, z, or a function MODULE:NAME [-]."""
+    """Relative L2 error of "pressure" or "shear" (|q|) against an expression in x, y, z, or a
+    function MODULE:NAME [-]."""
     found = _increment(solution, step).pairs[pair]
     values = found.pressure if of == "pressure" else np.linalg.norm(found.sigma_t, axis=1)
     if ":" in exact:

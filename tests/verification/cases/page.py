@@ -39,11 +39,16 @@ def number(value: float) -> str:
 def rows(case: Case, computed: list[float]) -> list[list[str]]:
     """Name, target, computed, ratio, tolerance, met, of each value."""
     return [
-        [value.name, f"{number(value.reference)} {value.unit}".strip(), number(found) if value.reference else f"{found:.1e}",
-         f"{found / value.reference:.4f}" if value.reference else "", f"{value.tolerance:g}",
-         "yes" if value.met(found) else f"**no**: {value.missed}"]
+        [
+            value.name,
+            f"{number(value.reference)} {value.unit}".strip(),
+            number(found) if value.reference else f"{found:.1e}",
+            f"{found / value.reference:.4f}" if value.reference else "",
+            f"{value.tolerance:g}",
+            "yes" if value.met(found) else f"**no**: {value.missed}",
+        ]
         for value, found in zip(case.values, computed, strict=True)
-    ]  # fmt: skip
+    ]
 
 
 def _line(cells: list[str]) -> str:
@@ -56,7 +61,9 @@ def table(cases: list[Case], computed: dict[str, list[float]]) -> str:
     for case in cases:
         link = f"[{case.number}](cases/{case.name}.md)"
         if case.unposed:
-            lines.append(_line([link, case.title, "", "", "", "", f"**not posed**: {case.unposed}"]))
+            lines.append(
+                _line([link, case.title, "", "", "", "", f"**not posed**: {case.unposed}"])
+            )
         elif case.name not in computed:
             lines += [line for line in before if line.startswith(f"| {link} |")]
         else:
@@ -69,19 +76,37 @@ def page(case: Case, computed: list[float], mesh: str) -> str:
     """The page of a case; `mesh` is the line that says what was solved."""
     parts = [f"# {case.number}: {case.title}\n", f"## Problem\n\n{case.text}\n"]
     if not case.unposed:
-        parts.append(f"![Problem: what is held, loaded and in contact]({SHOWN}/{case.name}-problem.png)\n")
+        parts.append(
+            f"![Problem: what is held, loaded and in contact]({SHOWN}/{case.name}-problem.png)\n"
+        )
         module, _, name = case.problem.partition(":")
-        where = str(case.config.relative_to(ROOT)) if case.config else f"{name}` of `tests/verification/cases/{module}.py"
+        where = (
+            str(case.config.relative_to(ROOT))
+            if case.config
+            else f"{name}` of `tests/verification/cases/{module}.py"
+        )
         parts.append(f"Posed by `{where}`.\n")
     kind = KINDS[case.kind]
-    parts.append(f"## Reference\n\n- Type: {kind}.\n- Uncertainty: {case.uncertainty}.\n- Source: {case.source}.\n")
+    parts.append(
+        f"## Reference\n\n- Type: {kind}.\n- Uncertainty: {case.uncertainty}.\n- Source: "
+        f"{case.source}.\n"
+    )
     if case.unposed:
         parts.append(f"## Not posed\n\n{case.unposed}\n")
         return "\n".join(parts)
     parts.append(f"## Mesh\n\n{case.mesh}\n\n{mesh}\n" if case.mesh else f"## Mesh\n\n{mesh}\n")
     lines = [_line(cells) for cells in rows(case, computed)]
-    parts.append("\n".join(["## Tested values\n", "| quantity | target | computed | ratio | tolerance | met |",
-                            "| --- | --- | --- | --- | --- | --- |", *lines, ""]))  # fmt: skip
+    parts.append(
+        "\n".join(
+            [
+                "## Tested values\n",
+                "| quantity | target | computed | ratio | tolerance | met |",
+                "| --- | --- | --- | --- | --- | --- |",
+                *lines,
+                "",
+            ]
+        )
+    )
     others = sorted({f"{value.name}: {value.source}" for value in case.values if value.source})
     if others:
         parts.append("Targets of another source: " + "; ".join(others) + ".\n")
@@ -97,5 +122,8 @@ def solved_line(solution) -> str:
     order = "-".join(map(str, dict.fromkeys((orders[0], orders[-1]))))
     error = solution.info.get("estimated_error")
     reported = f" Estimated error of p and q: {error:.1e}." if error is not None else ""
-    return (f"{elements} elements of order {order}, {unknowns} unknowns, {len(solution.steps)} "
-            f"increment{'s' if len(solution.steps) > 1 else ''}, {solution.iterations} iterations.{reported}")  # fmt: skip
+    return (
+        f"{elements} elements of order {order}, {unknowns} unknowns, {len(solution.steps)} "
+        f"increment{'s' if len(solution.steps) > 1 else ''}, {solution.iterations} "
+        f"iterations.{reported}"
+    )

@@ -10,7 +10,17 @@ from pathlib import Path
 import numpy as np
 from curved_bodies import written
 
-from petcontact import Body, Displacement, Gmsh, Material, MeshOptions, Obstacle, Pair, Problem, Traction
+from petcontact import (
+    Body,
+    Displacement,
+    Gmsh,
+    Material,
+    MeshOptions,
+    Obstacle,
+    Pair,
+    Problem,
+    Traction,
+)
 
 from .half_spaces import half_space
 
@@ -19,7 +29,8 @@ atexit.register(_FOLDER.cleanup)
 
 
 def revolved(name, profile, sectors):
-    """The path of a file of a body about the z axis: parts by name, and for each a function of [0, 1] to (r, z) with breaks.
+    """The path of a file of a body about the z axis: parts by name, and for each a function of [0,
+    1] to (r, z) with breaks.
 
     Where it begins or ends on the axis panels are triangles.
     """
@@ -29,19 +40,36 @@ def revolved(name, profile, sectors):
             at = [curve(t) for t in (low, 0.5 * (low + high), high)]
             if at[2][0] < 1e-12:
                 at = at[::-1]
-            cells = [_cell(at, 2.0 * np.pi * k / sectors, 2.0 * np.pi / sectors) for k in range(sectors)]
+            cells = [
+                _cell(at, 2.0 * np.pi * k / sectors, 2.0 * np.pi / sectors) for k in range(sectors)
+            ]
             parts.setdefault(part, []).append(np.array(cells))
     return written(Path(_FOLDER.name) / f"{name}.msh", parts)
 
 
 def _cell(at, start, turn):
-    """Points of a panel between (r, z) of its ends and middle: of nine nodes, of six on the axis."""
+    """Points of a panel between (r, z) of its ends and middle: of nine nodes, of six on the
+    axis."""
     (near, middle, far), (a, b, c) = at, (start, start + 0.5 * turn, start + turn)
     point = lambda rz, angle: (rz[0] * np.cos(angle), rz[0] * np.sin(angle), rz[1])  # noqa: E731
     if near[0] < 1e-12:
-        return [point(near, a), point(far, a), point(far, c), point(middle, a), point(far, b), point(middle, c)]
+        return [
+            point(near, a),
+            point(far, a),
+            point(far, c),
+            point(middle, a),
+            point(far, b),
+            point(middle, c),
+        ]
     corners = [point(near, a), point(far, a), point(far, c), point(near, c)]
-    return [*corners, point(middle, a), point(far, b), point(middle, c), point(near, b), point(middle, b)]
+    return [
+        *corners,
+        point(middle, a),
+        point(far, b),
+        point(middle, c),
+        point(near, b),
+        point(middle, b),
+    ]
 
 
 def line(start, end):
@@ -52,7 +80,9 @@ def line(start, end):
 def arc(centre, radius, first, last):
     """The circle about (r, z) between two angles."""
     return lambda t: (
-        np.array(centre) + radius * np.array([np.cos(first + t * (last - first)), np.sin(first + t * (last - first))])
+        np.array(centre)
+        + radius
+        * np.array([np.cos(first + t * (last - first)), np.sin(first + t * (last - first))])
     )
 
 
@@ -61,59 +91,104 @@ PUNCH = {"young": 1.0, "nu": 0.3, "far": 6.0, "shear": 1.0 / 2.6}
 
 
 def round_punch(kind="frictionless"):
-    """A flat round punch of radius 1 on a half ball, moved by 1: down ("frictionless", "bonded"), "pushed", or "twisted".
+    """A flat round punch of radius 1 on a half ball, moved by 1: down ("frictionless", "bonded"),
+    "pushed", or "twisted".
 
-    The far face moves as a half space does under the resultant at the centre. What is pushed has no normal traction.
+    The far face moves as a half space does under the resultant at the centre. What is pushed has no
+    normal traction.
     """
     young, nu, far, shear = PUNCH["young"], PUNCH["nu"], PUNCH["far"], PUNCH["shear"]
-    force = {"frictionless": 2.0 * young / (1.0 - nu**2), "bonded": 4.0 * shear * np.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu),
-             "pushed": 8.0 * shear / (2.0 - nu), "twisted": 16.0 / 3.0 * shear}[kind]  # fmt: skip
+    force = {
+        "frictionless": 2.0 * young / (1.0 - nu**2),
+        "bonded": 4.0 * shear * np.log(3.0 - 4.0 * nu) / (1.0 - 2.0 * nu),
+        "pushed": 8.0 * shear / (2.0 - nu),
+        "twisted": 16.0 / 3.0 * shear,
+    }[kind]
     known = {"pushed": (force, 0.0)}.get(kind, (0.0, -force))
 
     def component(k):
         if kind == "twisted":
-            return lambda x, y, z: np.array([-y, x, 0.0 * x])[k] * force / (4.0 * np.pi * shear * far**3)
+            return lambda x, y, z: (
+                np.array([-y, x, 0.0 * x])[k] * force / (4.0 * np.pi * shear * far**3)
+            )
         return lambda x, y, z: half_space(x, y, z, known, nu, young)[k]
 
     near = np.array([0.0, 0.4, 0.7, 0.87, 0.95, 0.985, 1.0])
     apart = (np.array([1.0, 1.015, 1.05, 1.15, 1.5, 2.5, 4.0, far]) - 1.0) / (far - 1.0)
-    profile = [("punch", line((0.0, 0.0), (1.0, 0.0)), near), ("free", line((1.0, 0.0), (far, 0.0)), apart),
-               ("far", arc((0.0, 0.0), far, 0.0, -0.5 * np.pi), np.linspace(0.0, 1.0, 4))]  # fmt: skip
+    profile = [
+        ("punch", line((0.0, 0.0), (1.0, 0.0)), near),
+        ("free", line((1.0, 0.0), (far, 0.0)), apart),
+        ("far", arc((0.0, 0.0), far, 0.0, -0.5 * np.pi), np.linspace(0.0, 1.0, 4)),
+    ]
     file = revolved("half-ball", profile, 8)
     held = [Displacement("far", tuple(component(k) for k in range(3)))]
     obstacle, pair = [], []
     if kind == "pushed":
         held.append(Displacement("punch", (1.0, 0.0, "free")))
     else:
-        moved, turned = ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)) if kind == "twisted" else ((0.0, 0.0, -1.0), (0.0, 0.0, 0.0))
+        moved, turned = (
+            ((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+            if kind == "twisted"
+            else ((0.0, 0.0, -1.0), (0.0, 0.0, 0.0))
+        )
         obstacle = [Obstacle("punch", displacement=moved, rotation=turned)]
-        pair = [Pair("face", secondary="half.punch", primary="punch",
-                     normal="bilateral" if kind == "frictionless" else "bonded")]  # fmt: skip
+        pair = [
+            Pair(
+                "face",
+                secondary="half.punch",
+                primary="punch",
+                normal="bilateral" if kind == "frictionless" else "bonded",
+            )
+        ]
     body = Body("half", Material(young, nu), Gmsh(file), MeshOptions(order=2), boundary=held)
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
 
 
 def rounded_punch(friction=0.0, sectors=20):
-    """NAFEMS contact benchmark 2: a round punch with a rounded edge, pressed by 100 N/mm² on a round foundation; mm, N."""
-    flat, turn = np.array([0.0, 14.0, 26.0, 33.0, 37.0, 39.0, 40.0]) / 40.0, np.array([0.0, 0.03, 0.08, 0.2, 0.45, 1.0])
-    sole = [("sole", line((0.0, 0.0), (40.0, 0.0)), flat),
-            ("sole", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[:4]),
-            ("side", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[3:])]  # fmt: skip
-    rest = [("side", line((50.0, 10.0), (50.0, 100.0)), np.array([0.0, 0.3, 1.0])),
-            ("head", line((50.0, 100.0), (0.0, 100.0)), np.array([0.0, 0.5, 1.0]))]  # fmt: skip
+    """NAFEMS contact benchmark 2: a round punch with a rounded edge, pressed by 100 N/mm² on a
+    round foundation; mm, N."""
+    flat, turn = (
+        np.array([0.0, 14.0, 26.0, 33.0, 37.0, 39.0, 40.0]) / 40.0,
+        np.array([0.0, 0.03, 0.08, 0.2, 0.45, 1.0]),
+    )
+    sole = [
+        ("sole", line((0.0, 0.0), (40.0, 0.0)), flat),
+        ("sole", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[:4]),
+        ("side", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[3:]),
+    ]
+    rest = [
+        ("side", line((50.0, 10.0), (50.0, 100.0)), np.array([0.0, 0.3, 1.0])),
+        ("head", line((50.0, 100.0), (0.0, 100.0)), np.array([0.0, 0.5, 1.0])),
+    ]
     on = np.append(40.0 * flat, 40.0 + 10.0 * np.sin(0.5 * np.pi * turn[1:4]))
     end = on[-1]
-    below = [("top", line((0.0, 0.0), (end, 0.0)), on / end),
-             ("side", line((end, 0.0), (100.0, 0.0)), np.array([0.0, 0.08, 0.3, 1.0])),
-             ("side", line((100.0, 0.0), (100.0, -200.0)), np.array([0.0, 0.4, 1.0])),
-             ("bottom", line((100.0, -200.0), (0.0, -200.0)), np.array([0.0, 0.5, 1.0]))]  # fmt: skip
+    below = [
+        ("top", line((0.0, 0.0), (end, 0.0)), on / end),
+        ("side", line((end, 0.0), (100.0, 0.0)), np.array([0.0, 0.08, 0.3, 1.0])),
+        ("side", line((100.0, 0.0), (100.0, -200.0)), np.array([0.0, 0.4, 1.0])),
+        ("bottom", line((100.0, -200.0), (0.0, -200.0)), np.array([0.0, 0.5, 1.0])),
+    ]
     upper, lower = (
-        Gmsh(revolved(name, profile, sectors)) for name, profile in (("punch", sole + rest), ("foundation", below))
+        Gmsh(revolved(name, profile, sectors))
+        for name, profile in (("punch", sole + rest), ("foundation", below))
     )
     head, bottom = Traction("head", pressure=100.0), Displacement("bottom", (0.0, 0.0, 0.0))
     punch = Body("punch", Material(210_000.0, 0.3), upper, MeshOptions(order=2), boundary=[head])
-    foundation = Body("foundation", Material(70_000.0, 0.3), lower, MeshOptions(order=2), boundary=[bottom])
+    foundation = Body(
+        "foundation", Material(70_000.0, 0.3), lower, MeshOptions(order=2), boundary=[bottom]
+    )
     rubs = {"friction_coefficient": friction} if friction else {}
     gap = "10 - sqrt(100 - where(x**2 + y**2 > 1600, sqrt(x**2 + y**2) - 40, 0)**2)"
-    pair = Pair("face", secondary="foundation.top", primary="punch.sole", gap=gap, direction=(0.0, 0.0, 1.0), **rubs)
-    return Problem(title="NAFEMS contact benchmark 2: punch with a rounded edge", body=[foundation, punch], contact=[pair])
+    pair = Pair(
+        "face",
+        secondary="foundation.top",
+        primary="punch.sole",
+        gap=gap,
+        direction=(0.0, 0.0, 1.0),
+        **rubs,
+    )
+    return Problem(
+        title="NAFEMS contact benchmark 2: punch with a rounded edge",
+        body=[foundation, punch],
+        contact=[pair],
+    )

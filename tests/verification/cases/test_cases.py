@@ -1,4 +1,5 @@
-"""The verification manual: quick cases are solved again, and pages and table say what the case files and the solver do."""
+"""The verification manual: quick cases are solved again, and pages and table say what the case
+files and the solver do."""
 
 from __future__ import annotations
 
@@ -11,15 +12,25 @@ SOLVED = [case for case in CASES if not case.unposed]
 
 
 @pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=() if case.quick else pytest.mark.slow, id=case.name) for case in SOLVED]
+    "case",
+    [
+        pytest.param(case, marks=() if case.quick else pytest.mark.slow, id=case.name)
+        for case in SOLVED
+    ],
 )
 def test_targets_are_met_and_the_page_is_current(case):
-    """A value outside its tolerance needs a reason, which is printed; one with a reason that is met needs it no more."""
+    """A value outside its tolerance needs a reason, which is printed; one with a reason that is met
+    needs it no more."""
     computed, _ = case.computed()
-    printed = [[cell.strip() for cell in line.replace("\\|", "/").split("|")[1:-1]]
-               for line in (PAGES / f"{case.name}.md").read_text().splitlines() if line.startswith("| ")][2:]  # fmt: skip
+    printed = [
+        [cell.strip() for cell in line.replace("\\|", "/").split("|")[1:-1]]
+        for line in (PAGES / f"{case.name}.md").read_text().splitlines()
+        if line.startswith("| ")
+    ][2:]
     assert len(printed) == len(case.values)
-    for value, found, wanted, cells in zip(case.values, computed, rows(case, computed), printed, strict=True):
+    for value, found, wanted, cells in zip(
+        case.values, computed, rows(case, computed), printed, strict=True
+    ):
         assert value.met(found) != bool(value.missed), (value.name, found, value.reference)
         assert [cells[1], *cells[4:]] == [wanted[1], *wanted[4:]]
         # errors are small numbers: round-off and libraries move them
@@ -44,5 +55,7 @@ def test_every_case_has_its_page_and_is_in_the_table():
 
 def test_every_published_case_is_there():
     """Of the numbers that the project was asked for; letters after them are variants."""
-    asked = {f"B{number:02}" for number in (1, 2, 3, 4, 5, 7, 9, 10, 11, 12, 13, 15, 16, 17, 19, 21)}
+    asked = {
+        f"B{number:02}" for number in (1, 2, 3, 4, 5, 7, 9, 10, 11, 12, 13, 15, 16, 17, 19, 21)
+    }
     assert asked <= {case.number.rstrip("abc") for case in CASES}

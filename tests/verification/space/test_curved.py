@@ -1,4 +1,5 @@
-"""Curved panels on the one path: Lamé's hollow sphere, shells in contact, H-matrices, volume loads, what is refused."""
+"""Curved panels on the one path: Lamé's hollow sphere, shells in contact, H-matrices, volume loads,
+what is refused."""
 
 from __future__ import annotations
 
@@ -29,13 +30,21 @@ def radial(sphere: Sphere) -> dict:
     """The displacement A r + B/r² of a sphere under pressure, given."""
     r = np.array([1.0, 2.0])
     a, b = np.linalg.solve(np.column_stack([r, r**-2]), sphere.displacement(r)).tolist()
-    return {"condition": "displacement", "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"]}
+    return {
+        "condition": "displacement",
+        "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"],
+    }
 
 
 def body(name: str, file: str, order: int = 2, **conditions: dict) -> dict:
     boundary = [{"part": part, **condition} for part, condition in conditions.items()]
-    return {"name": name, "material": MATERIAL, "geometry": {"shape": "gmsh", "file": file}, "mesh": {"order": order},
-            "boundary": boundary}  # fmt: skip
+    return {
+        "name": name,
+        "material": MATERIAL,
+        "geometry": {"shape": "gmsh", "file": file},
+        "mesh": {"order": order},
+        "boundary": boundary,
+    }
 
 
 def hollow(file: Path, pieces: int) -> str:
@@ -53,11 +62,17 @@ def errors(solution: petcontact.Solution) -> np.ndarray:
     mesh, found = solution.meshes["shell"], solution.last.bodies["shell"]
     r = np.linalg.norm(mesh.x, axis=1)
     away = mesh.x / r[:, None]
-    exact = {"outer": (found.u, WHOLE.displacement(r)[:, None] * away), "inner": (found.traction, away)}
+    exact = {
+        "outer": (found.u, WHOLE.displacement(r)[:, None] * away),
+        "inner": (found.traction, away),
+    }
     result = []
     for part, (ours, true) in exact.items():
         nodes = mesh.nodes_of(part)
-        square = [mesh.weight[nodes] @ np.sum(values[nodes] ** 2, axis=1) for values in (ours - true, true)]
+        square = [
+            mesh.weight[nodes] @ np.sum(values[nodes] ** 2, axis=1)
+            for values in (ours - true, true)
+        ]
         result.append(np.sqrt(square[0] / square[1]))
     return np.array(result)
 
@@ -83,27 +98,52 @@ def test_fields_next_to_a_curved_boundary(tmp_path: Path) -> None:
     for radius in (1.5, 1.99):
         x = radius * away
         found, material = solution.last.bodies["shell"], solution.problem.body[0].material
-        u, stress = petcontact.field_at(solution.meshes["shell"], found.u, found.traction, material, x)
+        u, stress = petcontact.field_at(
+            solution.meshes["shell"], found.u, found.traction, material, x
+        )
         full = stress[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
         exact = WHOLE.stress(np.array([radius]))[0][0]
         assert np.abs(np.einsum("ni,nij,nj->n", away, full, away) - exact).max() < 2e-2
-        assert np.abs(np.sum(u * away, axis=1) / WHOLE.displacement(np.array([radius])) - 1.0).max() < 4e-3
+        assert (
+            np.abs(np.sum(u * away, axis=1) / WHOLE.displacement(np.array([radius])) - 1.0).max()
+            < 4e-3
+        )
 
 
 @pytest.mark.parametrize("turn", [0.4, pytest.param(0.0, marks=pytest.mark.slow)])
 def test_shells_in_contact(tmp_path: Path, turn: float) -> None:
-    """A hollow sphere in another one, as if they were one: pressure between them on meshes that match and that do not."""
-    turned = icosphere(2) @ scipy.spatial.transform.Rotation.from_rotvec([turn, -0.7 * turn, 0.9 * turn]).as_matrix()
+    """A hollow sphere in another one, as if they were one: pressure between them on meshes that
+    match and that do not."""
+    turned = (
+        icosphere(2)
+        @ scipy.spatial.transform.Rotation.from_rotvec([turn, -0.7 * turn, 0.9 * turn]).as_matrix()
+    )
     both = Sphere(1.0, 3.0, 1.0, 0.3, pressure_inside=1.0)
-    core = body("core", hollow(tmp_path / "core.msh", 2), inner={"condition": "traction", "pressure": 1.0})
+    core = body(
+        "core", hollow(tmp_path / "core.msh", 2), inner={"condition": "traction", "pressure": 1.0}
+    )
     file = written(tmp_path / "shell.msh", {"inner": 2.0 * turned, "outer": 3.0 * turned})
     shell = body("shell", file, outer=radial(both))
-    contact = {"name": "fit", "secondary": "core.outer", "primary": "shell.inner", "friction_coefficient": 0.3}
-    solution = solve(parse(Problem, {"body": [core, shell], "contact": [contact], "bem": {"mat_type": "dense"}}, "test"))
+    contact = {
+        "name": "fit",
+        "secondary": "core.outer",
+        "primary": "shell.inner",
+        "friction_coefficient": 0.3,
+    }
+    solution = solve(
+        parse(
+            Problem,
+            {"body": [core, shell], "contact": [contact], "bem": {"mat_type": "dense"}},
+            "test",
+        )
+    )
     pair, exact = solution.pairs["fit"], -both.stress(np.array([2.0]))[0][0]
     error = np.sqrt(pair.weight @ (pair.pressure / exact - 1.0) ** 2 / pair.weight.sum())
     shear = np.sqrt(pair.weight @ np.sum(pair.sigma_t**2, axis=1) / pair.weight.sum()) / exact
-    assert solution.converged and error < (1e-2 if turn == 0.0 else 5e-2) and shear < 1e-2, (error, shear)
+    assert solution.converged and error < (1e-2 if turn == 0.0 else 5e-2) and shear < 1e-2, (
+        error,
+        shear,
+    )
     # tails alone see 1.2 of the error where panels do not match
     assert 1.5 * error < solution.info["estimated_error"] < 4.0 * error
 
@@ -115,7 +155,9 @@ def test_distorted_elements_are_named(tmp_path: Path) -> None:
     edge = np.linalg.norm(cells[:, 3:] - cells[0, 3], axis=2) < 1e-9
     moved[:, 3:][edge] = (0.62 * cells[0, 0] + 0.38 * cells[0, 1]) * 1.1
     file = written(tmp_path / "m.msh", {"inner": 0.5 * cells, "outer": moved})
-    ball = body("ball", file, 1, outer={"condition": "displacement", "value": [0.0, 0.0, 0.0]}, inner=OPEN)
+    ball = body(
+        "ball", file, 1, outer={"condition": "displacement", "value": [0.0, 0.0, 0.0]}, inner=OPEN
+    )
     solution = solve(parse(Problem, {"body": [ball], "bem": {"mat_type": "dense"}}, "test"))
     told = [text for text in solution.info["warnings"] if "area factor" in text]
     assert len(told) == 1 and "body 'ball'" in told[0] and "in element" in told[0]
@@ -128,12 +170,19 @@ def test_what_is_refused_in_one_line(tmp_path: Path) -> None:
     folded[:, 3:][edge] = cells[0, 0] + 0.05 * (cells[0, 1] - cells[0, 0])
     gaping[0, 3] *= 1.1
     crossing[:, 3:][edge] *= -1.5
-    cases = {"is open": cells[:-1], "folded": folded, "different points": gaping, "crosses itself": crossing}
+    cases = {
+        "is open": cells[:-1],
+        "folded": folded,
+        "different points": gaping,
+        "crosses itself": crossing,
+    }
     for number, (message, wrong) in enumerate(cases.items()):
         file = written(tmp_path / f"{number}.msh", {"skin": wrong})
         with pytest.raises(InputError) as caught:
             gmsh_surface(read_msh(file), file)
-        assert message in str(caught.value) or (message == "crosses itself" and "folded" in str(caught.value))
+        assert message in str(caught.value) or (
+            message == "crosses itself" and "folded" in str(caught.value)
+        )
         assert "\n" not in str(caught.value)
 
 
@@ -141,46 +190,78 @@ def test_cavities_of_curved_cells_point_inward() -> None:
     inner = icosphere(1)
     mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner[:, [0, 2, 1, 5, 4, 3]]}), 2)
     outward = np.sum(mesh.normal * mesh.x, axis=1)
-    assert np.all(outward[mesh.nodes_of("inner")] < 0.0) and np.all(outward[mesh.nodes_of("outer")] > 0.0)
+    assert np.all(outward[mesh.nodes_of("inner")] < 0.0) and np.all(
+        outward[mesh.nodes_of("outer")] > 0.0
+    )
 
 
 def test_results_keep_curved_panels(tmp_path: Path) -> None:
     solution = lame(tmp_path, 1)
     petcontact.write_solution(tmp_path / "r.h5", solution)
-    mesh, again = solution.meshes["shell"], petcontact.read_result(tmp_path / "r.h5").meshes["shell"]
-    assert np.array_equal(mesh.middles, again.middles, equal_nan=True) and np.allclose(mesh.x, again.x, atol=1e-15)
+    mesh, again = (
+        solution.meshes["shell"],
+        petcontact.read_result(tmp_path / "r.h5").meshes["shell"],
+    )
+    assert np.array_equal(mesh.middles, again.middles, equal_nan=True) and np.allclose(
+        mesh.x, again.x, atol=1e-15
+    )
 
 
 def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
     """Hertz: a ball whose upper half is moved down on a rigid plane, gap from the geometry."""
-    ball = {"name": "ball", "material": MATERIAL, "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-            "mesh": {"element_size": 0.4, "order": 2},
-            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}]}  # fmt: skip
+    ball = {
+        "name": "ball",
+        "material": MATERIAL,
+        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+        "mesh": {"element_size": 0.4, "order": 2},
+        "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}],
+    }
     contact = {"name": "foot", "secondary": "ball.bottom", "primary": "ground", "gap": "z"}
-    problem = {"body": [ball], "obstacle": [{"name": "ground"}], "contact": [contact], "bem": {"mat_type": "dense"}}
+    problem = {
+        "body": [ball],
+        "obstacle": [{"name": "ground"}],
+        "contact": [contact],
+        "bem": {"mat_type": "dense"},
+    }
     solution = solve(parse(Problem, problem, "test"))
     mesh, pair = solution.meshes["ball"], solution.pairs["foot"]
     assert solution.converged and mesh.n_elements == 96
     assert abs(mesh.weight.sum() / (4.0 * np.pi) - 1.0) < 1e-4
     pressed = pair.pressure > 0.0
-    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35) and np.count_nonzero(pressed) >= 4
+    assert (
+        np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35)
+        and np.count_nonzero(pressed) >= 4
+    )
     resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
     assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)
 
 
 def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
-    """Along a leaning axis: area and volume, and a column with ν = 0 on rough ground, whose displacement is linear."""
+    """Along a leaning axis: area and volume, and a column with ν = 0 on rough ground, whose
+    displacement is linear."""
     start, end = np.array([1.0, -2.0, 0.5]), np.array([1.6, -1.2, 0.5])
-    solution = petcontact.solve(petcontact.Problem(
-        material=petcontact.Material(10.0, 0.0), geometry=petcontact.Cylinder(from_=tuple(start), to=tuple(end), radius=0.7),
-        mesh=petcontact.MeshOptions(element_size=0.35, order=2),
-        boundary=[petcontact.Contact("bottom", normal="unilateral", friction_coefficient=0.3),
-                  petcontact.Traction("side", value=(0.0, 0.0, 0.0)), petcontact.Traction("top", value=tuple(start - end))],
-    ))  # fmt: skip
+    solution = petcontact.solve(
+        petcontact.Problem(
+            material=petcontact.Material(10.0, 0.0),
+            geometry=petcontact.Cylinder(from_=tuple(start), to=tuple(end), radius=0.7),
+            mesh=petcontact.MeshOptions(element_size=0.35, order=2),
+            boundary=[
+                petcontact.Contact("bottom", normal="unilateral", friction_coefficient=0.3),
+                petcontact.Traction("side", value=(0.0, 0.0, 0.0)),
+                petcontact.Traction("top", value=tuple(start - end)),
+            ],
+        )
+    )
     mesh, (pair,) = solution.mesh, solution.last.pairs.values()
     assert np.abs(mesh.weight @ mesh.normal).max() < 1e-12
     assert abs(mesh.weight.sum() / (2.0 * np.pi * 0.7 * 1.7) - 1.0) < 3e-4
-    assert abs(mesh.weight @ np.sum((mesh.x - start) * mesh.normal, axis=1) / 3.0 / (np.pi * 0.49) - 1.0) < 3e-4
+    assert (
+        abs(
+            mesh.weight @ np.sum((mesh.x - start) * mesh.normal, axis=1) / 3.0 / (np.pi * 0.49)
+            - 1.0
+        )
+        < 3e-4
+    )
     assert solution.converged and np.abs(pair.pressure - 1.0).max() < 1e-5
     assert np.abs(solution.u @ (end - start) + 0.1 * (mesh.x - start) @ (end - start)).max() < 1e-6
     with pytest.raises(InputError, match="a cylinder has a height"):
@@ -188,21 +269,40 @@ def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
 
 
 def test_stress_next_to_a_rim_is_that_on_the_boundary():
-    """A quarter of a tube under pressure: points so near to the bore, close to the cut, that a jump of u between panels
-    would add its own stress, which grows like the inverse of the distance (303 at the panels, 41 at 2e-5)."""
+    """A quarter of a tube under pressure: points so near to the bore, close to the cut, that a jump
+    of u between panels would add its own stress, which grows like the inverse of the distance (303
+    at the panels, 41 at 2e-5)."""
     pressure = [
-        {"part": part, "condition": "traction", "pressure": value} for part, value in (("inner", 10.0), ("outer", 0.0))
+        {"part": part, "condition": "traction", "pressure": value}
+        for part, value in (("inner", 10.0), ("outer", 0.0))
     ]
     flat = [{"part": part, "condition": "symmetry"} for part in ("bottom", "top", "start", "end")]
-    loop = [{"part": part, "to": to} for part, to in
-            (("bottom", [2.0, 0.0]), ("outer", [2.0, 1.0]), ("top", [1.0, 1.0]), ("inner", [1.0, 0.0]))]  # fmt: skip
-    solution = solve(parse(Problem, {
-        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.4},
-        "geometry": {"shape": "revolved", "angle": 90.0, "loops": [loop]}, "boundary": [*pressure, *flat],
-    }, "tube"))  # fmt: skip
+    loop = [
+        {"part": part, "to": to}
+        for part, to in (
+            ("bottom", [2.0, 0.0]),
+            ("outer", [2.0, 1.0]),
+            ("top", [1.0, 1.0]),
+            ("inner", [1.0, 0.0]),
+        )
+    ]
+    solution = solve(
+        parse(
+            Problem,
+            {
+                "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+                "mesh": {"element_size": 0.4},
+                "geometry": {"shape": "revolved", "angle": 90.0, "loops": [loop]},
+                "boundary": [*pressure, *flat],
+            },
+            "tube",
+        )
+    )
     for angle in (0.002, 0.02, 0.1):
         r = 1.0 + np.array([0.0, 1e-6, 2e-5, 1e-4, 5e-4, 3e-3])
         x = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(r), 0.5)])
         # plane strain: Lamé's stresses at the bore
-        exact = np.sqrt(0.5 * ((10.0 + 50.0 / 3.0) ** 2 + (50.0 / 3.0 - 2.0) ** 2 + (10.0 + 2.0) ** 2))
+        exact = np.sqrt(
+            0.5 * ((10.0 + 50.0 / 3.0) ** 2 + (50.0 / 3.0 - 2.0) ** 2 + (10.0 + 2.0) ** 2)
+        )
         assert np.abs(solution.von_mises_at(x) / exact - 1.0).max() < 0.03

@@ -1,4 +1,5 @@
-"""Space against closed forms: Boussinesq and Cerruti, Lamé's hollow sphere, plane strain, linear fields on random bodies."""
+"""Space against closed forms: Boussinesq and Cerruti, Lamé's hollow sphere, plane strain, linear
+fields on random bodies."""
 
 from __future__ import annotations
 
@@ -30,15 +31,22 @@ def operators(mesh: SurfaceMesh, nu: float = NU) -> tuple[np.ndarray, np.ndarray
     n = 3 * mesh.n_nodes
     kernel_g, kernel_h = np.empty((2, 3, 3, mesh.n_nodes, mesh.n_nodes))
     for batch in mesh.batches():
-        kernel_g[:, :, batch.nodes], kernel_h[:, :, batch.nodes] = integrals(mesh.x, batch.elements, nu)
-    return kernel_g.transpose(3, 0, 2, 1).reshape(n, n), kernel_h.transpose(3, 0, 2, 1).reshape(n, n) + 0.5 * np.eye(n)
+        kernel_g[:, :, batch.nodes], kernel_h[:, :, batch.nodes] = integrals(
+            mesh.x, batch.elements, nu
+        )
+    return kernel_g.transpose(3, 0, 2, 1).reshape(n, n), kernel_h.transpose(3, 0, 2, 1).reshape(
+        n, n
+    ) + 0.5 * np.eye(n)
 
 
 def traction(field: Field, x: np.ndarray, normal: np.ndarray, nu: float = NU) -> np.ndarray:
-    """Traction over 2µ of a displacement field that is analytic: its derivatives by complex steps, exact."""
+    """Traction over 2µ of a displacement field that is analytic: its derivatives by complex steps,
+    exact."""
     gradient = np.stack([field(x + 1e-30j * e).imag / 1e-30 for e in np.eye(3)], axis=2)
     strain = 0.5 * (gradient + gradient.transpose(0, 2, 1))
-    stress = strain + nu / (1.0 - 2.0 * nu) * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    stress = strain + nu / (1.0 - 2.0 * nu) * np.trace(strain, axis1=1, axis2=2)[
+        :, None, None
+    ] * np.eye(3)
     return np.einsum("nij,nj->ni", stress, normal)
 
 
@@ -46,23 +54,34 @@ def boussinesq(x: np.ndarray) -> np.ndarray:
     """4πG u of a unit force along z on the half space z > 0 (Johnson, Contact Mechanics, 3.18)."""
     rho, z = np.sqrt(np.sum(x * x, axis=1)), x[:, 2]
     radial = z / rho**3 - (1.0 - 2.0 * NU) / (rho * (rho + z))
-    return np.stack([x[:, 0] * radial, x[:, 1] * radial, 2.0 * (1.0 - NU) / rho + z * z / rho**3], axis=1)
+    return np.stack(
+        [x[:, 0] * radial, x[:, 1] * radial, 2.0 * (1.0 - NU) / rho + z * z / rho**3], axis=1
+    )
 
 
 def cerruti(x: np.ndarray) -> np.ndarray:
     """4πG u of a unit force along x on the half space z > 0 (Johnson, 3.75)."""
     (a, b, z), rho = x.T, np.sqrt(np.sum(x * x, axis=1))
     k, s = 1.0 - 2.0 * NU, rho + z
-    return np.stack([1.0 / rho + a * a / rho**3 + k * (1.0 / s - a * a / (rho * s * s)),
-                     a * b / rho**3 - k * a * b / (rho * s * s), a * z / rho**3 + k * a / (rho * s)], axis=1)  # fmt: skip
+    return np.stack(
+        [
+            1.0 / rho + a * a / rho**3 + k * (1.0 / s - a * a / (rho * s * s)),
+            a * b / rho**3 - k * a * b / (rho * s * s),
+            a * z / rho**3 + k * a / (rho * s),
+        ],
+        axis=1,
+    )
 
 
 @pytest.mark.parametrize("field", [boussinesq, cerruti])
 def test_block_cut_out_of_a_loaded_half_space(field: Field) -> None:
-    """The block touches the free surface beside the force: no traction there, u known below, tractions on the sides."""
+    """The block touches the free surface beside the force: no traction there, u known below,
+    tractions on the sides."""
     low, errors = np.array([0.6, -0.7, 0.0]), []
     for size in (1.0, 0.5):
-        mesh = box_mesh(BoxSurface(low, low + np.array([2.0, 1.5, 1.0])), lambda part, h=size: h, 2, 1.0)
+        mesh = box_mesh(
+            BoxSurface(low, low + np.array([2.0, 1.5, 1.0])), lambda part, h=size: h, 2, 1.0
+        )
         u, t = field(mesh.x), traction(field, mesh.x, mesh.normal)
         surface = mesh.nodes_of("bottom")  # z = 0
         assert np.abs(t[surface]).max() < 1e-12
@@ -71,8 +90,12 @@ def test_block_cut_out_of_a_loaded_half_space(field: Field) -> None:
         rhs = g @ np.where(held, 0.0, t.ravel()) - h @ np.where(held, u.ravel(), 0.0)
         found = np.linalg.solve(np.where(held, -g, h), rhs).reshape(-1, 3)
         weight = np.repeat(mesh.weight, 3)
-        errors.append([np.sqrt(weight[c] @ (found.ravel() - e)[c] ** 2 / (weight[c] @ e[c] ** 2))
-                       for c, e in ((~held, u.ravel()), (held, t.ravel()))])  # fmt: skip
+        errors.append(
+            [
+                np.sqrt(weight[c] @ (found.ravel() - e)[c] ** 2 / (weight[c] @ e[c] ** 2))
+                for c, e in ((~held, u.ravel()), (held, t.ravel()))
+            ]
+        )
     orders = np.log2(np.array(errors[0]) / errors[1])
     assert errors[1][0] < 4e-3 and errors[1][1] < 1e-2 and orders.min() > 2.5, (errors, orders)
 
@@ -80,7 +103,12 @@ def test_block_cut_out_of_a_loaded_half_space(field: Field) -> None:
 def sphere(radius: float, level: int, outward: bool) -> np.ndarray:
     """Triangles (n, 3, 3) of an octahedron, cut in four `level` times, corners on the sphere."""
     signs = itertools.product((1.0, -1.0), repeat=3)
-    faces = np.array([[a * np.eye(3)[0], b * np.eye(3)[1], c * np.eye(3)[2]][:: int(a * b * c)] for a, b, c in signs])
+    faces = np.array(
+        [
+            [a * np.eye(3)[0], b * np.eye(3)[1], c * np.eye(3)[2]][:: int(a * b * c)]
+            for a, b, c in signs
+        ]
+    )
     for _ in range(level):
         middle = 0.5 * (faces + np.roll(faces, -1, axis=1))
         pieces = [np.stack([faces[:, k], middle[:, k], middle[:, k - 1]], axis=1) for k in range(3)]
@@ -90,31 +118,57 @@ def sphere(radius: float, level: int, outward: bool) -> np.ndarray:
 
 
 def test_hollow_sphere_of_lame() -> None:
-    """Pressure inside, no condition on the motion but that u is orthogonal to rigid ones; flat panels: order 2 in h."""
+    """Pressure inside, no condition on the motion but that u is orthogonal to rigid ones; flat
+    panels: order 2 in h."""
     inner, outer, errors = 1.0, 2.0, []
     for level in (1, 2):
-        triangles = np.concatenate([sphere(inner, level, outward=False), sphere(outer, level, outward=True)])
+        triangles = np.concatenate(
+            [sphere(inner, level, outward=False), sphere(outer, level, outward=True)]
+        )
         corners = np.concatenate([triangles, np.full((len(triangles), 1, 3), np.nan)], axis=1)
-        mesh = SurfaceMesh(corners, np.full(len(corners), 1), np.repeat([0, 1], len(corners) // 2), ("inside", "outside"))
+        mesh = SurfaceMesh(
+            corners,
+            np.full(len(corners), 1),
+            np.repeat([0, 1], len(corners) // 2),
+            ("inside", "outside"),
+        )
         g, h = operators(mesh)
         pressed = (mesh.node_part == 0)[:, None] * -mesh.normal
-        modes = np.concatenate([np.tile(np.eye(3), (mesh.n_nodes, 1)),
-                                np.stack([np.cross(e, mesh.x).ravel() for e in np.eye(3)], axis=1)], axis=1)  # fmt: skip
+        modes = np.concatenate(
+            [
+                np.tile(np.eye(3), (mesh.n_nodes, 1)),
+                np.stack([np.cross(e, mesh.x).ravel() for e in np.eye(3)], axis=1),
+            ],
+            axis=1,
+        )
         weighted = modes * np.repeat(mesh.weight, 3)[:, None]
         system = np.block([[h, weighted], [weighted.T, np.zeros((6, 6))]])
-        u = np.linalg.solve(system, np.concatenate([g @ pressed.ravel(), np.zeros(6)]))[:-6].reshape(-1, 3)
+        u = np.linalg.solve(system, np.concatenate([g @ pressed.ravel(), np.zeros(6)]))[
+            :-6
+        ].reshape(-1, 3)
         r = np.linalg.norm(mesh.x, axis=1)
-        exact = Sphere(inner, outer, 1.0, NU, pressure_inside=1.0).displacement(r) / (1.0 + NU)  # 2µ u_r
+        exact = Sphere(inner, outer, 1.0, NU, pressure_inside=1.0).displacement(r) / (
+            1.0 + NU
+        )  # 2µ u_r
         difference = u - exact[:, None] * mesh.x / r[:, None]
-        errors.append(np.sqrt(mesh.weight @ np.sum(difference**2, axis=1) / (mesh.weight @ exact**2)))
+        errors.append(
+            np.sqrt(mesh.weight @ np.sum(difference**2, axis=1) / (mesh.weight @ exact**2))
+        )
     assert errors[1] < 0.08 and np.log2(errors[0] / errors[1]) > 1.6, errors
 
 
 def test_plane_strain_between_smooth_walls() -> None:
-    """Problem A between faces that only slide is the paper's first example: u_t and tractions of the plane solver."""
-    walls = {f"boundary.{k}.{key}": value for k in (4, 5)
-             for key, value in (("condition", "displacement"), ("value", ["free", 0.0, "free"]))}  # fmt: skip
-    case = load(CONFIGS / "space_a.toml", {**walls, "geometry.upper": [8.0, 1.0, 4.0], "mesh.element_size": 1.0})
+    """Problem A between faces that only slide is the paper's first example: u_t and tractions of
+    the plane solver."""
+    walls = {
+        f"boundary.{k}.{key}": value
+        for k in (4, 5)
+        for key, value in (("condition", "displacement"), ("value", ["free", 0.0, "free"]))
+    }
+    case = load(
+        CONFIGS / "space_a.toml",
+        {**walls, "geometry.upper": [8.0, 1.0, 4.0], "mesh.element_size": 1.0},
+    )
     assert [condition.part for condition in case.boundary[4:6]] == ["front", "back"]
     space = petcontact.solve(case)
     plane = petcontact.solve(load(CONFIGS / "example1.toml"))
@@ -125,13 +179,16 @@ def test_plane_strain_between_smooth_walls() -> None:
     weight = space.contact.weight
     assert np.sqrt(weight @ (space.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2)) < 0.004
     assert np.abs(space.contact.u_t[:, 1]).max() < 1e-3 * np.abs(exact).max()
-    np.testing.assert_allclose(space.reactions()["bottom"][[0, 2]], plane.reactions()["bottom"], rtol=0.004)
+    np.testing.assert_allclose(
+        space.reactions()["bottom"][[0, 2]], plane.reactions()["bottom"], rtol=0.004
+    )
 
 
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_linear_fields_in_random_boxes(seed: int) -> None:
-    """A body that sticks throughout under u = a z, or slides without friction under a strain free of shear: exact."""
+    """A body that sticks throughout under u = a z, or slides without friction under a strain free
+    of shear: exact."""
     rng = np.random.default_rng(seed)
     extent, order = rng.uniform(0.5, 4.0, 3), int(rng.integers(1, 4))
     young, nu = 10.0 ** rng.uniform(-3.0, 5.0), float(rng.uniform(0.0, 0.45))
@@ -145,20 +202,31 @@ def test_linear_fields_in_random_boxes(seed: int) -> None:
     strain = 0.5 * (gradient + gradient.T)
     stress = young / (1.0 + nu) * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))
     low = rng.normal(size=3) * [1.0, 1.0, 0.0]
-    table = {"material": {"young_modulus": young, "poisson_ratio": nu},
-             "geometry": {"shape": "box", "lower": low.tolist(), "upper": (low + extent).tolist()},
-             "mesh": {"element_size": float(extent.max()) / 2.0, "order": order, "exponent": 1.5}}  # fmt: skip
+    table = {
+        "material": {"young_modulus": young, "poisson_ratio": nu},
+        "geometry": {"shape": "box", "lower": low.tolist(), "upper": (low + extent).tolist()},
+        "mesh": {"element_size": float(extent.max()) / 2.0, "order": order, "exponent": 1.5},
+    }
     held = ["top", *rng.permutation(["left", "right", "front", "back"])[: int(rng.integers(3))]]
-    moved = [" + ".join(f"({float(gradient[i, j])!r})*{name}" for j, name in enumerate("xyz")) for i in range(3)]
+    moved = [
+        " + ".join(f"({float(gradient[i, j])!r})*{name}" for j, name in enumerate("xyz"))
+        for i in range(3)
+    ]
     boundary: list[dict[str, object]] = [
-        {"part": "bottom", "condition": "contact", "friction_bound": 1e3 * float(np.abs(stress).max()) if sticks else 0.0}
+        {
+            "part": "bottom",
+            "condition": "contact",
+            "friction_bound": 1e3 * float(np.abs(stress).max()) if sticks else 0.0,
+        }
     ]
     faces = {"left": (0, -1), "right": (0, 1), "front": (1, -1), "back": (1, 1), "top": (2, 1)}
     for part, (axis, sign) in faces.items():
         if part in held:
             boundary.append({"part": part, "condition": "displacement", "value": moved})
         else:
-            boundary.append({"part": part, "condition": "traction", "value": (sign * stress[axis]).tolist()})
+            boundary.append(
+                {"part": part, "condition": "traction", "value": (sign * stress[axis]).tolist()}
+            )
     solution = petcontact.solve(petcontact.Problem.model_validate({**table, "boundary": boundary}))
     assert solution.converged, solution.reason
     exact_u, exact_t = solution.mesh.x @ gradient.T, solution.mesh.normal @ stress
@@ -174,14 +242,26 @@ def test_motions_and_linear_fields_in_random_polyhedra(seed: int, order: int) ->
     points = rng.normal(size=(12, 3)) * 10.0 ** rng.uniform(-3.0, 3.0)
     hull = scipy.spatial.ConvexHull(points)
     triangles = points[hull.simplices]
-    turned = np.sum(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-                    * (triangles.mean(axis=1) - points.mean(axis=0)), axis=1) < 0.0  # fmt: skip
+    turned = (
+        np.sum(
+            np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+            * (triangles.mean(axis=1) - points.mean(axis=0)),
+            axis=1,
+        )
+        < 0.0
+    )
     triangles[turned] = triangles[turned][:, ::-1]
     sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
-    area = 0.5 * np.linalg.norm(np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1)
-    assume(np.all(2.0 * area > 0.05 * sides.max(axis=1) ** 2))  # slivers are refused when a body is read
+    area = 0.5 * np.linalg.norm(
+        np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]), axis=1
+    )
+    assume(
+        np.all(2.0 * area > 0.05 * sides.max(axis=1) ** 2)
+    )  # slivers are refused when a body is read
     corners = np.concatenate([triangles, np.full((len(triangles), 1, 3), np.nan)], axis=1)
-    mesh = SurfaceMesh(corners, np.full(len(corners), order), np.zeros(len(corners), dtype=np.int64), ("hull",))
+    mesh = SurfaceMesh(
+        corners, np.full(len(corners), order), np.zeros(len(corners), dtype=np.int64), ("hull",)
+    )
     g, h = operators(mesh)
     gradient = rng.normal(size=(3, 3))
     spin, strain = 0.5 * (gradient - gradient.T), 0.5 * (gradient + gradient.T)
@@ -190,4 +270,6 @@ def test_motions_and_linear_fields_in_random_polyhedra(seed: int, order: int) ->
     x = mesh.x - points.mean(axis=0)
     assert np.abs(h @ np.tile(np.eye(3), (mesh.n_nodes, 1))).max() < 1e-8
     assert np.abs(h @ (x @ spin.T).ravel()).max() < 1e-8 * size
-    assert np.abs(h @ (x @ strain.T).ravel() - g @ (mesh.normal @ stress).ravel()).max() < 1e-8 * size
+    assert (
+        np.abs(h @ (x @ strain.T).ravel() - g @ (mesh.normal @ stress).ravel()).max() < 1e-8 * size
+    )
