@@ -39,7 +39,7 @@ from .model.shapes.solids import Sphere as Sphere
 from .model.solver_options import Bem as Bem
 from .model.solver_options import MeshOptions as MeshOptions
 from .model.solver_options import Method as Method
-from .pipeline.adaptive.climb import adapt as adapt
+from .pipeline.adapt.loop import adapt as adapt
 from .pipeline.operators import Operators as Operators
 from .pipeline.operators import operators as operators
 from .pipeline.solve import solve as solve

@@ -16,8 +16,8 @@ from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.methods.registry import method_of
 from petcontact.contact.state import ContactState
 from petcontact.contact.system import ContactSystem
-from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.run import prepare
 from petcontact.pipeline.steps.increment import Increment
 from petcontact.pipeline.steps.load_steps import first_increment

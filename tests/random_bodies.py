@@ -20,8 +20,8 @@ from petcontact import (
 )
 from petcontact.mesh.curve_mesh import build_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
+from petcontact.pipeline.pose.discretise import discretise
 
 LEAST_ANGLE, LARGEST_ANGLE = math.radians(25.0), math.radians(335.0)
 

@@ -151,7 +151,7 @@ def solved(
     """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh
     is left open."""
     if adaptive:
-        from ..pipeline.adaptive.climb import adapt
+        from ..pipeline.adapt.loop import adapt
 
         return adapt(problem, accuracy, comm=comm, monitor=monitor, **shown)
     from ..pipeline.solve import solve

@@ -20,9 +20,9 @@ from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.world import OneRank
 from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
-from .discrete.discretise import Discrete
-from .discrete.facing import mismatch
-from .trust.meshes import check_meshes, check_stiffness
+from .judge.meshes import check_meshes, check_stiffness
+from .pose.discretise import Discrete
+from .pose.facing import mismatch
 
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest

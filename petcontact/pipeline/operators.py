@@ -26,8 +26,8 @@ from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options
 from ..runtime.world import world
-from .discrete.discretise import Discrete, discretise
 from .eliminate import eliminated, eliminated_alone
+from .pose.discretise import Discrete, discretise
 
 
 @frozen

@@ -23,8 +23,9 @@ from ..runtime.petsc import given_options, options, petsc_version, reason_name, 
 from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from ..runtime.world import world
-from .discrete.discretise import Discrete, discretise
 from .eliminate import Announce, eliminated
+from .judge.increments import rough_step
+from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
 from .steps.diagnosis import reached, warnings_of
 from .steps.feasibility import check_feasible
@@ -32,7 +33,6 @@ from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.path import path_warnings
 from .steps.start import finished_before, first_iterate
-from .trust.increments import rough_step
 
 
 def prepare(

@@ -17,10 +17,10 @@ from ..model.solver_options import Method
 from ..results.solution import Solution
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
-from .adaptive.fixed_mesh import with_estimate
-from .adaptive.quantity import Reached
-from .discrete.interfaces import interfaces_of
+from .adapt.budget import Reached
+from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
+from .pose.interfaces import interfaces_of
 from .run import prepare, run
 from .steps.increment import Monitor
 
@@ -98,7 +98,7 @@ def solve(
     """
     problem, method = posed(problem, method, petsc_options)
     if adapts_itself(problem):
-        from .adaptive.climb import adapt
+        from .adapt.loop import adapt
 
         solution = adapt(
             problem,

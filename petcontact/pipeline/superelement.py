@@ -21,10 +21,10 @@ from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.petsc import options
 from ..runtime.world import world
-from .discrete.discretise import Discrete, add_volume_loads
-from .discrete.interfaces import interfaces_of
-from .discrete.load_states import boundary_data
 from .eliminate import eliminated_alone
+from .pose.discretise import Discrete, add_volume_loads
+from .pose.interfaces import interfaces_of
+from .pose.load_states import boundary_data
 
 FORMATS = (".npz", ".inp")
 

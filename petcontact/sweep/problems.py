@@ -8,7 +8,7 @@ from typing import Any
 
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
-from ..pipeline.discrete.discretise import discretise
+from ..pipeline.pose.discretise import discretise
 from ..pipeline.run import prepare, run
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution

@@ -24,7 +24,7 @@ from petcontact import (
 )
 from petcontact.bem.boundary_data import contact_frames
 from petcontact.geometry.rotation import rigid_motions
-from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.pose.discretise import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
 STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)

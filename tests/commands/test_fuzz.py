@@ -20,8 +20,8 @@ from petcontact import InputError, SolverError
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
 from petcontact.model.expressions import evaluate
-from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import ELASTIC_LIMIT
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.solve import solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())

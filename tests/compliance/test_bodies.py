@@ -21,8 +21,8 @@ from petcontact.model.base import parse
 from petcontact.model.load_steps import Step
 from petcontact.model.solver_options import Bem, Method
 from petcontact.pipeline import eliminate
-from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.run import run
 
 CONFIGS = Path(__file__).parents[2] / "configs"

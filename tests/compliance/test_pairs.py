@@ -14,7 +14,7 @@ from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compliance.hierarchical.joint import JointBodies
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import choice, run
-from petcontact.pipeline.discrete import facing
+from petcontact.pipeline.pose import facing
 from petcontact.pipeline.run import prepare
 
 TOLERANCE = 1e-5

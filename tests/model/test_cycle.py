@@ -10,7 +10,7 @@ import pytest
 from petcontact import InputError
 from petcontact.model.case import parse_problem
 from petcontact.model.cycle import cycle_steps
-from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.pose.discretise import discretise
 
 
 def problem(**changes):

@@ -16,8 +16,8 @@ from random_bodies import random_case
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Problem, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive.climb import AdaptiveSolve
-from petcontact.pipeline.adaptive.slip import (
+from petcontact.pipeline.adapt.loop import AdaptiveSolve
+from petcontact.pipeline.adapt.slip_ladder import (
     GAIN,
     Slip,
     contact_lines,

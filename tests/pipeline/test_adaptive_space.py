@@ -15,10 +15,10 @@ from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline import choice
-from petcontact.pipeline.adaptive import climb, first_mesh, quantity
-from petcontact.pipeline.adaptive.panel_tails import PanelTails
-from petcontact.pipeline.adaptive.quantity import Budget
-from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.adapt import budget, first_mesh, loop
+from petcontact.pipeline.adapt.budget import Budget
+from petcontact.pipeline.adapt.surfaces import PanelTails
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
@@ -84,7 +84,7 @@ def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact()
 
 @pytest.mark.parametrize("asked", [False, True])
 def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
-    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
+    monkeypatch.setattr(budget, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
     problem = parse(Problem, hertz(), "hertz")
     solution = adapt(problem, 0.05) if asked else solve(problem)
     assert solution.info["estimated_error"] > 0.05
@@ -102,7 +102,7 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
 
 def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
     monkeypatch.setattr(first_mesh, "FIRST", 9)
-    monkeypatch.setattr(quantity, "BUDGETS", {True: Budget(700, 10.0)})
+    monkeypatch.setattr(budget, "BUDGETS", {True: Budget(700, 10.0)})
 
     def block(name, low, high, *conditions):
         return {
@@ -188,7 +188,7 @@ def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
 
 def failing(monkeypatch, number, status, **residuals):
     """The solve on a mesh by number, from 1 on, is not accepted; the numbers of those that were."""
-    count, true_run = [], climb.unreported
+    count, true_run = [], loop.unreported
 
     def run(problem, monitor):
         found = true_run(problem, monitor)
@@ -200,7 +200,7 @@ def failing(monkeypatch, number, status, **residuals):
         )
         return replace(found, steps=[], failed=step, status=status, reason="not accepted")
 
-    monkeypatch.setattr(climb, "unreported", run)
+    monkeypatch.setattr(loop, "unreported", run)
     return count
 
 
@@ -468,7 +468,7 @@ def test_an_accuracy_beside_a_mesh_is_refused():
 def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
     """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel
     of the first mesh."""
-    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
+    monkeypatch.setattr(budget, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
     top = {
         "part": "top",
         "condition": "traction",

@@ -16,7 +16,7 @@ from petcontact.commands.main import main
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
 from petcontact.model.case import parse_problem
-from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.store.case_table import read_case_table
 

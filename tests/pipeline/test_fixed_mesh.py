@@ -20,9 +20,9 @@ from petcontact import (
 from petcontact.errors import PetcontactError, SolverError
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
-from petcontact.pipeline.adaptive import fixed_mesh
-from petcontact.pipeline.adaptive.climb import AdaptiveSolve
-from petcontact.pipeline.adaptive.fixed_mesh import CHEAP, joined, with_estimate
+from petcontact.pipeline.adapt import fixed_mesh
+from petcontact.pipeline.adapt.fixed_mesh import CHEAP, joined, with_estimate
+from petcontact.pipeline.adapt.loop import AdaptiveSolve
 
 
 @pytest.mark.parametrize("number", [1, 2])

@@ -13,9 +13,9 @@ import pytest
 from petcontact import Problem, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.base import parse
-from petcontact.pipeline.discrete import facing
-from petcontact.pipeline.discrete.discretise import discretise
-from petcontact.pipeline.discrete.facing import mismatch
+from petcontact.pipeline.pose import facing
+from petcontact.pipeline.pose.discretise import discretise
+from petcontact.pipeline.pose.facing import mismatch
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 

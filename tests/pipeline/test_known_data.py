@@ -23,7 +23,7 @@ from petcontact import (
     Traction,
     solve,
 )
-from petcontact.pipeline.trust.known_data import missed_data
+from petcontact.pipeline.judge.known_data import missed_data
 
 SOFT = Material(young_modulus=1000.0, poisson_ratio=0.3)
 NARROW = "10*exp(-(y - 0.52)**2/2e-4)"

@@ -9,12 +9,12 @@ import pytest
 from petcontact import Problem, solve
 from petcontact.errors import InputError
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive.climb import adapt
-from petcontact.pipeline.adaptive.first_mesh import LONGER
-from petcontact.pipeline.adaptive.fixed_mesh import carries_something
-from petcontact.pipeline.adaptive.tails import TailErrors
+from petcontact.pipeline.adapt.first_mesh import LONGER
+from petcontact.pipeline.adapt.fixed_mesh import carries_something
+from petcontact.pipeline.adapt.loop import adapt
+from petcontact.pipeline.adapt.surface_errors import TailErrors
+from petcontact.pipeline.judge.thickness import bending_error, slenderness
 from petcontact.pipeline.steps import diagnosis
-from petcontact.pipeline.trust.thickness import bending_error, slenderness
 from petcontact.refinement.panels.axes import sides
 from petcontact.refinement.panels.marks import facing
 

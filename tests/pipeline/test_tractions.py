@@ -12,10 +12,10 @@ from random_bodies import random_contact
 from petcontact import adapt, solve
 from petcontact.model.base import parse
 from petcontact.model.problem import Problem
-from petcontact.pipeline.adaptive.difference import difference, fading_places
-from petcontact.pipeline.adaptive.part_ends import pressed_sides
-from petcontact.pipeline.adaptive.tractions import found_edges
-from petcontact.pipeline.discrete.interfaces import interfaces_of
+from petcontact.pipeline.adapt.difference import difference, fading_places
+from petcontact.pipeline.adapt.part_ends import pressed_sides
+from petcontact.pipeline.adapt.traction_ladder import found_edges
+from petcontact.pipeline.pose.interfaces import interfaces_of
 from petcontact.refinement.contact_edges import Edge, edges, merged
 from petcontact.refinement.levels import believed, growing
 from petcontact.results.verdict.summary import verdict

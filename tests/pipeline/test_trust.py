@@ -16,7 +16,7 @@ import petcontact as pc
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
 from petcontact.model.base import parse
-from petcontact.pipeline.trust.thickness import slenderness
+from petcontact.pipeline.judge.thickness import slenderness
 
 CYLINDER = """
 [material]

@@ -145,7 +145,7 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
         "scipy.integrate",
         "numpy.typing",
         "threadpoolctl",
-        "petcontact.pipeline.adaptive.climb",
+        "petcontact.pipeline.adapt.loop",
         "petcontact.sweep",
         "petcontact.fatigue",
         "petcontact.convert",

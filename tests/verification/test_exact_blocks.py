@@ -16,8 +16,8 @@ from problems import block, contact_pair
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive import climb as adaptive
-from petcontact.pipeline.discrete import discretise as assemble
+from petcontact.pipeline.adapt import loop as adaptive
+from petcontact.pipeline.pose import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.half_plane import elliptic_load

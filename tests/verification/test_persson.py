@@ -8,7 +8,7 @@ import pytest
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive.climb import adapt
+from petcontact.pipeline.adapt.loop import adapt
 from petcontact.reference import persson
 
 E, NU = 100.0, 0.3

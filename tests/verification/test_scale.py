@@ -25,9 +25,9 @@ from petcontact.bem.kernels import kernel_for
 from petcontact.bem.operators import BoundaryOperators
 from petcontact.fields.interior import field_at
 from petcontact.mesh.grading import mesh_outline
-from petcontact.pipeline.discrete.discretise import discretise
-from petcontact.pipeline.discrete.load_states import boundary_data
 from petcontact.pipeline.eliminate import operators_of
+from petcontact.pipeline.pose.discretise import discretise
+from petcontact.pipeline.pose.load_states import boundary_data
 
 
 def toe(length, stress, **mesh):

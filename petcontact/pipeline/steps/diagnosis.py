@@ -15,8 +15,8 @@ from ...contact.state import ContactState
 from ...geometry.superelement import CondensedSurface
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
-from ..discrete.discretise import Discrete
-from ..trust.warnings import unusual
+from ..judge.warnings import unusual
+from ..pose.discretise import Discrete
 from .increment import Increment, PreparedProblem, amplitudes
 
 MOTIONS = {

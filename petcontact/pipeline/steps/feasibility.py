@@ -12,9 +12,9 @@ from ...compliance.body.rigid import RigidBody
 from ...contact.methods.registry import method_of
 from ...errors import NoEquilibrium
 from ..choice import has_compressed
-from ..discrete.discretise import Discrete
-from ..discrete.load_states import later_data
 from ..eliminate import operators_of
+from ..pose.discretise import Discrete
+from ..pose.load_states import later_data
 from .diagnosis import unheld
 from .increment import PreparedProblem
 from .load_steps import whole_step

@@ -18,9 +18,9 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
-from ..discrete.discretise import Discrete
-from ..trust.between_nodes import Places, places_between
-from .tails import TractionErrors, traction_errors
+from ..judge.between_nodes import Places, places_between
+from ..pose.discretise import Discrete
+from .traction_errors import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
 """Tractions, displacements over those before, below which they are round-off; of a pair over all,

@@ -17,8 +17,8 @@ from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
-from ..discrete.load_states import later_data
 from ..eliminate import eliminated
+from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
 from .halves import Halves, touching

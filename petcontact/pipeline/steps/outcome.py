@@ -18,9 +18,9 @@ from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
-from ..trust.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
-from ..trust.overlaps import overlaps
-from ..trust.warnings import absurd
+from ..judge.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
+from ..judge.overlaps import overlaps
+from ..judge.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
 from .increment import Increment, IncrementState
 from .wear import Tried

@@ -23,7 +23,7 @@ from ...model.cycle import cycle_steps
 from ...model.problem import Problem
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_solution
-from ..discrete.interfaces import interfaces_of
+from ..pose.interfaces import interfaces_of
 from .cycles import Row, rows_of
 from .increment import PreparedProblem
 

@@ -9,7 +9,7 @@ from curved_bodies import as_surface, icosphere
 from petcontact import Problem
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.pose.discretise import discretise
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:

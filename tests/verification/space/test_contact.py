@@ -16,8 +16,8 @@ from petcontact import Problem, adapt, solve
 from petcontact.contact import law_protocol
 from petcontact.model.base import parse
 from petcontact.model.case import parse_problem
-from petcontact.pipeline.adaptive.tails import TailErrors
-from petcontact.pipeline.discrete import discretise as assemble
+from petcontact.pipeline.adapt.surface_errors import TailErrors
+from petcontact.pipeline.pose import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import PointPartialSlip
 from petcontact.reference.half_space import elliptic_load

@@ -17,7 +17,7 @@ from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ..discrete.interfaces import interfaces_of
+from ..pose.interfaces import interfaces_of
 from .part_ends import pressed_sides, singular_places
 
 GROWS = 1.1

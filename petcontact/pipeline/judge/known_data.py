@@ -11,7 +11,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Problem
 from ...refinement.known_data import given_data
-from ..discrete.interfaces import InterfaceSpec, interfaces_of
+from ..pose.interfaces import InterfaceSpec, interfaces_of
 
 SAMPLES = {2: 16, 3: 6}
 """By the dimension: places along each direction of an element."""

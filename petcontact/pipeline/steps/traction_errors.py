@@ -12,7 +12,7 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...refinement.panels.edges import rim_powers
 from ...refinement.panels.tail import Tails
-from ..discrete.discretise import Discrete
+from ..pose.discretise import Discrete
 
 
 @dataclass

@@ -17,7 +17,7 @@ from ...refinement.levels import growing
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
 from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds, suitable_bem
-from ..discrete.interfaces import interfaces_of
+from ..pose.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 
 

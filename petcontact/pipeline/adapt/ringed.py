@@ -18,9 +18,9 @@ from ...refinement.panels.small_contact import SmallContact, overlapping_contact
 from ...refinement.panels.zone import Zone, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
-from ..discrete.interfaces import InterfaceSpec, interfaces_of
+from ..judge.first_panels import lowest_between
+from ..pose.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
-from ..trust.first_panels import lowest_between
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
 """Rings of panels about the core of a contact, and the estimate with them, measured on Hertz'

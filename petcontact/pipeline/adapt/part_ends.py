@@ -13,7 +13,7 @@ from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...mesh.grading import singular_ends
 from ...mesh.pairs.curve_sides import curve_projection
-from ..discrete.interfaces import InterfaceSpec
+from ..pose.interfaces import InterfaceSpec
 
 AT_END = 1e-6
 """Distance from the ends of a side, relative to it, below which a corner faces that end and not the

@@ -15,7 +15,7 @@ from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
-from ..discrete.interfaces import InterfaceSpec
+from ..pose.interfaces import InterfaceSpec
 
 CLOSER = 5
 """Points along each direction around the deepest point of an element so far, where it is looked for

@@ -28,18 +28,18 @@ from ...runtime.memory import release_memory
 from ...runtime.signals import BrokenOff, answering
 from ...runtime.world import world
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
-from ..discrete.discretise import Discrete, MeshMaker, discretise
-from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
+from ..judge.first_panels import with_missed_curves
+from ..pose.discretise import Discrete, MeshMaker, discretise
+from ..pose.interfaces import interfaces_of
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
-from ..trust.first_panels import with_missed_curves
+from .budget import USELESS, Quantity, Reached, short_of
 from .fixed_mesh import MOST, carries_something, with_estimate
-from .panel_tails import PanelTails
-from .quantity import USELESS, Quantity, Reached, short_of
-from .slip import Slip
-from .tractions import Tractions
+from .slip_ladder import Slip
+from .surfaces import PanelTails
+from .traction_ladder import Tractions
 
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate

@@ -22,13 +22,13 @@ from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ..discrete.discretise import Discrete
-from ..discrete.interfaces import interfaces_of
+from ..judge.increments import is_unresolved
+from ..pose.discretise import Discrete
+from ..pose.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
-from ..trust.increments import is_unresolved
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
-from .slip import DENSE_NODES
+from .slip_ladder import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""

@@ -17,13 +17,13 @@ from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
 from ...results.solution import Solution
-from ..discrete.discretise import MeshMaker, discretise
+from ..judge.known_data import missed_data
+from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
-from ..trust.known_data import missed_data
 from .difference import difference, displacement_difference
 from .other_orders import beside_error, whole_error
-from .slip import contact_lines, displacement_scale
-from .tails import TailErrors
+from .slip_ladder import contact_lines, displacement_scale
+from .surface_errors import TailErrors
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""

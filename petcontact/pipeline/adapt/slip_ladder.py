@@ -29,8 +29,8 @@ from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
+from ..judge.increments import is_unresolved
 from ..steps.increment import PreparedProblem
-from ..trust.increments import is_unresolved
 
 GAIN = 25.0
 """Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance:

@@ -24,15 +24,15 @@ from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
-from ..discrete.interfaces import InterfaceSpec, interfaces_of
+from ..judge.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
+from ..judge.increments import OVERLAP, is_unresolved
+from ..pose.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from ..trust.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
-from ..trust.increments import OVERLAP, is_unresolved
-from .elliptic import EllipticContacts, expected_start, small_contacts, zone_about
+from .budget import beyond_budget, budget_of
 from .first_mesh import FirstMeshes, slender
-from .quantity import beyond_budget, budget_of
-from .tails import TailErrors
+from .ringed import EllipticContacts, expected_start, small_contacts, zone_about
+from .surface_errors import TailErrors
 
 SHARE = 0.9
 """Of the sum of squared errors, whose panels are cut."""

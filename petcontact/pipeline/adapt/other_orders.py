@@ -18,8 +18,8 @@ from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
 from ...results.records import step_ends
 from ...results.solution import Solution
-from ..discrete.discretise import MeshMaker
-from .slip import displacement_scale
+from ..pose.discretise import MeshMaker
+from .slip_ladder import displacement_scale
 
 HIGHEST = 3
 """Order of panels."""

@@ -10,7 +10,7 @@ import numpy as np
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
-from ..discrete.discretise import Discrete
+from ..pose.discretise import Discrete
 from .increments import OVERLAPPING
 
 STRAIGHT = 1e-9

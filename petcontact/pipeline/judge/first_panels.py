@@ -19,8 +19,8 @@ from ...model.problem import Problem
 from ...refinement.panels.hanging import bent
 from ...results.records import StepResult
 from ...results.solution import Solution
-from ..discrete.discretise import Discrete
-from ..discrete.interfaces import interfaces_of
+from ..pose.discretise import Discrete
+from ..pose.interfaces import interfaces_of
 
 EXPLAINED = 0.1
 """Share of an overlap between nodes by which a panel is off the surface where it explains the

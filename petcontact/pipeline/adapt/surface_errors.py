@@ -17,10 +17,10 @@ from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from ..discrete.interfaces import InterfaceSpec, interfaces_of
-from ..trust.increments import PRESSED
-from ..trust.thickness import bending_error
-from .slip import displacement_scale
+from ..judge.increments import PRESSED
+from ..judge.thickness import bending_error
+from ..pose.interfaces import InterfaceSpec, interfaces_of
+from .slip_ladder import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
 """Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of

@@ -18,9 +18,9 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
-from ..discrete.interfaces import as_problem, interfaces_of
-from ..trust.meshes import STIFF
-from ..trust.thickness import SHARE, slenderness
+from ..judge.meshes import STIFF
+from ..judge.thickness import SHARE, slenderness
+from ..pose.interfaces import as_problem, interfaces_of
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
