@@ -107,29 +107,24 @@ def relative_residual(
     own measure.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
-    (left, _), (scaled, _) = group_norms(
-        system.weight, (slice(0, law.k),), law_residual(law, v, sigma, rho), rho * digits(system, v)
-    )
-    return over_traction(left, scaled, scaled, max(traction, scale))
+    residual, scaled = law_residual(law, v, sigma, rho), rho * digits(system, v)
+    (left,), (of,) = group_norms(system.weight, (), residual, np.broadcast_to(scaled, v.shape))
+    return over_traction(left, of, max(traction, scale))
 
 
-def over_traction(left: float, scaled: float, scaled_v: float, traction: float) -> float:
+def over_traction(left: float, scaled: float, traction: float) -> float:
     """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of;
-    where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times v, or that sum: a gap is
-    no measure of a light touch."""
+    where σ = 0 the law holds, 0, or not, 1."""
     if left <= DIGITS * scaled:
         return 0.0
-    if traction > 0.0:
-        return left / traction
-    return float(left > ROUND_OFF * scaled_v)
+    return left / traction if traction > 0.0 else 1.0
 
 
 def digits(system: ContactSystem, v: Array) -> Array:
-    """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v
-    is nothing else."""
-    sizes = np.abs(v)
-    sizes += np.abs(system.u_0)
-    return sizes
+    """What the vectors v are the sum of, (m, 1), whose round-off each component has: a tangential
+    one beside a normal one of .05 has that of .05, as both come from one sum over all
+    tractions."""
+    return np.asarray((np.abs(v) + np.abs(system.u_0)).sum(axis=1, keepdims=True))
 
 
 def natural_residuals(
@@ -177,7 +172,7 @@ def natural_residuals(
         (_, *left), (_, *of) = group_norms(
             system.weight[pair], law.groups, residual[pair], scaled[pair]
         )
-        found.append([over_traction(a, b, b, size) for a, b in zip(left, of, strict=True)])
+        found.append([over_traction(a, b, size) for a, b in zip(left, of, strict=True)])
     return tuple(
         max(column, key=lambda value: (value != value, value))
         for column in zip(*found, strict=True)

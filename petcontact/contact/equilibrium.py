@@ -81,13 +81,13 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
         if answer.fun > SMALL:
             slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
             return np.asarray(-slack * scale * size)
-        sigma = answer.x[: m * k].reshape(m, k)
+        # a vertex leaves its bounds by the round-off of all tractions, and what HiGHS allows
+        sigma = np.clip(answer.x, *bounds.T)[: m * k].reshape(m, k)
         length = lengths(sigma[:, tangential])
         pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
         excess = length - np.minimum(cohesion + slope * pressure, cap)
-        beyond = np.argsort(-excess)[: np.count_nonzero(excess > SMALL * length.max(initial=0.0))][
-            :NEW
-        ]
+        beyond = np.argsort(-excess)[:NEW]
+        beyond = beyond[excess[beyond] > SMALL * np.abs(sigma).max(initial=0.0)]
         if not len(beyond):
             return None
         for way in sigma[beyond, tangential] / length[beyond, None]:

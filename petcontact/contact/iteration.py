@@ -163,10 +163,8 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         known = self.judged(v, sigma)
-        (scaled,), (scaled_v,) = group_norms(
-            self.system.weight, (), known.rho * digits(self.system, v), known.rho * v
-        )
-        return over_traction(known.left, scaled, scaled_v, known.traction)
+        scaled = np.broadcast_to(known.rho * digits(self.system, v), v.shape)
+        return over_traction(known.left, contact_norm(scaled, self.system.weight), known.traction)
 
     def within_limits(
         self, v: Array, sigma: Array, rho: float | Array, tolerance: float

@@ -6,6 +6,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -129,6 +130,22 @@ def floor(k, m=5):
     presses."""
     motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
     return lambda *load: Modes(motion, np.moveaxis(motion, 2, 0), np.array(load))
+
+
+@pytest.mark.parametrize("k", [2, 3])
+def test_a_vertex_that_leaves_its_bounds_by_round_off_asks_for_no_direction(k):
+    """HiGHS gives pressures of -1e-17 where σ_t = 0: what of it lies beyond µp has no direction."""
+    law = SignoriniCoulomb(np.full(5, 0.3), np.full(5, np.inf), np.ones(5, dtype=bool), k)
+    solve = scipy.optimize.linprog
+
+    def nearly(*args, **options):
+        answer = solve(*args, **options)
+        answer.x = np.where(answer.x == 0.0, 1e-17, answer.x)
+        answer.x[: 5 * k].reshape(5, k)[:, :-1] = 0.0
+        return answer
+
+    with patch("scipy.optimize.linprog", nearly):
+        assert unbalanced_load(floor(k)(*[0.0] * (k - 1), 1.0), law) is None
 
 
 @pytest.mark.parametrize("k", [1, 2])
