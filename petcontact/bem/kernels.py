@@ -17,6 +17,7 @@ from .kelvin2d.kernel import Kelvin2D
 from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
+from .revolution.kernel import RingKernel, TwistedRingKernel
 
 KERNELS: dict[int, Callable[..., Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
 """By dimension, from a material and the unit of length of a mesh, and a `tolerance` of quadrature
@@ -29,7 +30,11 @@ COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
 """What elements add to a field far from them, likewise by the very class of a kernel."""
 
-FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {Kelvin3D: Kelvin3D.field}
+FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {
+    Kelvin3D: Kelvin3D.field,
+    RingKernel: RingKernel.field,
+    TwistedRingKernel: TwistedRingKernel.field,
+}
 """What elements add to a field near them by compiled code, where it does better than integrals; by
 the very class."""
 
