@@ -114,13 +114,18 @@ def run(
     SolverError
         If there is no iterate to keep.
     """
-    return with_paths(problem, reported(problem, unreported(problem, monitor, checked=checked)))
+    return with_report(problem, unreported(problem, monitor, checked=checked))
+
+
+def with_report(problem: PreparedProblem, solution: Solution) -> Solution:
+    """A solution of a prepared problem with all that is to be said of it."""
+    return with_paths(problem, reported(problem, solution))
 
 
 def unreported(
     problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True
 ) -> Solution:
-    """As `run`, without what `reported` and `with_paths` add: all that a mesh on the way needs."""
+    """As `run`, without what `with_report` adds: all that a mesh on the way needs."""
     (results, rows), began = finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))

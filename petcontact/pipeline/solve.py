@@ -21,7 +21,7 @@ from .adapt.budget import Reached
 from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
 from .pose.interfaces import interfaces_of
-from .run import prepare, run
+from .run import prepare, unreported, with_report
 from .steps.increment import Monitor
 
 
@@ -114,7 +114,8 @@ def solve(
     else:
         prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
         try:
-            solution = with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
+            solution = with_report(prepared, unreported(prepared, monitor))
+            solution = with_estimate(solution, prepared.comm, law)
         finally:
             prepared.close()
     unused = unused_options() if petsc_options else []

@@ -43,13 +43,13 @@ def pressed(increments):
 def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twice(monkeypatch):
     """Its halves differ by the same share of the tractions at all loads: these are not what they
     are compared with."""
-    tried, solved = [], halves.solved
+    tried, solved = [], halves.with_wear
 
-    def counted(increment, monitor):
+    def counted(increment, *others):
         tried.append(increment)
-        return solved(increment, monitor)
+        return solved(increment, *others)
 
-    monkeypatch.setattr(halves, "solved", counted)
+    monkeypatch.setattr(halves, "with_wear", counted)
     found, exact = pressed("auto"), pressed(100)  # which does not halve
     q, other = (solution.pairs["pair"].sigma_t[:, 0] for solution in (found, exact))
     assert found.converged and 16 <= len(found.steps) <= 40
@@ -70,12 +70,12 @@ def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
     prepared = replace(prepare(found.problem), factors=factors)
     with monkeypatch.context() as patched:
         patched.setattr(
-            halves, "solved", lambda increment, monitor: pytest.fail("an increment is tried")
+            halves, "with_wear", lambda *increment: pytest.fail("an increment is tried")
         )
         again = run(prepared)
     assert [step.load_factor for step in again.steps] == factors[1]
     np.testing.assert_allclose(again.pairs["pair"].sigma_t, found.pairs["pair"].sigma_t, atol=1e-12)
-    monkeypatch.setattr(load_steps, "_alone", lambda increment, monitor: None)
+    monkeypatch.setattr(load_steps, "_unless_failed", lambda tried: None)
     left = run(prepared)
     assert left.converged and left.last.load_factor == 1.0
     q, other = (solution.pairs["pair"].sigma_t for solution in (left, found))

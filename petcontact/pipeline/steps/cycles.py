@@ -17,7 +17,7 @@ from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult, WearHistory
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
-from .wear import Earlier, Tried, solved, worn
+from .wear import Earlier, Tried, with_wear, worn
 
 GROWTH, SHRINK = 2.0, 0.25
 """Bounds of a jump over the one before."""
@@ -107,7 +107,7 @@ def _one_cycle(
             if earlier:
                 found, next_ = worn(increment, earlier[len(tried)], times, monitor)
             else:
-                found = solved(increment, monitor)
+                found = with_wear(increment, increment.solved(monitor), monitor)
                 v, sigma = found[1].v, found[1].sigma
                 next_ = Earlier(
                     np.linalg.norm(v[:, : problem.system.dim - 1], axis=1), ((v, sigma), (v, sigma))

@@ -7,7 +7,7 @@ import numpy as np
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
 from .increment import Increment, Monitor
-from .wear import Tried, solved
+from .wear import Tried, with_wear
 
 PATH_ERROR = 1e-3
 """Change of σ and of w, over the largest that the step is known to have, that halving an increment
@@ -65,20 +65,23 @@ class Halves:
         """Both halves; the whole increment or what there is of them where a monitor stops it; None
         where it is too large."""
         known = [each for each in self._first if abs(each[0].target - increment.target) < SAME]
-        whole = known[0] if known else solved(increment, self._monitor)
+        whole = known[0] if known else self._solved(increment)
         self._first = []
         if not whole[1].converged:
             return [whole] if whole[1].stopped else None
         half = increment.to(0.5 * (increment.begun + increment.target))
-        first = solved(half, self._monitor)
+        first = self._solved(half)
         if not first[1].converged:
             return [first] if first[1].stopped else None
-        second = solved(half.then(increment.target, first[2]), self._monitor)
+        second = self._solved(half.then(increment.target, first[2]))
         if not second[1].converged:
             return [first, second] if second[1].stopped else None
         self.error = self._apart(whole, first, second)
         self._first = [first] if self.error > 1.0 else []
         return None if self._first else [first, second]
+
+    def _solved(self, increment: Increment) -> Tried:
+        return with_wear(increment, increment.solved(self._monitor), self._monitor)
 
     def _apart(self, whole: Tried, first: Tried, second: Tried) -> float:
         """Differences of the whole increment and its halves, and of the energy that they dissipate,

@@ -24,7 +24,7 @@ from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
 from .halves import Halves, touching
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_results
-from .wear import Tried, solved
+from .wear import Tried, with_wear
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
@@ -155,13 +155,12 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
         hopeless = doubt and is_unbalanced(following)
-        tried = (
-            None
-            if hopeless
-            else halves(following)
-            if halves and not known
-            else _alone(following, monitor)
-        )
+        if hopeless:
+            tried = None
+        elif halves and not known:
+            tried = halves(following)
+        else:
+            tried = _unless_failed(with_wear(following, following.solved(monitor), monitor))
         if tried is None and known:
             size, known = target - reached, []
             continue
@@ -170,7 +169,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
             size *= 0.5
             if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(following)):
                 continue
-            tried, size = [solved(following, monitor)], 2.0 * size
+            tried = [with_wear(following, following.solved(monitor), monitor)]
+            size *= 2.0
         for look in (zero_energy_motions, second_solution):
             problem.discrete.warnings += look(*tried[-1][:2])
         yield from tried
@@ -179,9 +179,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
             size = min(whole, 2.0 * size)
 
 
-def _alone(increment: Increment, monitor: Monitor | None) -> list[Tried] | None:
-    """An increment; None where it fails."""
-    tried = solved(increment, monitor)
+def _unless_failed(tried: Tried) -> list[Tried] | None:
+    """An increment; None where it failed."""
     return [tried] if tried[1].converged or tried[1].stopped else None
 
 

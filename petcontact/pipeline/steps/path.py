@@ -19,7 +19,7 @@ from ...results.solution import Solution
 from .halves import SAME, touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
-from .wear import solved
+from .wear import with_wear
 
 REPORTED = 0.03
 """Difference of q, over p in L2, that is reported. One increment is off by .7 to 1.4 times as much
@@ -125,7 +125,8 @@ def _differences(
         v, sigma = near_to.start
         start = share * v, share * sigma + (1.0 - share) * whole.before.sigma
         state = replace(state, start=start, trend=None)
-        _, outcome, state = solved(replace(whole, target=target, begun=reached, before=state), None)
+        part = replace(whole, target=target, begun=reached, before=state)
+        _, outcome, state = with_wear(part, part.solved(), None)
         if not outcome.converged:
             return 0.0, 0.0
         reached = target

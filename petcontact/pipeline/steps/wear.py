@@ -51,9 +51,9 @@ class Earlier:
         return np.clip(self.way + 0.5 * times * self.growth, 0.0, 2.0 * self.way)
 
 
-def solved(increment: Increment, monitor: Monitor | None) -> Tried:
-    """An increment with the wear in it, whose slip is that of the increment without."""
-    outcome = increment.solved(monitor)
+def with_wear(increment: Increment, outcome: ContactState, monitor: Monitor | None) -> Tried:
+    """An increment that was solved, with the wear in it, whose slip is that of the increment
+    without."""
     plain = increment, outcome, increment.after(outcome)
     wear = increment.problem.discrete.wear
     if not (outcome.converged and wear.any()):
