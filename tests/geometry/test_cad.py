@@ -275,6 +275,29 @@ def test_names_of_faces_in_a_step_file(tmp_path):
     assert face_names(path, [faces[:3]]) == [[""] * 3]
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("'NONE'", "'" + "'" * 61),
+        ("'NONE'", "'" + "''" * 30 + "/* it''s */"),
+        ("'NONE'", "'\\X2\\0000\\X0\\'"),
+        ("#51=", "#60=A(" * 20000 + "#" + "9" * 5000 + "=A('x'); #51="),
+        (
+            "ENDSEC;",
+            "#70=CLOSED_SHELL('',(#71,#71,#71,#71)); #71=ADVANCED_FACE('x',(#72),#98,.T.);"
+            "#72=EDGE_LOOP('',(#72,#72));",
+        ),
+        ("ENDSEC;", "/*" * 100_000),
+    ],
+)
+def test_names_in_a_damaged_step_file(tmp_path, old, new):
+    """What cannot be read has no name; nothing hangs, and no name is one that cannot be printed."""
+    path = tmp_path / "part.step"
+    path.write_text(TETRAHEDRON.replace(old, new, 1))
+    solid = [[[float(k), 0.0, 0.0]] * 3 for k in range(4)]
+    assert face_names(path, [solid]) == [[""] * 4]
+
+
 def rounded_pin(occ):
     """A cylinder whose edges are rounded: a plane disc, a torus, a cylinder."""
     pin = occ.addCylinder(0, 0, 0, 0, 0, 6, 3)

@@ -22,7 +22,6 @@ from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
 from . import worker
 from .projection import projector
-from .step_names import face_names
 
 LARGEST = 500_000_000
 """Bytes of a CAD file."""
@@ -244,16 +243,12 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
 
 @functools.lru_cache(maxsize=16)
 def _listed(file: str, stamp: int) -> dict[str, Any]:
-    """What the worker lists, faces as tuples with the names of the file; `stamp` is part of the
-    key."""
+    """What the worker lists, faces as tuples; `stamp` is part of the key."""
     found = ask(file)
-    solids = found["solids"]
-    vertices: list[Any] = [[face["vertices"] for face in solid["faces"]] for solid in solids]
-    named = face_names(Path(file), vertices)
-    for solid, names in zip(solids, named, strict=True):
+    for solid in found["solids"]:
         solid["faces"] = [
-            (face["number"], name, face["kind"], face["area"], tuple(face["centre"]))
-            for face, name in zip(solid["faces"], names, strict=True)
+            (face["number"], face["name"], face["kind"], face["area"], tuple(face["centre"]))
+            for face in solid["faces"]
         ]
     return found
 

@@ -1,29 +1,52 @@
 """Names of faces in a STEP file (ISO 10303-21), which Gmsh does not pass on.
 
 The file lists the faces of a solid in the order in which OpenCASCADE has them; that it is so for a
-given solid is checked by the distances between the middles of their vertices, which no unit and no
-place in an assembly changes.
+given solid is checked by distances between the middles of their vertices, which no unit and no
+place in an assembly changes. It belongs to the program `worker.py` and imports nothing of
+petcontact; its time and memory are linear in the size of a file, whatever the file says.
 """
 
 from __future__ import annotations
 
+import math
+import mmap
+import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
-
-INSTANCE = re.compile(r"#(\d+)\s*=\s*(\w+)\s*\(((?:'(?:[^']|'')*'|[^';])*)\)\s*;", re.DOTALL)
-"""Number, kind and values of a line of data."""
-NAME = re.compile(r"\s*'((?:[^']|'')*)'")
-REFERENCE = re.compile(r"#(\d+)")
+BREAKS = re.compile(rb"'[^']*'?|/\*.*?(?:\*/|\Z)|;", re.DOTALL)
+"""A text, a comment, the end of a line of data: no character is looked at twice."""
+HEAD = re.compile(rb"\s*#(\d{1,18})\s*=\s*(\w{1,80})\s*\(")
+"""Number and kind of a line of data."""
+NAME = re.compile(rb"\s*'([^']*(?:''[^']*)*)'")
+REFERENCE = re.compile(rb"#(\d{1,18})(?!\d)")
+POINT = re.compile(rb"\(([^()]*)\)")
 WIDE = re.compile(r"\\X2\\((?:[0-9A-Fa-f]{4})+)\\X0\\")
 """Characters that are not ASCII."""
 NAMELESS = {"", "NONE"}
+BOUNDS = ("FACE_BOUND", "FACE_OUTER_BOUND", "EDGE_LOOP", "ORIENTED_EDGE", "VERTEX_LOOP")
+"""Kinds whose values lead to the vertices around a face."""
+FACES = ("ADVANCED_FACE", "FACE_SURFACE")
+KINDS = {
+    kind.encode()
+    for kind in (*BOUNDS, *FACES, "CLOSED_SHELL", "EDGE_CURVE", "VERTEX_POINT", "CARTESIAN_POINT")
+}
+LONGEST_NAME = 255
+"""Characters of a name, as of a file's."""
+LONGEST = 10_000_000
+"""Bytes of a line: a shell of a million faces."""
+VISITS = 20
+"""Of a line on average, at most: two faces share an edge, and few more a vertex."""
+LANDMARKS = 16
+"""Faces from which the distances of all are compared: four that lie in no plane tell places
+apart."""
 AGREE = 1e-5
 """Of distances between faces, over the largest."""
+Lines = dict[int, tuple[str, bytes]]
 
 
 def face_names(
@@ -34,7 +57,7 @@ def face_names(
     Parameters
     ----------
     path : Path
-        A STEP file; any other has no names.
+        A STEP file.
     solids : sequences
         Of each solid, of each of its faces, the vertices [length].
 
@@ -43,76 +66,95 @@ def face_names(
     list of list of str
         As the faces are given; all "" where the file's do not agree with them.
     """
-    text = path.read_text(encoding="latin-1")
-    data = {int(number): (kind, values) for number, kind, values in INSTANCE.findall(text)}
-    shells = []
-    for kind, values in data.values():
+    lines = _lines(path)
+    wanted, shells, left = {len(solid) for solid in solids}, [], [VISITS * len(lines)]
+    for kind, values in lines.values():
         if kind == "CLOSED_SHELL":
-            faces = [data[key] for key in _references(values) if key in data]
-            shells.append(
-                (
-                    [_name(given) for _, given in faces],
-                    [_vertices(data, given) for _, given in faces],
-                )
-            )
+            faces = [lines[key][1] for key in _references(values) if key in lines]
+            if len(faces) in wanted and any(names := list(map(_name, faces))):
+                corners = [_vertices(lines, given, left) for given in faces]
+                shells.append((names, _distances(corners)))
     result = []
     for solid in solids:
         apart = _distances(solid)
-        names = next(
-            (
-                names
-                for names, corners in shells
-                if len(corners) == len(solid)
-                and np.allclose(_distances(corners), apart, atol=AGREE)
-            ),
-            [""] * len(solid),
+        fitting = (
+            names
+            for names, own in shells
+            if own.shape == apart.shape and np.allclose(own, apart, atol=AGREE)
         )
-        result.append(names)
+        result.append(next(fitting, [""] * len(solid)))
     return result
 
 
-def _references(values: str) -> Iterator[int]:
-    return map(int, REFERENCE.findall(NAME.sub("", values)))
+def _lines(path: Path) -> Lines:
+    """The lines of data that matter, by number."""
+    found = Lines()
+    if os.path.getsize(path) == 0:
+        return found
+    with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as text:
+        start = 0
+        for match in BREAKS.finditer(text):
+            if text[match.start()] != ord(";"):
+                continue
+            line, start = text[start : min(match.start(), start + LONGEST)], match.end()
+            head = HEAD.match(line) or HEAD.match(BREAKS.sub(_without_comment, line))
+            if head and head[2] in KINDS:
+                found[int(head[1])] = head[2].decode(), head.string[head.end() :]
+    return found
 
 
-def _name(values: str) -> str:
-    found = NAME.match(values)
-    name = found[1].replace("''", "'") if found else ""
+def _without_comment(match: re.Match[bytes]) -> bytes:
+    return b" " if match[0].startswith(b"/") else match[0]
+
+
+def _references(values: bytes) -> Iterator[int]:
+    return map(int, REFERENCE.findall(BREAKS.sub(b"", values)))
+
+
+def _name(values: bytes) -> str:
+    found = NAME.match(values[: 8 * LONGEST_NAME])
+    name = found[1].decode("latin-1").replace("''", "'") if found else ""
     name = WIDE.sub(
         lambda match: bytes.fromhex(match[1]).decode("utf-16-be", "replace"), name
     ).strip()
-    return "" if name in NAMELESS else name
+    return "" if name in NAMELESS or len(name) > LONGEST_NAME or not name.isprintable() else name
 
 
-def _vertices(data: dict[int, tuple[str, str]], face: str) -> list[list[float]]:
+def _vertices(lines: Lines, face: bytes, left: list[int]) -> list[list[float]]:
     """Points of the vertices around a face, from the bounds that it names before its surface."""
-    found, left = dict[int, list[float]](), list(_references(face))[:-1]
-    while left:
-        number = left.pop()
-        kind, values = data.get(number, ("", ""))
+    found, waiting, seen = list[list[float]](), list(_references(face))[:-1], set[int]()
+    while waiting and left[0] > 0:
+        left[0] -= 1
+        number = waiting.pop()
+        kind, values = lines.get(number, ("", b""))
+        if number in seen:
+            continue
+        seen.add(number)
         if kind == "VERTEX_POINT":
-            point = data.get(next(_references(values), -1), ("", ""))[1]
-            found[number] = [
-                float(word)
-                for word in re.findall(r"[-+]?\d[\d.]*(?:[eE][-+]?\d+)?", NAME.sub("", point))
-            ]
+            found += _point(lines.get(next(_references(values), -1), ("", b""))[1])
         elif kind == "EDGE_CURVE":
-            left += list(_references(values))[:2]
-        elif kind in (
-            "FACE_BOUND",
-            "FACE_OUTER_BOUND",
-            "EDGE_LOOP",
-            "ORIENTED_EDGE",
-            "VERTEX_LOOP",
-        ):
-            left += _references(values)
-    return list(found.values())
+            waiting += list(_references(values))[:2]
+        elif kind in BOUNDS:
+            waiting += _references(values)
+    return found
 
 
-def _distances(faces: Sequence[Sequence[Sequence[float]]]) -> Array:
-    """Between the middles of the vertices of faces, over the largest."""
+def _point(values: bytes) -> list[list[float]]:
+    """The point of a line, none where it does not hold three numbers."""
+    inner = POINT.search(BREAKS.sub(b"", values))
+    try:
+        point = [float(word) for word in inner[1].split(b",")] if inner else []
+    except ValueError:
+        return []
+    return [point] if len(point) == 3 and all(map(math.isfinite, point)) else []
+
+
+def _distances(faces: Sequence[Sequence[Sequence[float]]]) -> Any:
+    """From the middles of the vertices of faces to some of them, over the largest."""
     middles = np.array(
         [np.mean(corners, axis=0) if len(corners) else np.zeros(3) for corners in faces]
-    )
-    apart = np.linalg.norm(middles[:, None] - middles, axis=2)
-    return np.asarray(apart / (apart.max(initial=0.0) or 1.0))
+    ).reshape(-1, 3)
+    some = np.linspace(0, len(faces) - 1, min(len(faces), LANDMARKS)).astype(int)
+    with np.errstate(all="ignore"):  # what overflows agrees with nothing
+        apart = np.linalg.norm(middles[:, None] - middles[some], axis=2)
+        return apart / (apart.max(initial=0.0) or 1.0)

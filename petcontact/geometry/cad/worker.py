@@ -7,6 +7,7 @@ is damaged, and has one state for all. It imports nothing of petcontact.
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import sys
@@ -20,9 +21,9 @@ TURN = 8
 """Cells that go round a full circle at least: curved panels keep a good shape."""
 
 
-def listed(gmsh: Any) -> dict[str, Any]:
-    """Solids with their surfaces: number, kind, area, centre and vertices of each; and the surfaces
-    of no solid."""
+def listed(gmsh: Any, file: str) -> dict[str, Any]:
+    """Solids with their surfaces: number, name, kind, area and centre of each; and the surfaces of
+    no solid."""
     model, solids = gmsh.model, []
     faces = {number: _face(model, number) for _, number in model.getEntities(2)}
     loose = set(faces)
@@ -40,6 +41,13 @@ def listed(gmsh: Any) -> dict[str, Any]:
                 "faces": [faces[face] for face in mine],
             }
         )
+    vertices = [[face.pop("vertices") for face in solid["faces"]] for solid in solids]
+    if FORMATS[Path(file).suffix.lower()] == "step":
+        # a module beside this program, whose folder is the first that Python looks in
+        named = importlib.import_module("step_names").face_names(Path(file), vertices)
+        for solid, names in zip(solids, named, strict=True):
+            for face, own in zip(solid["faces"], names, strict=True):
+                face["name"] = own
     return {"solids": solids, "loose": len(loose)}
 
 
@@ -47,6 +55,7 @@ def _face(model: Any, number: int) -> dict[str, Any]:
     corners = model.getBoundary([(2, number)], combined=False, oriented=False, recursive=True)
     return {
         "number": number,
+        "name": "",
         "kind": model.getType(2, number),
         "area": model.occ.getMass(2, number),
         "centre": model.occ.getCenterOfMass(2, number),
@@ -141,7 +150,9 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
             if "panels" in request:
                 found = brought(gmsh, request["panels"], request["rim"])
             else:
-                found = meshed(gmsh, request) if "target" in request else listed(gmsh)
+                found = (
+                    meshed(gmsh, request) if "target" in request else listed(gmsh, request["file"])
+                )
         except Exception as error:  # Gmsh's are of no class of their own
             found = {"error": str(error).strip() or type(error).__name__}
         yield found
