@@ -66,15 +66,7 @@ def face_names(
     list of list of str
         As the faces are given; all "" where the file's do not agree with them.
     """
-    lines = _lines(path)
-    wanted, shells, left = {len(solid) for solid in solids}, [], [VISITS * len(lines)]
-    for kind, values in lines.values():
-        if kind == "CLOSED_SHELL":
-            faces = [lines[key][1] for key in _references(values) if key in lines]
-            if len(faces) in wanted and any(names := list(map(_name, faces))):
-                corners = [_vertices(lines, given, left) for given in faces]
-                shells.append((names, _distances(corners)))
-    result = []
+    shells, result = list(_shells(_lines(path), {len(solid) for solid in solids})), []
     for solid in solids:
         apart = _distances(solid)
         fitting = (
@@ -84,6 +76,16 @@ def face_names(
         )
         result.append(next(fitting, [""] * len(solid)))
     return result
+
+
+def _shells(lines: Lines, wanted: set[int]) -> Iterator[tuple[list[str], Any]]:
+    """Names and distances of the faces of shells that have so many, and names."""
+    left = [VISITS * len(lines)]
+    for kind, values in lines.values():
+        if kind == "CLOSED_SHELL":
+            faces = [lines[key][1] for key in _references(values) if key in lines]
+            if len(faces) in wanted and any(names := list(map(_name, faces))):
+                yield names, _distances([_vertices(lines, given, left) for given in faces])
 
 
 def _lines(path: Path) -> Lines:

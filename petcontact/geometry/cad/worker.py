@@ -41,6 +41,12 @@ def listed(gmsh: Any, file: str) -> dict[str, Any]:
                 "faces": [faces[face] for face in mine],
             }
         )
+    _name_faces(solids, file)
+    return {"solids": solids, "loose": len(loose)}
+
+
+def _name_faces(solids: list[dict[str, Any]], file: str) -> None:
+    """Give faces the names of a STEP file, and drop their vertices."""
     vertices = [[face.pop("vertices") for face in solid["faces"]] for solid in solids]
     if FORMATS[Path(file).suffix.lower()] == "step":
         # a module beside this program, whose folder is the first that Python looks in
@@ -48,7 +54,6 @@ def listed(gmsh: Any, file: str) -> dict[str, Any]:
         for solid, names in zip(solids, named, strict=True):
             for face, own in zip(solid["faces"], names, strict=True):
                 face["name"] = own
-    return {"solids": solids, "loose": len(loose)}
 
 
 def _face(model: Any, number: int) -> dict[str, Any]:
