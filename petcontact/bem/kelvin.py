@@ -57,6 +57,10 @@ class KelvinSolution(abc.ABC):
     def potential(self, distance: Array) -> Array:
         """φ of a distance: -ln(r/ℓ), in space 1/r."""
 
+    def measure(self, at: Array) -> Array:
+        """As in `Kernel`: 1."""
+        return np.ones(len(at))
+
     def corner_columns(
         self, mesh: Any, rows: Index, nodes: Index
     ) -> Iterable[tuple[int, Array, Array]]:

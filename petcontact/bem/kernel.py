@@ -112,6 +112,11 @@ class Kernel(Protocol):
         """
         ...
 
+    def measure(self, at: Array) -> Array:
+        """Lengths (f,) by which forces per length at points (f, d) become those of
+        `point_displacement`: 1, of rings 2πr."""
+        ...
+
     def corner_columns(
         self, mesh: Any, rows: Index, nodes: Index
     ) -> Iterable[tuple[int, Array, Array]]:

@@ -17,6 +17,7 @@ from .kelvin2d.kernel import Kelvin2D
 from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
+from .revolution import compiled as rings
 from .revolution.kernel import RingKernel, TwistedRingKernel
 
 KERNELS: dict[int, Callable[..., Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
@@ -25,6 +26,8 @@ where one is wanted."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
     Kelvin2D: plane.compiled_columns,
     Kelvin3D: space.compiled_columns,
+    RingKernel: rings.compiled_columns,
+    TwistedRingKernel: rings.compiled_columns,
 }
 """By the very class of a kernel: one that inherits may have other integrals."""
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}

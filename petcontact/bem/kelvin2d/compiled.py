@@ -32,7 +32,7 @@ _columns = native.function("petcontact_plane_columns", native.FILLER)
 
 
 @functools.cache
-def _rule(order: int) -> Array:
+def rule_of(order: int) -> Array:
     """How elements of one order are integrated at each distance, as native/plane/elements.h reads
     it.
 
@@ -58,11 +58,11 @@ def _rule(order: int) -> Array:
         [[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room]
     )
     for count, _ in tiers:
-        _add_points(result, order, count)
+        add_points(result, order, count)
     return result
 
 
-def _add_points(rule: Array, order: int, count: int) -> None:
+def add_points(rule: Array, order: int, count: int) -> None:
     """Gauss points into their place in a rule, where they are not yet."""
     table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[
         count
@@ -74,7 +74,7 @@ def _add_points(rule: Array, order: int, count: int) -> None:
 def _rules(orders: Index) -> Array:
     """Addresses of rules by order, of those that are asked for."""
     there = np.bincount(orders, minlength=len(RULES))
-    return np.array([native.pointer(_rule(order)) if there[order] else 0 for order in RULES])
+    return np.array([native.pointer(rule_of(order)) if there[order] else 0 for order in RULES])
 
 
 @functools.cache
@@ -108,7 +108,7 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         bound = np.minimum(np.ceil(STEPS * np.abs(some.angle)) / STEPS, 0.5 * np.pi)
         rows[:, 10:13] = [counts(p, angle) for angle in bound.tolist()]
         for count in {MIDDLE, *rows[:, 10:12].astype(np.int64).ravel().tolist()}:
-            _add_points(_rule(p), p, count)
+            add_points(rule_of(p), p, count)
         s, product = product_weights(p, POINTS)
         wave = np.exp(-1j * np.multiply.outer(some.angle, s)) @ product.T
         rows[:, 13 : 14 + p], rows[:, 13 + NODES : 14 + NODES + p] = wave.real, wave.imag
@@ -116,7 +116,7 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
     return result
 
 
-def _elements(
+def element_members(
     of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float
 ) -> list[Any]:
     """Members of a struct Elements."""
@@ -133,7 +133,7 @@ def _elements(
     return [*shape, poisson_ratio, length, unit]
 
 
-def _points(targets: Targets) -> list[Any]:
+def point_members(targets: Targets) -> list[Any]:
     """Members of a struct Points."""
     whole = [
         None if array is None else native.contiguous(array, np.int64)
@@ -157,8 +157,8 @@ def compiled_integrals(
 ) -> None:
     """Fill `integrals`' results (2, 2, n, p+1, m)."""
     assert _integrals is not None
-    record = native.Record(*_elements(elements, elements.index, poisson_ratio, length, 1.0))
-    points = native.Record(*_points(targets))
+    record = native.Record(*element_members(elements, elements.index, poisson_ratio, length, 1.0))
+    points = native.Record(*point_members(targets))
     _integrals(
         record.address,
         len(elements.index),
@@ -177,8 +177,8 @@ def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> Compiled
     return CompiledFiller(
         "petcontact_plane_columns",
         [
-            *_elements(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length),
-            *_points(mesh.targets(slice(None))),
+            *element_members(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length),
+            *point_members(mesh.targets(slice(None))),
             native.contiguous(mesh.first_node, np.int64),
         ],
         data,

@@ -66,7 +66,9 @@ def corner_columns(
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]
         for j, unit in enumerate(np.eye(kernel.dim)):
             gain_g[:, j] += kernel.point_displacement(
-                targets.point, at, kernel.traction_scale * force * unit[None]
+                targets.point,
+                at,
+                (kernel.traction_scale * force * kernel.measure(at))[:, None] * unit,
             ).T
         yield (
             int(mesh.first_node[number]),

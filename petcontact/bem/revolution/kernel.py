@@ -21,7 +21,7 @@ What holds for `RingKernel` (two components) and `TwistedRingKernel` (three):
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import ClassVar
 
 import numpy as np
@@ -29,9 +29,11 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...geometry.arcs import half_angles, on_arcs
 from ...mesh.basis import gauss, lagrange
+from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..kelvin import KelvinSolution
-from ..kelvin2d.integrals import integrals as plane_integrals
+from ..kelvin2d.corner_elements import corner_columns
+from .compiled import TOLERANCE, ring_integrals
 from .rings import Ring
 
 FAR, NEAR, SEEN, REACH, RATIO = 20, 12, 33, 1.5, 0.25
@@ -54,30 +56,27 @@ class RingKernel(KelvinSolution):
         """-ln(r/ℓ): that of the plane, which is the ring's from near."""
         return np.asarray(-np.log(distance / self.unit_length))
 
+    def measure(self, at: Array) -> Array:
+        """As in `Kernel`: 2πr."""
+        return np.asarray(2.0 * np.pi * at[:, 0])
+
+    def corner_columns(
+        self, mesh: CurveMesh, rows: Index, nodes: Index
+    ) -> Iterator[tuple[int, Array, Array]]:
+        """As in `Kernel`."""
+        return corner_columns(self, mesh, rows, nodes)
+
     def integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""
-        d, nu, pairs = self.dim, self.poisson_ratio, _Pairs(targets, elements)
-
-        def values(ring: Ring, near: bool) -> Array:
-            each = [
-                [[ring.displacement(i, a, nu), ring.traction(i, a, nu)] for a in range(d)]
-                for i in range(d)
-            ]
-            found = np.moveaxis(np.array(each), 2, 0)
-            return found - _plane(ring, d, nu) if near else found
-
-        g, h = pairs.integrate(values, (2, d, d))
-        mask = np.repeat(pairs.near, elements.order + 1, axis=0)
-        plane = _with_twist(*plane_integrals(targets, elements, nu, 1.0), elements, nu)
-        for whole, part in zip((g, h), plane, strict=True):
-            whole += np.where(mask, part[:d, :d], 0.0)
-        return g / self.unit_length, h
+        tolerance = self.tolerance or TOLERANCE
+        nu, unit = self.poisson_ratio, self.unit_length
+        return ring_integrals(targets, elements, nu, unit, tolerance, self.dim)
 
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`, the components those of `stress_components`."""
         d, nu = self.dim, self.poisson_ratio
 
-        def values(ring: Ring, near: bool) -> Array:
+        def values(ring: Ring) -> Array:
             each = [[ring.stress(i, j, a, nu) for a in range(d)] for i, j in self.stress_components]
             return np.moveaxis(np.array(each), 2, 0)
 
@@ -139,37 +138,6 @@ def _ring_through(x: Array, place: Array) -> Ring:
     return Ring(x[:, 0], radius * one, step[:, 0], step[:, 1], 0.0 * one, one)
 
 
-def _plane(ring: Ring, d: int, nu: float) -> Array:
-    """2µU and T of plane strain and, for the third component, of a plane that slides out of itself,
-    (2, d, d, ...)."""
-    dr, dz, (nr, nz) = ring.d[0][0][0], ring.d[1][0][0], (ring.n_to[0][0][0], ring.n_to[1][0][0])
-    square = dr * dr + dz * dz
-    dn, log, scale = (nr * dr + nz * dz) / square, 0.5 * np.log(square), 0.25 / np.pi / (1.0 - nu)
-    out = np.zeros((2, 3, 3, *dr.shape))
-    r, n = (dr, dz), (nr, nz)
-    for i in range(2):
-        for a in range(2):
-            both = r[i] * r[a] / square
-            out[0, i, a] = scale * (both - (i == a) * (3.0 - 4.0 * nu) * log)
-            turned = (n[a] * r[i] - n[i] * r[a]) / square
-            out[1, i, a] = -scale * (
-                dn * ((1.0 - 2.0 * nu) * (i == a) + 2.0 * both) - (1.0 - 2.0 * nu) * turned
-            )
-    out[0, 2, 2], out[1, 2, 2] = -log / np.pi, -0.5 * dn / np.pi
-    return out[:, :d, :d]
-
-
-def _with_twist(g: Array, h: Array, elements: Elements, nu: float) -> list[Array]:
-    """Both integrals of plane strain with those of the third component, from their traces."""
-    weight = np.multiply.outer(_half(elements), gauss(elements.order)[1]).reshape(-1, 1)
-    scale = 0.25 / np.pi / (1.0 - nu)
-    log = (scale * weight - g[0, 0] - g[1, 1]) / (2.0 * scale * (3.0 - 4.0 * nu))
-    result = [np.zeros((3, 3, *g.shape[2:])) for _ in range(2)]
-    result[0][:2, :2], result[1][:2, :2] = g, h
-    result[0][2, 2], result[1][2, 2] = -log / np.pi, 0.5 * (h[0, 0] + h[1, 1])
-    return result
-
-
 def _half(elements: Elements) -> Array:
     chord = np.hypot(*(elements.end - elements.start).T)
     angle = half_angles(chord, elements.curvature)
@@ -199,7 +167,7 @@ class _Pairs:
         """Points and normals of an element."""
         return on_arcs(self.elements.start[e], self.elements.end[e], self.angle[e], s)
 
-    def integrate(self, values: Callable[[Ring, bool], Array], shape: tuple[int, ...]) -> Array:
+    def integrate(self, values: Callable[[Ring], Array], shape: tuple[int, ...]) -> Array:
         """Kernels against the bases, (*shape, n(p+1), m)."""
         nodes, m = self.elements.order + 1, len(self.targets.point)
         result = np.zeros((*shape, len(self.half) * nodes, m))
@@ -208,12 +176,10 @@ class _Pairs:
             far = np.flatnonzero(~self.near[e])
             if len(far):
                 s, w = gauss(FAR - 1)
-                result[..., here, far] = self._some(e, far, s, w, values, False)
+                result[..., here, far] = self._some(e, far, s, w, values)
             for column in np.flatnonzero(self.near[e]).tolist():
                 s, w = _graded(self.foot[e, column], self.distance[e, column])
-                result[..., here, column] = self._some(e, np.array([column]), s, w, values, True)[
-                    ..., 0
-                ]
+                result[..., here, column] = self._some(e, np.array([column]), s, w, values)[..., 0]
         return result
 
     def _some(
@@ -222,8 +188,7 @@ class _Pairs:
         columns: Index,
         s: Array,
         w: Array,
-        values: Callable[[Ring, bool], Array],
-        near: bool,
+        values: Callable[[Ring], Array],
     ) -> Array:
         point, (x, n) = self.targets.point[columns], self.at(e, s)
         step = x - point[:, None]
@@ -242,7 +207,7 @@ class _Pairs:
             *(wide(v, to) for v in n.T),
         )
         basis = lagrange(self.elements.order, s) * (w * self.half[e])
-        return np.asarray(np.einsum("...mq,kq->...km", values(ring, near), basis))
+        return np.asarray(np.einsum("...mq,kq->...km", values(ring), basis))
 
 
 def _graded(foot: float, distance: float) -> tuple[Array, Array]:
