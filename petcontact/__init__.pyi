@@ -48,7 +48,6 @@ from .results.figures.stress import deformed_figure as deformed_figure
 from .results.hdf5 import write_solution as write_solution
 from .results.solution import Solution as Solution
 from .results.solution import read_result as read_result
-from .results.solution import read_solution as read_solution
 from .results.vtu.boundary import write_boundary_vtu as write_boundary_vtu
 from .results.vtu.inside import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise
@@ -56,9 +55,3 @@ from .sweep.store.case_table import load_case as load_case
 from .sweep.store.case_table import load_sweep as load_sweep
 
 __version__: str
-
-# Names of before, which warn (see RENAMED in __init__.py).
-Assembly = Problem
-Case = Problem
-load_any = load
-load_assembly = load

@@ -31,7 +31,7 @@ from ..model.solver_options import Method
 from ..pipeline.run import prepare
 from ..pipeline.steps.load_steps import first_increment
 from ..pipeline.steps.start import carried_over
-from ..results.solution import read_solution
+from ..results.solution import read_result
 from ..runtime.petsc import options
 
 RHOS = tuple(10.0**k for k in range(8))
@@ -122,7 +122,7 @@ def compare(
                     state = trials.iterate(Method(name="semismooth-newton", tolerance=1e-9))
                     trials.exact = state.v, state.sigma
                 else:
-                    trials.exact = carried_over(prepared, read_solution(reference))
+                    trials.exact = carried_over(prepared, read_result(reference))
                 for name in contenders or CONTENDERS:
                     for rho in rhos if "rule" in CONTENDERS[name] else (None,):
                         try:

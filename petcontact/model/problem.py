@@ -3,8 +3,9 @@ a spelling of it."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import pydantic
 import tomli_w
@@ -25,10 +26,14 @@ from .bodies import (
     Units,
 )
 from .cycle import Cycle, check_cycle
+from .interfaces import PosedInterface, posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
 from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
+
+if TYPE_CHECKING:
+    from ..geometry.surface import Boundary
 
 ONE_BODY = "body"
 """Name of the body of a file without [[body]]."""
@@ -210,7 +215,7 @@ class Problem(Setting):
                 )
         for k, body in enumerate(self.body):
             if body.loads is not None:
-                check_material("loads" if self._is_flat else f"body[{k}].loads", body, body.loads)
+                check_material("loads" if self.is_flat else f"body[{k}].loads", body, body.loads)
         for k, step in enumerate(self.step):
             check_step(f"step[{k}]", step, self.body, obstacles)
         if self.cycle is not None:
@@ -250,6 +255,34 @@ class Problem(Setting):
                     }
             result.append(known)
         return result
+
+    @functools.cached_property
+    def interfaces(self) -> tuple[PosedInterface, ...]:
+        """Which parts may touch: contact conditions, then contact pairs."""
+        return posed_interfaces(self)
+
+    @property
+    def holds_normals(self) -> bool:
+        """Whether all normal displacements of contact are data of the bodies."""
+        return all(interface.holds_normal for interface in self.interfaces)
+
+    @property
+    def boundaries(self) -> list[Boundary]:
+        """The outline or surface of each body."""
+        return [body.geometry.outline() for body in self.body]
+
+    @property
+    def kind(self) -> Literal["elastic", "bilateral", "contact"]:
+        """What a solve looks for, and the only definition of "is it the paper's problem".
+
+        "elastic" problems have no interface. "bilateral" ones are the paper's: one body, loaded
+        once, in bilateral contact with fixed ground under a friction bound. All others are
+        "contact" problems.
+        """
+        if not self.interfaces:
+            return "elastic"
+        held = self.holds_normals and all(i.law.normal != "bonded" for i in self.interfaces)
+        return "bilateral" if held and len(self.body) == 1 and not self.step else "contact"
 
     @property
     def material(self) -> Material:
@@ -296,13 +329,15 @@ class Problem(Setting):
         own = {key: changes.pop(key) for key in OWN if key in changes}
         if own:
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
-        return super().model_copy(update=changes, deep=deep)
+        copy = super().model_copy(update=changes, deep=deep)
+        copy.__dict__.pop("interfaces", None)  # they follow from what may have changed
+        return copy
 
     def ignored(self, *, adaptive: bool = False) -> list[str]:
         """Keys that are given, and that a solve, or an adaptive one, does not read."""
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
-            place = "" if self._is_flat else f"body[{k}]."
+            place = "" if self.is_flat else f"body[{k}]."
             if (
                 not adaptive or body.geometry.outline().dim == 2
             ):  # in space they make the first mesh
@@ -310,7 +345,8 @@ class Problem(Setting):
         return keys
 
     @property
-    def _is_flat(self) -> bool:
+    def is_flat(self) -> bool:
+        """Whether it is one body of a file without [[body]]."""
         return len(self.body) == 1 and self.body[0].name == ONE_BODY
 
     def toml(self) -> str:
@@ -324,7 +360,7 @@ class Problem(Setting):
         bodies = data.pop("body")
         title, units = data.pop("title"), data.pop("units")
         own = {"body": bodies}
-        if self._is_flat:
+        if self.is_flat:
             own = {
                 key: value
                 for key, value in bodies[0].items()

@@ -11,6 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
+from ..model.problem import Problem
 from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
@@ -177,7 +178,7 @@ def check_memory(
 
 
 def needed_memory(
-    bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int
+    bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], total: int, directions: int
 ) -> float:
     """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`,
     in k directions each."""
@@ -231,16 +232,22 @@ def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
     return any(is_compressed(bem, mesh) for mesh in meshes)
 
 
-def suitable_bem(
-    bem: Bem, secondaries: Sequence[tuple[int, str]], meshes: Iterable[BoundaryMesh]
-) -> Bem:
-    """`[bem]`; dense where no storage is named and a part in space is the secondary of two
-    contacts, for which compressed surfaces are not made. `secondaries` are the numbers of bodies
-    and the parts of all contacts."""
-    twice = len(set(secondaries)) < len(secondaries) and not all(
-        isinstance(mesh, CurveMesh) for mesh in meshes
-    )
+def suitable_bem(problem: Problem, meshes: Sequence[BoundaryMesh]) -> Bem:
+    """`[bem]` of a problem, dense where a part in space is the secondary of two interfaces.
+
+    Compressed surfaces are not made for such parts. A storage that is named stays.
+    """
+    secondaries, bem = [i.ends[0] for i in problem.interfaces], problem.bem
+    twice = len(set(secondaries)) < len(secondaries) and meshes[0].dim > 2
     return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
+
+
+def contact_sizes(problem: Problem, meshes: Sequence[BoundaryMesh]) -> tuple[list[int], int]:
+    """Nodes of each body on parts that may touch, and those of all secondaries."""
+    ends = {end for interface in problem.interfaces for end in interface.ends}
+    nodes = {(b, part): len(meshes[b].nodes_of(part)) for b, part in ends}
+    touching = [sum(n for (b, _), n in nodes.items() if b == k) for k in range(len(meshes))]
+    return touching, sum(nodes[interface.ends[0]] for interface in problem.interfaces)
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:

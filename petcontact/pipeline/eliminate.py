@@ -103,7 +103,7 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     """Refuse what does not fit the machine, and tell the size of what does."""
     meshes, nodes = discrete.meshes, sum(len(interface.nodes) for interface in discrete.interfaces)
     contact = [data.contact_shape for data in discrete.data]
-    needed = needed_memory(bem, meshes, [m for m, _ in contact], contact[0][1], nodes)
+    needed = needed_memory(bem, meshes, [m for m, _ in contact], nodes, contact[0][1])
     if announce is None:
         return silent
     increments = sum(

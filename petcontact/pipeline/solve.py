@@ -20,7 +20,6 @@ from ..runtime.petsc_options import refused_in_config
 from .adapt.budget import Reached
 from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
-from .pose.interfaces import interfaces_of
 from .run import prepare, unreported, with_report
 from .steps.increment import Monitor
 
@@ -128,7 +127,7 @@ def solve(
 def adapts_itself(problem: Problem) -> bool:
     """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces
     from files where it has an accuracy."""
-    if not interfaces_of(problem):
+    if problem.kind == "elastic":
         return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(

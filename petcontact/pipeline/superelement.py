@@ -12,7 +12,6 @@ from ..compliance.interface import Interface
 from ..contact.laws import Tresca
 from ..errors import InputError
 from ..frozen import frozen
-from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import as_surface
@@ -23,7 +22,6 @@ from ..runtime.petsc import options
 from ..runtime.world import world
 from .eliminate import eliminated_alone
 from .pose.discretise import Discrete, add_volume_loads
-from .pose.interfaces import interfaces_of
 from .pose.load_states import boundary_data
 
 FORMATS = (".npz", ".inp")
@@ -142,8 +140,7 @@ def condensed_body(
             f"no body {name!r}{nearest(name, bodies) or '; bodies are ' + ', '.join(bodies)}"
         )
     number, mesh = bodies.index(name), solution.meshes[name]
-    sides = interfaces_of(problem)
-    ends = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
+    ends = [end for interface in problem.interfaces for end in interface.ends]
     touching = [part for owner, part in ends if owner == number]
     parts = [part for part in mesh.part_names if part in touching]
     if not parts:
@@ -170,9 +167,8 @@ def condensed_body(
                 "has one compliance: condense the problem of one of the steps"
             )
     data = add_volume_loads(problem, meshes, data)
-    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
-    discrete = Discrete(problem, boundaries, meshes, [], faces, law, data, [], nothing)
+    discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], nothing)
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else world())
     chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))

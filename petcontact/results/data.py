@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
-from ..model.problem import Contact, Problem
+from ..model.problem import Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
 from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
@@ -63,8 +63,6 @@ class SolutionData(Evaluated):
     failed: StepResult | None = None
     wear: WearHistory | None = None
     volumes: dict[str, VolumeSolution | None] | None = None
-
-    assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
     @property
     def converged(self) -> bool:
@@ -114,27 +112,14 @@ class SolutionData(Evaluated):
         return self.last.residuals["elastic"]
 
     @property
-    def bilateral(self) -> bool:
-        """Whether it is the paper's problem: one body in one load step, all its contact bilateral
-        under a given bound."""
-        contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
-        given = self.problem
-        others = (
-            given.obstacle
-            or given.contact
-            or any(b.point_force for b in given.body)
-            or len(self.nodes) > len(contacts)
-        )
-        one = len(given.body) == 1 and bool(contacts) and not others
-        return (
-            one
-            and not self.problem.step
-            and not self.last.alpha.size
-            and all(
-                c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None
-                for c in contacts
-            )
-        )
+    def kind(self) -> str:
+        """What the solve looked for: "elastic", "bilateral" (the paper's problem) or "contact".
+
+        It is `problem.kind`, but "contact" where friction alone holds the body: its equilibrium
+        needs tractions in all directions.
+        """
+        held_by_friction = self.problem.kind == "bilateral" and self.last.alpha.size > 0
+        return "contact" if held_by_friction else self.problem.kind
 
     def only_body(self, what: str) -> str:
         """The name of the only body.

@@ -25,8 +25,8 @@ class Solution(SolutionData):
 
     @staticmethod
     def load(path: str | Path) -> Solution:
-        """A solution from a result file, see `read_solution`."""
-        return read_solution(path)
+        """A solution from a result file, see `read_result`."""
+        return read_result(path)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the bodies as they were and as they are, with the states of the contact nodes;
@@ -52,7 +52,7 @@ class Solution(SolutionData):
         return f"<pre>{html.escape(self.verdict())}</pre>"
 
 
-def read_solution(path: str | Path, group: str = "/") -> Solution:
+def read_result(path: str | Path, group: str = "/") -> Solution:
     """The solution that a result file of any format holds.
 
     Parameters
@@ -68,6 +68,3 @@ def read_solution(path: str | Path, group: str = "/") -> Solution:
     """
     data = read_data(path, group)
     return Solution(**{name: getattr(data, name) for name in SolutionData.__dataclass_fields__})
-
-
-read_result = read_solution

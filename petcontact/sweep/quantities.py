@@ -192,7 +192,7 @@ def row_of(
 
 
 def _facts(solution: Solution) -> dict[str, Any]:
-    seconds, case = solution.timings, solution.case
+    seconds, case = solution.timings, solution.problem
     return {
         "published": published_count(case) if isinstance(case, Problem) else None,
         "iterations": solution.iterations,

@@ -13,7 +13,7 @@ from petcontact import adapt, solve
 from petcontact.model.base import parse
 from petcontact.model.problem import Problem
 from petcontact.refinement.corner_exponents import SLIDING, corner_exponent
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 
 YOUNG, RATIO, LENGTH = 3.0, 0.3, 2.0
 
@@ -76,8 +76,8 @@ def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
         force = YOUNG / (1.0 + RATIO) * LENGTH**power
         assert list(pairs.values()) == pytest.approx([force, -force], rel=1e-4)
     solution.save(tmp_path / "r.h5")
-    assert np.array_equal(read_solution(tmp_path / "r.h5").mesh.power, solution.mesh.power)
-    assert read_solution(tmp_path / "r.h5").mesh.x == pytest.approx(
+    assert np.array_equal(read_result(tmp_path / "r.h5").mesh.power, solution.mesh.power)
+    assert read_result(tmp_path / "r.h5").mesh.x == pytest.approx(
         solution.mesh.x, rel=1e-12, abs=1e-15
     )
 

@@ -25,7 +25,7 @@ from petcontact import (
     Rectangle,
     SideBySide,
     Traction,
-    read_solution,
+    read_result,
     solve,
     write_solution,
 )
@@ -344,7 +344,7 @@ def test_figure_of_the_deformed_body(solved, tmp_path):
 def test_field_of_a_stored_result(solved, tmp_path):
     solution = solved["uniform"]
     write_solution(tmp_path / "result.h5", solution)
-    back = read_solution(tmp_path / "result.h5")
+    back = read_result(tmp_path / "result.h5")
     points = np.array([[1.0, 0.02], [7.5, 3.9]])
     for one, other in zip(
         field_at(solution.mesh, solution.u, solution.traction, solution.problem.material, points),

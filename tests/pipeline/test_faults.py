@@ -25,7 +25,6 @@ from petcontact import (
     SolverError,
     load,
     read_result,
-    read_solution,
     solve,
     write_solution,
 )
@@ -94,7 +93,7 @@ def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
         and err.count("interrupted") == 1
     )
     assert f"failed: interrupted by {number.name}" in out
-    solution = read_solution(tmp_path / "case.h5")
+    solution = read_result(tmp_path / "case.h5")
     assert (
         solution.status == "failed" and solution.iterations > 0 and np.all(np.isfinite(solution.u))
     )
@@ -124,7 +123,7 @@ def test_a_signal_during_a_write_waits_for_it(tmp_path, comm):
         for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
             signal.signal(number, handler)
     assert caught.value.exit_status == 143
-    assert read_solution(tmp_path / "r.h5").converged
+    assert read_result(tmp_path / "r.h5").converged
 
 
 def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):
@@ -193,7 +192,7 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
         == 143
     )
     assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
-    assert read_solution(tmp_path / "example1.h5").converged
+    assert read_result(tmp_path / "example1.h5").converged
 
 
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
@@ -358,7 +357,7 @@ def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
         done = 1 + len(os.read(read, 65536)) if select.select([read], [], [], 0)[0] else 1
         os.close(read)
         os.close(wrote)
-        again = read_solution(path)
+        again = read_result(path)
         assert np.array_equal(again.u, solution.u) and again.converged
         # the last one that was told of, or the one after it
         assert again.rho - 1e6 * turn in (done, done + 1)
@@ -451,7 +450,7 @@ def test_a_ksp_that_fails_half_way_keeps_what_there_is(comm, tmp_path):
     assert solution.status == "failed" and "KSP gmres ended with DIVERGED_" in solution.reason
     assert "try -ksp_type preonly" in solution.reason and solution.iterations > 5
     write_solution(tmp_path / "r.h5", solution)
-    again = read_solution(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
     assert again.reason == solution.reason and len(again.history.rho) == solution.iterations
 
 

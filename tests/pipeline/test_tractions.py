@@ -15,7 +15,6 @@ from petcontact.model.problem import Problem
 from petcontact.pipeline.adapt.difference import difference, fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
 from petcontact.pipeline.adapt.traction_ladder import found_edges
-from petcontact.pipeline.pose.interfaces import interfaces_of
 from petcontact.refinement.contact_edges import Edge, edges, merged
 from petcontact.refinement.levels import believed, growing
 from petcontact.results.verdict.summary import verdict
@@ -57,7 +56,7 @@ def blocks(low: float, high: float, **changes) -> Problem:
 def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     problem = blocks(low, high)
     outlines = [body.geometry.outline() for body in problem.body]
-    upper, lower = pressed_sides(outlines, interfaces_of(problem))
+    upper, lower = pressed_sides(outlines, problem.interfaces)
     assert [s for found in upper.inner.values() for s in sorted(found)] == pytest.approx(on_upper)
     assert [s for found in lower.inner.values() for s in sorted(found)] == pytest.approx(on_lower)
     assert (len(upper.pressing), len(lower.pressing)) == (len(on_lower), len(on_upper))

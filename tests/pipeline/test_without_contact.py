@@ -109,7 +109,7 @@ def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, caps
     assert main(["solve", "bar.toml"]) == 0
     figures = {"bar-deformed.png", "bar-hoop.png"} if d == 2 else {"bar-surface.png"}
     assert {path.name for path in tmp_path.glob("*.png")} == figures | {"bar-stress.png"}
-    kept = petcontact.read_solution("bar.h5")
+    kept = petcontact.read_result("bar.h5")
     assert np.allclose(kept.u, stretched(kept.mesh.x), atol=1e-9)
     assert main(["export", "bar.h5", "--csv", "tables"]) == 0
     with open("tables/boundary.csv", newline="") as file:
@@ -141,6 +141,6 @@ def test_two_ranks_stretch_it_alike(d, storage, tmp_path):
         timeout=300.0,
     )
     assert done.returncode == 0, done.stderr
-    kept = petcontact.read_solution(tmp_path / "bar.h5")
+    kept = petcontact.read_result(tmp_path / "bar.h5")
     exact = stretched(kept.mesh.x)
     assert np.abs(kept.u - exact).max() < 1e-4 * np.abs(exact).max()

@@ -11,14 +11,13 @@ import sys
 from pathlib import Path
 
 import pydantic
-import pytest
 
 import petcontact
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = """\
 import petcontact
-from petcontact import Case, Contact, Displacement, Material, Problem, Rectangle, Solution, load, solve
+from petcontact import Contact, Displacement, Material, Problem, Rectangle, Solution, load, solve
 
 reveal_type(solve)
 solution = solve(load("case.toml"), petsc_options={"ksp_type": "gmres"})
@@ -32,7 +31,7 @@ block = Problem(
     boundary=[Contact("bottom", friction_bound=1.0), Displacement("top", (0, "free"))],
 )
 reveal_type(block.material)
-old: Case = block
+kind: str = block.kind
 Contact(3)
 Problem(materal=Material(1e4, 0.3))
 """
@@ -71,21 +70,12 @@ def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     assert "incompatible type" in by_line[17] and '"materal"' in done.stdout
 
 
-@pytest.mark.parametrize(("old", "new"), petcontact.RENAMED.items())
-def test_a_name_of_before_warns_and_is_the_new_one(old, new):
-    with pytest.warns(DeprecationWarning, match=f"petcontact.{old} is petcontact.{new} now"):
-        assert getattr(petcontact, old) is getattr(petcontact, new)
-    assert old not in petcontact.__all__
-
-
 def test_every_typed_name_is_there_and_none_else():
     stub = (ROOT / "petcontact" / "__init__.pyi").read_text()
     named = re.findall(r"^from \.\S+ import (\w+) as \1$", stub, re.MULTILINE)
     assert len(named) > 30 and sorted(named) == sorted(petcontact.__all__)
     for name in named:
-        assert getattr(petcontact, name).__name__ == {"read_result": "read_solution"}.get(
-            name, name
-        )
+        assert getattr(petcontact, name).__name__ == name
 
 
 def test_nothing_heavy_is_imported_before_it_is_used():

@@ -30,7 +30,7 @@ from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.hdf5 import write_solution
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 from petcontact.runtime.figure_style import label, save
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -99,7 +99,7 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
     assert left.lines[0].get_ydata()[-1] <= 1e-12 and len(left.lines) == 1
     write_solution(tmp_path / "r.h5", solution)
-    assert read_solution(tmp_path / "r.h5").history == solution.history
+    assert read_result(tmp_path / "r.h5").history == solution.history
 
 
 def test_the_projection_methods_history_shows_rho():
@@ -137,7 +137,7 @@ def test_states_differ_by_shape_and_colour(plate):
 
 def test_the_largest_stress_is_told_with_its_place(solution):
     field = field_on_grid(
-        solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30)
+        solution.mesh, solution.u, solution.traction, solution.problem.material, (30, 30)
     )
     peak = peak_of(solution.mesh, field.x, field.von_mises)
     assert peak.corner == "top and left" and peak.usual < peak.stress

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from petcontact.commands.main import main
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 
 DATA = Path(__file__).parents[1] / "data"
 FROZEN = ("format1_plane", "format1_space", "format2_steps")
@@ -26,14 +26,14 @@ def without_cost(verdict):
 @pytest.mark.parametrize("name", FROZEN)
 def test_verdicts_are_those_of_the_version_that_wrote_them(name):
     assert (
-        without_cost(read_solution(DATA / f"{name}.h5").verdict())
+        without_cost(read_result(DATA / f"{name}.h5").verdict())
         == (DATA / f"{name}.txt").read_text()
     )
 
 
 @pytest.mark.parametrize("name", FROZEN)
 def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
-    solution = read_solution(DATA / f"{name}.h5")
+    solution = read_result(DATA / f"{name}.h5")
     solution.save(tmp_path / "r.h5")
     with h5py.File(DATA / f"{name}.h5") as old, h5py.File(tmp_path / "r.h5") as new:
         assert new.attrs["format_version"] == 3 > old.attrs["format_version"]
@@ -47,7 +47,7 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
             # where a format 1 file says u_t, ours computes it from u
             assert close(new[key][()], stored), key
         assert np.array_equal(new["history/rho"], old["history/rho"])
-    again = read_solution(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and list(again.pairs) == list(solution.pairs)
 
 

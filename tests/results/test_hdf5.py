@@ -20,7 +20,7 @@ from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
 from petcontact.results.format.container import write_atomically
 from petcontact.results.hdf5 import FORMAT, write_solution
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 from petcontact.runtime.atomic_write import temporary_name
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def path(solution, tmp_path):
 
 def refused(path, message):
     with pytest.raises(ResultError, match=message) as caught:
-        read_solution(path)
+        read_result(path)
     assert "\n" not in str(caught.value) and str(path) in str(caught.value)
 
 
@@ -52,7 +52,7 @@ def same(a, b):
 
 
 def test_round_trip_is_exact(solution, path):
-    again = read_solution(path)
+    again = read_result(path)
     for name in (
         "u",
         "traction",
@@ -63,7 +63,7 @@ def test_round_trip_is_exact(solution, path):
         "reason",
         "rho",
         "residual",
-        "case",
+        "problem",
         "info",
     ):
         assert same(getattr(solution, name), getattr(again, name)), name
@@ -97,7 +97,7 @@ def test_a_config_of_more_than_64_kb(comm, tmp_path):
     vertices = [(float(np.cos(t)), float(np.sin(t))) for t in angle]
     many = case.model_copy(update={"geometry": Polygon(vertices=vertices, parts=["bottom"] * 3000)})
     write_solution(tmp_path / "r.h5", dataclasses.replace(small, problem=many))
-    assert read_solution(tmp_path / "r.h5").case == many
+    assert read_result(tmp_path / "r.h5").problem == many
 
 
 @pytest.mark.parametrize("fraction", [0.0, 0.001, 0.2, 0.5, 0.9, 0.999])
@@ -129,7 +129,7 @@ def test_files_and_groups_that_are_not_there(path, tmp_path):
     refused(tmp_path, "no such file")
     refused(tmp_path / "\0", "no such file")
     with pytest.raises(ResultError, match=r"no case '/x'; there are bodies, "):
-        read_solution(path, "/x")
+        read_result(path, "/x")
 
 
 @pytest.mark.parametrize("name", ["mesh", "contact/u_t", "history/rho", "boundary/u", "mesh/order"])
@@ -151,7 +151,7 @@ import sys
 import tempfile
 import numpy as np
 from petcontact.errors import ResultError
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 source, scratch = sys.argv[1:]
 content = np.fromfile(source, dtype=np.uint8)
 random = np.random.default_rng(0)
@@ -162,7 +162,7 @@ for k in range(150):
     broken[where] = random.integers(0, 256, 20)
     broken.tofile(scratch)
     try:
-        read_solution(scratch)
+        read_result(scratch)
         outcomes["read"] += 1  # only numbers were hit
     except ResultError as error:
         assert "\\n" not in str(error)
@@ -268,7 +268,7 @@ def test_a_full_disk(solution, small_disk):
         ):
             write_solution(small_disk / "second.h5", large)
     assert os.listdir(small_disk) == ["first.h5"]
-    assert read_solution(small_disk / "first.h5").status == solution.status
+    assert read_result(small_disk / "first.h5").status == solution.status
 
 
 # --- files that were tampered with
@@ -379,7 +379,7 @@ def test_a_group_that_holds_itself_is_no_endless_work(path):
         for name in "abcdefgh":
             file["boundary"][name] = file["boundary"]
             file["boundary"]["root" + name] = file["/"]
-    assert read_solution(path).converged
+    assert read_result(path).converged
 
 
 def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
@@ -389,7 +389,7 @@ def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
         file.create_group("three")
     for name in ("one", "/two", "one/boundary"):
         with pytest.raises(ResultError, match=r"refers to another place|no case|not a result"):
-            read_solution(tmp_path / "results.h5", name)
+            read_result(tmp_path / "results.h5", name)
 
 
 @pytest.mark.parametrize(
@@ -435,7 +435,7 @@ def test_random_tampering_is_read_or_refused_in_one_line(path):
             name = names[rng.integers(len(names))]
             replaced(file, name, changes[rng.integers(len(changes))](file[name][()]))
         try:
-            outcomes.add(bool(read_solution(path).verdict()))
+            outcomes.add(bool(read_result(path).verdict()))
         except ResultError as error:
             assert "\n" not in str(error)
             outcomes.add(False)

@@ -105,7 +105,7 @@ def test_reactions_balance_the_loads(solution):
 def test_fields_at_points(solution):
     points = [[4.0, 2.0], [1.0, 3.0]]
     u, stress = field_at(
-        solution.mesh, solution.u, solution.traction, solution.case.material, points
+        solution.mesh, solution.u, solution.traction, solution.problem.material, points
     )
     assert np.array_equal(solution.at(points), u) and np.array_equal(
         solution.stress_at(points), stress
@@ -117,7 +117,7 @@ def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
     for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
         assert (
             np.array_equal(other.u, solution.u)
-            and other.case == solution.case
+            and other.problem == solution.problem
             and other.history == solution.history
         )
         assert other.verdict() == solution.verdict()
@@ -149,7 +149,7 @@ def test_a_function_is_named_in_files(tmp_path):
     solve(posed(bottom=Contact(part="bottom", friction_bound=ramp))).save(tmp_path / "r.h5")
     read = Solution.load(tmp_path / "r.h5")
     assert (
-        read.case.boundary[0].friction_bound == "<function ramp>"
+        read.problem.boundary[0].friction_bound == "<function ramp>"
         and read.contact.friction_bound[0] > 150.0
     )
 

@@ -26,7 +26,7 @@ from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.records import BodyResult
-from petcontact.results.solution import read_solution
+from petcontact.results.solution import read_result
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import field_inside, grid_inside, write_vtu
 
@@ -44,7 +44,7 @@ def solution():
 
 def test_a_result_in_space_is_read_as_it_was_written(solution, tmp_path: Path) -> None:
     write_solution(tmp_path / "r.h5", solution)
-    again = read_solution(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
     for name in ("u", "traction"):
         np.testing.assert_array_equal(getattr(again, name), getattr(solution, name))
     np.testing.assert_array_equal(again.mesh.x, solution.mesh.x)
@@ -62,7 +62,7 @@ def test_errors_that_a_file_does_not_hold_are_not_known(solution, tmp_path: Path
             file["steps/1/contact/bottom/sigma_t_error"],
             file["steps/1/contact/bottom/pressure_error"],
         )
-    again = read_solution(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
     assert again.pairs["bottom"].pressure_error is None and again.verdict() == solution.verdict()
     write_solution(tmp_path / "s.h5", again)
 

@@ -52,7 +52,7 @@ def test_von_mises_at_points(solution):
     points = [(4.0, 2.0), (1.0, 3.0)]
     found = von_mises_at(solution, points)
     _, stress = field_at(
-        solution.mesh, solution.u, solution.traction, solution.case.material, np.array(points)
+        solution.mesh, solution.u, solution.traction, solution.problem.material, np.array(points)
     )
     for (xx, yy, xy), value in zip(stress, found.values(), strict=True):
         s = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, 0.3 * (xx + yy)]])

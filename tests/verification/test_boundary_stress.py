@@ -21,7 +21,7 @@ from petcontact import (
     Symmetry,
     Traction,
     VolumeLoads,
-    read_solution,
+    read_result,
     solve,
 )
 from petcontact.fields.boundary.places import best_places
@@ -62,7 +62,7 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
         assert file["boundary/stress"] == file["steps/1/body/body/stress"]
     exact_nodes = problem.exact(mesh.x)[1]
     assert np.abs(stored - exact_nodes).max() < nodes * np.abs(exact_nodes).max()
-    again = read_solution(tmp_path / "r.h5").stress_on_boundary()
+    again = read_result(tmp_path / "r.h5").stress_on_boundary()
     assert np.abs(again - stored).max() < 1e-10 * np.abs(stored).max()
 
 

@@ -16,8 +16,7 @@ from ...model.problem import Problem
 from ...refinement.levels import growing
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
-from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds, suitable_bem
-from ..pose.interfaces import interfaces_of
+from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
 from ..steps.increment import PreparedProblem
 
 
@@ -119,10 +118,7 @@ def beyond_budget(
 
     `counts` are those of increments, and of motions that only contact holds.
     """
-    sides = interfaces_of(problem)
-    bem = suitable_bem(
-        resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes
-    )
+    bem = resolved_bem(suitable_bem(problem, meshes))
     budget = budget_of(len(meshes), asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
@@ -134,13 +130,8 @@ def beyond_budget(
             f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is "
             f"{budget}; {more}"
         )
-    faces = [(side.body, side.part) for side in sides]
-    both = [*faces, *(side.primary for side in sides if side.primary is not None)]
-    dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
-    contact = [3 * sum(len(meshes[b].nodes_of(part)) for b, part in both if b == k) for k in dense]
-    total = 3 * sum(len(meshes[b].nodes_of(part)) for b, part in faces)
     try:
-        check_memory([meshes[b].x.size for b in dense], contact, total if dense else 0)
+        needed_memory(bem, meshes, *contact_sizes(problem, meshes), meshes[0].dim)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

@@ -10,14 +10,13 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...frozen import frozen
-from ...geometry.outline import Outline, as_outline
+from ...geometry.outline import as_outline
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ..pose.interfaces import interfaces_of
 from .part_ends import pressed_sides, singular_places
 
 GROWS = 1.1
@@ -117,14 +116,11 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
 def fading_places(problem: Problem) -> dict[str, Array]:
     """By interface of a plane problem, arc lengths along the secondary at which tractions may be
     infinite [length]."""
-    outlines: list[Outline] = [
-        as_outline(body.geometry.outline(), "the error").joined for body in problem.body
-    ]
-    sides = interfaces_of(problem)
-    pressed = pressed_sides(outlines, sides)
+    outlines = [as_outline(boundary, "the error").joined for boundary in problem.boundaries]
+    pressed = pressed_sides(outlines, problem.interfaces)
     return {
         side.name: singular_places(outlines[side.body], side.part, pressed[side.body])
-        for side in sides
+        for side in problem.interfaces
     }
 
 

@@ -20,7 +20,7 @@ from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
 from ..judge.meshes import STIFF
 from ..judge.thickness import SHARE, slenderness
-from ..pose.interfaces import as_problem, interfaces_of
+from ..pose.interfaces import as_problem
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
@@ -51,11 +51,10 @@ class FirstMeshes:
     """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._sides = problem, interfaces_of(problem)
-        self._bilateral = all(side.holds_normal for side in self._sides)
+        self._problem = problem
         self._soft = [
             (side, side.primary)
-            for side in self._sides
+            for side in problem.interfaces
             if side.primary is not None and self._presses(side.body, side.primary[0])
         ]
         self._all: list[SurfaceMesh] = []
@@ -71,7 +70,7 @@ class FirstMeshes:
         return self._all[number]
 
     def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
-        posed = first_options(given, boundary, bilateral=self._bilateral)
+        posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
         self.plain[number] = found = as_surface(mesh_of(posed, boundary))
         if (
             isinstance(boundary, SolidSurface)
@@ -84,10 +83,10 @@ class FirstMeshes:
 
     def _of_all(self, nodes: float) -> list[SurfaceMesh]:
         """Soft primaries have panels as small as those of the stiff bodies that press on them."""
-        outlines = [body.geometry.outline() for body in self._problem.body]
+        outlines = self._problem.boundaries
         meshes = [
-            self._own(b, as_problem(body, outlines[b], self._sides, b), outlines[b], nodes)
-            for b, body in enumerate(self._problem.body)
+            self._own(b, as_problem(self._problem, b, outline), outline, nodes)
+            for b, outline in enumerate(outlines)
         ]
         for side, (b, part) in self._soft:
             if isinstance(surface := outlines[b], SolidSurface):

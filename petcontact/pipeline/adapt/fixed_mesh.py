@@ -83,7 +83,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
     """As `with_estimate`."""
     whole = beside = math.nan
-    if solution.bilateral or not solution.nodes:
+    if solution.kind == "bilateral" or not solution.nodes:
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
         if math.isnan(whole):
@@ -91,7 +91,7 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
                 solution, info={**solution.info, "error_unknown": "compare with a finer mesh"}
             )
         return _estimated(solution, {"estimated_error": min(whole, 1.0)})
-    if solution.bilateral and math.isnan(whole):
+    if solution.kind == "bilateral" and math.isnan(whole):
         beside = beside_error(solution, solved_on)
     error, of_resultants = TailErrors(solution).error(beside, whole)
     return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
@@ -117,7 +117,7 @@ def carries_something(solution: Solution) -> bool:
     """Whether there is a u_t, or a p, whose error could be known."""
     least = NOTHING * min(body.material.young_modulus for body in solution.problem.body)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
-    return solution.bilateral or any((pair.pressure > least).any() for pair in pairs)
+    return solution.kind == "bilateral" or any((pair.pressure > least).any() for pair in pairs)
 
 
 def _costly(solution: Solution, comm: Any) -> str:
@@ -135,7 +135,7 @@ def _costly(solution: Solution, comm: Any) -> str:
         return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
-    if solution.bilateral and min(map(min, _body(solution).exponents)) < WEAK:
+    if solution.kind == "bilateral" and min(map(min, _body(solution).exponents)) < WEAK:
         return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
 
@@ -180,7 +180,7 @@ def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
     it."""
     if not solution.nodes:
         return {"estimated_error": displacement_difference(other, solution)}
-    if solution.bilateral:
+    if solution.kind == "bilateral":
         body = _body(solution)
         apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
         return {"estimated_error": apart / displacement_scale(solution)}

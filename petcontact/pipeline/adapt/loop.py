@@ -17,7 +17,6 @@ from dataclasses import replace
 from typing import Any
 
 from ...errors import InaccurateOperator, InputError, SolverError
-from ...geometry.outline import Outline
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
@@ -31,7 +30,6 @@ from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..judge.first_panels import with_missed_curves
 from ..pose.discretise import Discrete, MeshMaker, discretise
-from ..pose.interfaces import interfaces_of
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
@@ -59,18 +57,13 @@ def quantity_for(problem: Problem) -> Quantity:
     InputError
         If no part is in contact.
     """
-    if not interfaces_of(problem):
+    if problem.kind == "elastic":
         raise InputError(
             "contact: no part is in contact, which adaptive meshes follow; set mesh.element_size"
         )
-    if not all(isinstance(body.geometry.outline(), Outline) for body in problem.body):
+    if problem.boundaries[0].dim > 2:
         return PanelTails(problem)
-    slip = (
-        len(problem.body) == 1
-        and not problem.step
-        and all(side.holds_normal for side in interfaces_of(problem))
-    )
-    return Slip() if slip else Tractions(problem)
+    return Slip() if problem.kind == "bilateral" else Tractions(problem)
 
 
 class AdaptiveSolve:

@@ -80,7 +80,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     if max(map(_next_nodes, meshes)) > FEW or max(mesh.order.max() for mesh in meshes) >= HIGHEST:
         change = -1
         if (
-            solution.bilateral
+            solution.kind == "bilateral"
             or max(mesh.n_nodes for mesh in meshes) > MOST
             or min(mesh.order.min() for mesh in meshes) < 1
         ):
@@ -105,7 +105,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
                 lower.basis_at(higher.element, higher.places) @ u - finer,
                 np.arange(higher.n_nodes),
             )
-            if solution.bilateral:
+            if solution.kind == "bilateral":
                 nodes, size = other.contact.nodes, displacement_scale(solution)
                 apart = apart - np.sum(apart * higher.normal, axis=1, keepdims=True) * higher.normal
             else:
@@ -160,7 +160,7 @@ def _exponent(solution: Solution, number: int) -> float:
     sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
     slides = (
         dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
-        if solution.bilateral
+        if solution.kind == "bilateral"
         else {}
     )
     body = solution.problem.body[number]

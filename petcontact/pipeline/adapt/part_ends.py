@@ -13,7 +13,7 @@ from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...mesh.grading import singular_ends
 from ...mesh.pairs.curve_sides import curve_projection
-from ..pose.interfaces import InterfaceSpec
+from ...model.interfaces import PosedInterface
 
 AT_END = 1e-6
 """Distance from the ends of a side, relative to it, below which a corner faces that end and not the
@@ -37,7 +37,7 @@ class PressedSides:
 
 
 def pressed_sides(
-    outlines: Sequence[Outline], sides: Sequence[InterfaceSpec]
+    outlines: Sequence[Outline], sides: Sequence[PosedInterface]
 ) -> list[PressedSides]:
     """Of each body, where the corners of parts meet the sides of the other part of their pair."""
     found = [PressedSides() for _ in outlines]

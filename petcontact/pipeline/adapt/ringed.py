@@ -11,6 +11,7 @@ from ...arrays import Array
 from ...contact.state import Start
 from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
 from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector
@@ -19,7 +20,6 @@ from ...refinement.panels.zone import Zone, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
 from ..judge.first_panels import lowest_between
-from ..pose.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
@@ -50,14 +50,11 @@ class EllipticContacts:
     """
 
     def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
-        outlines = [body.geometry.outline() for body in problem.body]
         self._surfaces = [
-            shape if isinstance(shape, SolidSurface) and shape.known else None for shape in outlines
+            shape if isinstance(shape, SolidSurface) and shape.known else None
+            for shape in problem.boundaries
         ]
-        faces = {
-            side.name: [(side.body, side.part), *([side.primary] if side.primary else [])]
-            for side in interfaces_of(problem)
-        }
+        faces = {side.name: side.ends for side in problem.interfaces}
         every = [face for both in faces.values() for face in both]
         self._faces = {
             name: both
@@ -109,7 +106,7 @@ class EllipticContacts:
             more = [
                 n for n, reached in RINGS.items() if self._may_have(name, n) and reached < estimate
             ]
-            if not more or solution.bilateral:
+            if not more or solution.kind == "bilateral":
                 continue
             count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
             pair, closed = (
@@ -164,7 +161,7 @@ class EllipticContacts:
 
 
 def expected_start(
-    problem: PreparedProblem, small: Sequence[tuple[InterfaceSpec, SmallContact]]
+    problem: PreparedProblem, small: Sequence[tuple[PosedInterface, SmallContact]]
 ) -> Start | None:
     """No tractions, and overlaps where small contacts are expected, in other pairs everywhere; None
     where there are none."""
@@ -183,12 +180,12 @@ def zone_about(expected: SmallContact) -> Zone:
 
 def small_contacts(
     problem: Problem, solution: Solution
-) -> list[tuple[InterfaceSpec, SmallContact]]:
+) -> list[tuple[PosedInterface, SmallContact]]:
     """Contacts after the last step that are smaller than the panels they are on, or wholly between
     their nodes."""
     found, step = [], solution.tried[-1]
     depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
-    for side in interfaces_of(problem):
+    for side in problem.interfaces:
         both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
         soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
         mesh, pair, nodes = (

@@ -12,6 +12,7 @@ from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
+from ...model.interfaces import PosedInterface
 from ...refinement.panels.jumps import EdgeJumps, strained
 from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
@@ -19,7 +20,6 @@ from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.increments import PRESSED
 from ..judge.thickness import bending_error
-from ..pose.interfaces import InterfaceSpec, interfaces_of
 from .slip_ladder import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
@@ -62,7 +62,7 @@ class TailErrors:
     """
 
     def __init__(self, solution: Solution) -> None:
-        self.solution, self._sides = solution, interfaces_of(solution.problem)
+        self.solution, self._sides = solution, solution.problem.interfaces
         self._meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self._meshes]
 
@@ -99,7 +99,7 @@ class TailErrors:
                 if size > 0.0:
                     jumps = (
                         0.0
-                        if solution.bilateral
+                        if solution.kind == "bilateral"
                         else sum(each.sum() for each in self.jump_squares(step, side))
                     )
                     smooth = (weight @ error**2 + jumps for error in _errors(pair))
@@ -112,7 +112,7 @@ class TailErrors:
             (float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps),
             default=0.0,
         )
-        if not solution.bilateral:
+        if solution.kind != "bilateral":
             # what overlaps between nodes in contact is not pressed apart: forces lack as much as p
             pressed = max(
                 (step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)),
@@ -141,7 +141,7 @@ class TailErrors:
         error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, beside), 1.0)
         return error, worst * error + uneven
 
-    def weight(self, side: InterfaceSpec, step: StepResult) -> Array:
+    def weight(self, side: PosedInterface, step: StepResult) -> Array:
         """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""
         mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
         return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
@@ -170,7 +170,7 @@ class TailErrors:
             result[side.body][element[~good]] = False
         return result
 
-    def jump_squares(self, step: StepResult, side: InterfaceSpec) -> list[Array]:
+    def jump_squares(self, step: StepResult, side: PosedInterface) -> list[Array]:
         """Squared errors of p after a step that come from each element of each body, by jumps of u
         at its edges.
 
@@ -181,7 +181,7 @@ class TailErrors:
         """
         result = [np.zeros(mesh.n_elements) for mesh in self._meshes]
         bodies, problem = list(step.bodies.values()), self.solution.problem
-        for number, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
+        for number, part in side.ends:
             mesh, found, edges = self._meshes[number], bodies[number], self._edges[number, part]
             kernel = kernel_for(mesh, problem.body[number].material)
             nodes = mesh.nodes_of(part)
@@ -203,7 +203,7 @@ class TailErrors:
             )
         return result
 
-    def rough_square(self, step: StepResult, side: InterfaceSpec) -> float:
+    def rough_square(self, step: StepResult, side: PosedInterface) -> float:
         """Squared error of p after a step by its jumps between panels that are closed all over
         [stress² · area].
 

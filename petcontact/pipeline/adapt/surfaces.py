@@ -15,6 +15,7 @@ from ...contact.state import Start
 from ...geometry.surface import Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.interfaces import PosedInterface
 from ...model.problem import Body, Problem
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
@@ -26,7 +27,6 @@ from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
 from ..judge.increments import OVERLAP, is_unresolved
-from ..pose.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from .budget import beyond_budget, budget_of
@@ -75,13 +75,13 @@ class PanelTails:
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
-        self._problem, self._sides = problem, interfaces_of(problem)
+        self._problem, self._sides = problem, problem.interfaces
         self._estimates: list[float] = []
         self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
         self._meshes, self._expected = (
             list[BoundaryMesh](),
-            list[tuple[InterfaceSpec, SmallContact]](),
+            list[tuple[PosedInterface, SmallContact]](),
         )
         self._first = FirstMeshes(problem)
         self._elliptic = EllipticContacts(problem, self._first.plain)
@@ -201,7 +201,7 @@ class PanelTails:
         [length² · area]."""
         solution = errors.solution
         meshes = list(solution.meshes.values())
-        if solution.bilateral:
+        if solution.kind == "bilateral":
             return [errors.slip_squares(step)]
         touching, norms = self._touching(meshes), list[float]()
         square = [np.zeros(mesh.n_elements) for mesh in meshes]
@@ -239,7 +239,7 @@ class PanelTails:
                 touching[b][self._facing(side, meshes)[1]] = True
         return touching
 
-    def _facing(self, side: InterfaceSpec, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
+    def _facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
         """`facing` of a side, looked for once on the same panels, of whichever orders."""
         assert side.primary is not None
         b, part = side.primary
@@ -260,7 +260,10 @@ class PanelTails:
         if small:
             marked, most = self._within(meshes, small), SMALLEST
         else:
-            meshes, most = self._raised(meshes, raised), 1 if solution.bilateral else DEEPEST
+            meshes, most = (
+                self._raised(meshes, raised),
+                1 if solution.kind == "bilateral" else DEEPEST,
+            )
         found: list[SurfaceMesh] = []
         for _ in range(most):
             finer, parent = self._cut(meshes, marked)
@@ -277,7 +280,7 @@ class PanelTails:
 
     @staticmethod
     def _within(
-        meshes: Sequence[SurfaceMesh], small: Sequence[tuple[InterfaceSpec, SmallContact]]
+        meshes: Sequence[SurfaceMesh], small: Sequence[tuple[PosedInterface, SmallContact]]
     ) -> list[Mask]:
         """Which panels of secondaries are too long for small contacts, along both coordinates."""
         marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]

@@ -24,7 +24,6 @@ from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ..judge.increments import is_unresolved
 from ..pose.discretise import Discrete
-from ..pose.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
@@ -71,9 +70,9 @@ class Tractions:
         self._problem, self._bodies = problem, dict[int, Body]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
-        self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
-        outlines = [as_outline(body.geometry.outline(), "--adapt").joined for body in problem.body]
-        self._pressed = pressed_sides(outlines, interfaces_of(problem))
+        self._names = {(side.body, side.part): side.name for side in problem.interfaces}
+        outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
+        self._pressed = pressed_sides(outlines, problem.interfaces)
         self._places = fading_places(problem)
 
     @property

@@ -15,7 +15,7 @@ from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
-from ..pose.interfaces import InterfaceSpec
+from ...model.interfaces import PosedInterface
 
 CLOSER = 5
 """Points along each direction around the deepest point of an element so far, where it is looked for
@@ -157,7 +157,7 @@ def _grid(count: int, directions: int) -> Array:
 
 
 def places_between(
-    side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh]
+    side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh]
 ) -> Places | None:
     """Places between the nodes of a contact; None where its parts cannot separate, or the gap is
     known at nodes only."""
@@ -168,7 +168,7 @@ def places_between(
     return Places(mesh, interface.nodes, *mesh.faces(side.part), _gap_at(side, meshes))
 
 
-def _gap_at(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> GapAt:
+def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:
     mesh = meshes[side.body]
     if side.law.gap != "geometry":
 

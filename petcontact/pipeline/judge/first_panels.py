@@ -20,7 +20,6 @@ from ...refinement.panels.hanging import bent
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ..pose.discretise import Discrete
-from ..pose.interfaces import interfaces_of
 
 EXPLAINED = 0.1
 """Share of an overlap between nodes by which a panel is off the surface where it explains the
@@ -53,7 +52,7 @@ def with_missed_curves(
         )
         approach = float(np.abs(interface.gap[closed]).max(initial=0.0))
         place = discrete.meshes[side.body].x[interface.nodes[closed]]
-        for number, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
+        for number, part in side.ends:
             body = discrete.problem.body[number]
             surface = body.geometry.outline()
             if (
@@ -89,7 +88,7 @@ def bent_sides(
     """Which panels of curved faces have sides that smaller ones hang on and that leave the face by
     more than a share of p allows for, along both coordinates."""
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in [side for side in interfaces_of(problem) if side.law.normal == "unilateral"]:
+    for side in [side for side in problem.interfaces if side.law.normal == "unilateral"]:
         ends, bodies = (
             [step.pairs[side.name] for step in solution.steps],
             [side.body, *(side.primary or ())[:1]],
@@ -115,14 +114,14 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
         failed.residuals["between"],
     )
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in interfaces_of(problem):
+    for side in problem.interfaces:
         element, gap = (
             meshes[side.body].element[solution.nodes[side.name]],
             failed.pairs[side.name].gap,
         )
         lowest = lowest_between(element, gap, meshes[side.body].n_elements)
         near = failed.pairs[side.name].x[lowest[element] <= gap.min() + DEEP * depth]
-        for b, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
+        for b, part in side.ends:
             if surface := _curved(problem, b):
                 here = meshes[b].part == meshes[b].part_names.index(part)
                 off = bent(
@@ -150,7 +149,7 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
     both coordinates: it may be smaller than they are, so that none of their nodes faces it."""
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in interfaces_of(problem):
+    for side in problem.interfaces:
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
             mesh, other = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))

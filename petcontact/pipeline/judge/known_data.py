@@ -11,7 +11,6 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Problem
 from ...refinement.known_data import given_data
-from ..pose.interfaces import InterfaceSpec, interfaces_of
 
 SAMPLES = {2: 16, 3: 6}
 """By the dimension: places along each direction of an element."""
@@ -33,7 +32,7 @@ def missed_data(problem: Problem, meshes: Mapping[str, BoundaryMesh]) -> list[st
     smaller elements there"]
     """
     found = dict[str, float]()
-    for number, part, what, value in _given(problem, interfaces_of(problem)):
+    for number, part, what, value in _given(problem):
         if isinstance(value, str) or callable(value):
             name = problem.body[number].name
             text = f"body {name!r}: its mesh misses {{:.0%}} of the {what} on {part}"
@@ -42,14 +41,14 @@ def missed_data(problem: Problem, meshes: Mapping[str, BoundaryMesh]) -> list[st
     return [f"{text.format(share)}{why}" for text, share in found.items() if share > LARGE]
 
 
-def _given(problem: Problem, sides: list[InterfaceSpec]) -> Iterator[tuple[int, str, str, Value]]:
+def _given(problem: Problem) -> Iterator[tuple[int, str, str, Value]]:
     """Body, part and kind of all that conditions, also those of steps, and friction give."""
     for number in range(len(problem.body)):
         for of_step in problem.conditions(number):
             for part, condition in of_step.items():
                 for what, values, _ in given_data(condition):
                     yield from ((number, part, what, value) for value in values)
-    for side in sides:
+    for side in problem.interfaces:
         for what in ("friction_bound", "friction_coefficient"):
             value = getattr(side.law, what)
             if value is not None:

@@ -23,12 +23,13 @@ from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import PairParts, matched
+from ...model.interfaces import PosedInterface
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
-from ..choice import needed_memory, resolved_bem, suitable_bem
+from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from .facing import contact_interface, facing_of, periodic_interface
-from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
+from .interfaces import as_problem, check_parts
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
@@ -48,8 +49,8 @@ class Discrete:
     problem : Problem
     boundaries : list of Outline or surfaces
     meshes : list of BoundaryMesh
-    sides : list of InterfaceSpec
     interfaces : list of Interface
+        Those of the problem, in their order, on the meshes.
         Held normally, all of them, where none may open and no friction depends on pressure: then
         u_n is known.
     law : ContactLaw
@@ -73,7 +74,6 @@ class Discrete:
     problem: Problem
     boundaries: list[Boundary]
     meshes: list[BoundaryMesh]
-    sides: list[InterfaceSpec]
     interfaces: list[Interface]
     law: ContactLaw
     data: list[BoundaryData]
@@ -84,6 +84,11 @@ class Discrete:
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
     adapted: bool = False
+
+    @property
+    def sides(self) -> tuple[PosedInterface, ...]:
+        """The interfaces as they are posed."""
+        return self.problem.interfaces
 
     @functools.cached_property
     def motions(self) -> list[Array]:
@@ -130,12 +135,12 @@ def discretise(
         getattr(problem, key) == getattr(like.problem, key) for key in POSED
     ):
         return replace(like, problem=problem, warnings=list(like.warnings))
-    sides = interfaces_of(problem)
-    boundaries, meshes = meshed(problem, sides, make_mesh, like)
-    bem = suitable_bem(problem.bem, [(side.body, side.part) for side in sides], meshes)
+    boundaries, meshes = meshed(problem, make_mesh, like)
+    bem = suitable_bem(problem, meshes)
     problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
-        _check_size(problem, sides, meshes)
+        _check_size(problem, meshes)
+    sides = problem.interfaces
     if not sides:
         return _without_contact(problem, boundaries, meshes, like)
     facings = [facing_of(side, meshes) for side in sides] if like is None else like.facings
@@ -146,9 +151,7 @@ def discretise(
             interfaces.append(periodic_interface(problem, side, meshes[side.body]))
             distance.append(0.0)
             continue
-        interface, smallest, never = contact_interface(
-            side, meshes, facing, all(side.holds_normal for side in sides)
-        )
+        interface, smallest, never = contact_interface(side, meshes, facing, problem.holds_normals)
         interfaces.append(interface)
         distance.append(smallest)
         notes += never
@@ -172,7 +175,6 @@ def discretise(
         problem,
         boundaries,
         meshes,
-        sides,
         interfaces,
         law,
         data,
@@ -211,7 +213,6 @@ def _without_contact(
         boundaries,
         meshes,
         [],
-        [],
         Tresca(np.zeros(0), meshes[0].dim - 1),
         data,
         [],
@@ -223,39 +224,21 @@ def _without_contact(
     )
 
 
-def _check_size(problem: Problem, sides: list[InterfaceSpec], meshes: list[BoundaryMesh]) -> None:
+def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:
     """Refuse what does not fit the machine before what faces what is looked for, which of many
     panels takes long."""
-    secondary = [(side.body, side.part) for side in sides]
-    met = {*secondary, *(side.primary for side in sides if side.primary)}
-    nodes = {place: len(meshes[place[0]].nodes_of(place[1])) for place in met}
-    contact = [
-        sum(count for (body, _), count in nodes.items() if body == b) for b in range(len(meshes))
-    ]
-    directions = meshes[0].dim - all(side.holds_normal for side in sides)
-    needed_memory(
-        resolved_bem(problem.bem),
-        meshes,
-        contact,
-        directions,
-        sum(nodes[place] for place in secondary),
-    )
+    directions = meshes[0].dim - problem.holds_normals
+    needed_memory(resolved_bem(problem.bem), meshes, *contact_sizes(problem, meshes), directions)
 
 
 def meshed(
-    problem: Problem,
-    sides: list[InterfaceSpec],
-    make_mesh: MeshMaker | None,
-    like: Discrete | None = None,
+    problem: Problem, make_mesh: MeshMaker | None, like: Discrete | None = None
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
     """Boundaries and meshes of the bodies, which match where parts face one another."""
-    boundaries: list[Boundary] = (
-        list(like.boundaries) if like else [body.geometry.outline() for body in problem.body]
-    )
-    check_parts(problem, boundaries, sides)
+    boundaries = list(like.boundaries) if like else problem.boundaries
+    check_parts(problem, boundaries)
     posed = [
-        functools.partial(as_problem, body, boundaries[b], sides, b)
-        for b, body in enumerate(problem.body)
+        functools.partial(as_problem, problem, b, boundary) for b, boundary in enumerate(boundaries)
     ]
     if like is not None:
         for one, boundary in zip(posed, boundaries, strict=True):
@@ -267,9 +250,9 @@ def meshed(
         for b, one in enumerate(posed)
     ]
     pairs = [
-        PairParts((s.body, s.part), s.primary, s.direction, s.periodic)
-        for s in sides
-        if s.primary is not None
+        PairParts((i.body, i.part), i.primary, i.direction, i.periodic)
+        for i in problem.interfaces
+        if i.primary is not None
     ]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 

@@ -12,8 +12,8 @@ from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
+from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
-from .interfaces import InterfaceSpec
 
 CURVED = 0.1
 """Change of the normals over a face that is curved."""
@@ -24,7 +24,7 @@ FINER = 0.9
 """Elements of the secondary smaller than this, over those of the primary, are finer ones."""
 
 
-def facing_of(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
+def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None:
     """What a side faces of another body, None where that is no body.
 
     Raises
@@ -56,7 +56,7 @@ def facing_of(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
     return facing
 
 
-def mismatch(side: InterfaceSpec, facing: Facing | None) -> list[str]:
+def mismatch(side: PosedInterface, facing: Facing | None) -> list[str]:
     """A note where the elements of a pair do not match."""
     if facing is None or facing.matched or not facing.met.any():
         return []
@@ -78,7 +78,7 @@ def mismatch(side: InterfaceSpec, facing: Facing | None) -> list[str]:
 
 
 def contact_interface(
-    side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
+    side: PosedInterface, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
 ) -> tuple[Interface, float, list[str]]:
     """A side on meshes, the smallest distance or gap of it [length], and notes where it never
     touches or fits a curve."""
@@ -147,7 +147,7 @@ def contact_interface(
     )
 
 
-def periodic_interface(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Interface:
+def periodic_interface(problem: Problem, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
     """The sides of a periodic strip: they stay together but for the jump, and carry opposite
     tractions.
 

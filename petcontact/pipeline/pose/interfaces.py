@@ -5,109 +5,15 @@ from __future__ import annotations
 from collections.abc import Sized
 from typing import Any
 
-import numpy as np
-
-from ...arrays import Array
 from ...errors import InputError
-from ...frozen import frozen
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
 from ...model.loads import loads_by_step
-from ...model.problem import ONE_BODY, Body, Contact, Periodic, Problem, Traction
+from ...model.problem import Contact, Periodic, Problem, Traction
 
 
-@frozen
-class InterfaceSpec:
-    """One interface as the config has it.
-
-    Attributes
-    ----------
-    name, key : str
-        Name, and the place in the config for errors.
-    body : int
-    part : str
-    primary : (int, str), optional
-        Body and part of the primary.
-    obstacle : int, optional
-    law : Contact or Pair
-        Whose normal, gap and friction it has.
-    direction : (d,) array, optional
-    periodic : bool
-        Whether the primary is the secondary moved along.
-    """
-
-    name: str
-    key: str
-    body: int
-    part: str
-    primary: tuple[int, str] | None
-    obstacle: int | None
-    law: Any
-    direction: Array | None
-    periodic: bool = False
-
-    @property
-    def holds_normal(self) -> bool:
-        """Whether it is in contact with fixed ground that it cannot leave, and its friction does
-        not depend on pressure.
-
-        Then u_n = gap is known data of the body, and a method looks for tangential tractions only,
-        as in the paper.
-        """
-        return (
-            self.primary is None
-            and self.obstacle is None
-            and self.direction is None
-            and self.law.normal != "unilateral"
-            and self.law.friction_coefficient is None
-        )
-
-
-def interfaces_of(problem: Problem) -> list[InterfaceSpec]:
-    """Contact conditions and contact pairs, in the order of the config."""
-    result = []
-    several = len(problem.body) > 1 or problem.body[0].name != ONE_BODY
-    for b, body in enumerate(problem.body):
-        for k, condition in enumerate(body.boundary):
-            if isinstance(condition, Contact | Periodic):
-                name = f"{body.name}.{condition.part}" if several else condition.part
-                key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
-                place = f"{key} ({condition.part})"
-                if isinstance(condition, Periodic):
-                    bonded = Contact(condition.part, normal="bonded")
-                    partner = b, condition.partner
-                    result.append(
-                        InterfaceSpec(
-                            name, place, b, condition.part, partner, None, bonded, None, True
-                        )
-                    )
-                else:
-                    result.append(
-                        InterfaceSpec(name, place, b, condition.part, None, None, condition, None)
-                    )
-    obstacles = [o.name for o in problem.obstacle]
-    for k, pair in enumerate(problem.contact):
-        key = f"contact[{k}]"
-        a, part = problem.side(f"{key}.secondary", pair.secondary)
-        direction = (
-            None
-            if pair.direction is None
-            else np.array(pair.direction) / np.linalg.norm(pair.direction)
-        )
-        if pair.primary in obstacles:
-            result.append(
-                InterfaceSpec(
-                    pair.name, key, a, part, None, obstacles.index(pair.primary), pair, direction
-                )
-            )
-        else:
-            primary = problem.side(f"{key}.primary", pair.primary, obstacles)
-            result.append(InterfaceSpec(pair.name, key, a, part, primary, None, pair, direction))
-    return result
-
-
-def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[InterfaceSpec]) -> None:
+def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
     """Refuse parts that do not exist or have two conditions, bodies of different dimensions, and
     vectors that do not fit.
 
@@ -123,14 +29,14 @@ def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Interf
                 f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}"
             )
         _check_loads(problem, number, boundary)
-    for side in sides:
+    for side in problem.interfaces:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)
     for k, step in enumerate(problem.step):
         for j, force in enumerate(step.point_force):
             _check_components(f"step[{k}].point_force[{j}].force", force.force, d)
     for number, boundary in enumerate(boundaries):
-        _check_conditions(problem, number, boundary, sides)
+        _check_conditions(problem, number, boundary)
 
 
 def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
@@ -156,9 +62,7 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
             _check_components(f"body {body.name!r}: loads.{key}", value, d)
 
 
-def _check_conditions(
-    problem: Problem, number: int, boundary: Boundary, sides: list[InterfaceSpec]
-) -> None:
+def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None:
     """Parts of a body: whether those that are named exist, and each has one condition or
     contact."""
     body, taken = problem.body[number], list[str]()
@@ -172,9 +76,9 @@ def _check_conditions(
         taken.append(condition.part)
     ends = [
         (side, what, end)
-        for side in sides
-        for what, end in (("secondary", (side.body, side.part)), ("primary", side.primary))
-        if end and end[0] == number
+        for side in problem.interfaces
+        for what, end in zip(("secondary", "primary"), side.ends, strict=False)
+        if end[0] == number
     ]
     for side, what, (_, part) in ends:
         if side.primary is None and isinstance(side.law, Contact):
@@ -196,7 +100,7 @@ def _check_conditions(
             )
     met = [*taken, *(part for _, _, (_, part) in ends)]
     missing = [part for part in boundary.parts if part not in met]
-    if missing and body.name == ONE_BODY and len(problem.body) == 1:
+    if missing and problem.is_flat:
         raise InputError(
             f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} "
             f"needs one "
@@ -217,12 +121,12 @@ def _check_components(key: str, value: Sized, d: int) -> None:
         raise InputError(f"{key}: the body has {d} dimensions, got {len(value)} components")
 
 
-def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], number: int) -> Problem:
+def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or
     in contact."""
-    contact = Contact.model_construct  # of values that were checked
+    body, contact = problem.body[number], Contact.model_construct  # of values that were checked
     touching: dict[str, Contact] = {}
-    for side in sides:
+    for side in problem.interfaces:
         law = side.law
         given = {
             key: getattr(law, key) for key in ("normal", "friction_coefficient", "friction_bound")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,11 +16,14 @@ from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
-from .interfaces import InterfaceSpec
+from ...model.interfaces import PosedInterface
 
 
 def with_law(
-    given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+    given: Any,
+    sides: Sequence[PosedInterface],
+    interfaces: list[Interface],
+    meshes: list[BoundaryMesh],
 ) -> tuple[list[Interface], ContactLaw]:
     """The law, and interfaces that look for as many components as it has: a law of the user's may
     have the normal one."""
@@ -34,7 +38,7 @@ def with_law(
 
 
 def _contact_nodes(
-    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+    sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> ContactNodes:
     return ContactNodes(
         np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
@@ -46,7 +50,7 @@ def _contact_nodes(
 
 
 def law_between(
-    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+    sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> ContactLaw:
     """The law that the config names, at the nodes of all interfaces.
 
@@ -82,7 +86,7 @@ def law_between(
 
 
 def wear_between(
-    sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
+    sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> Array:
     """Coefficient of Archard's law at the nodes of all interfaces, (M,) [1/stress]; errors as of
     `law_between`."""
@@ -99,7 +103,7 @@ def wear_between(
 
 
 def _not_negative(
-    side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh], key: str
+    side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh], key: str
 ) -> Array | None:
     """Values (m,) of what the law of an interface has under a key; None where it is not given."""
     value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes

@@ -22,8 +22,7 @@ from ...model.bodies import Contact
 from ...model.cycle import cycle_steps
 from ...model.problem import Problem
 from ...results.records import PairResult, StepResult
-from ...results.solution import Solution, read_solution
-from ..pose.interfaces import interfaces_of
+from ...results.solution import Solution, read_result
 from .cycles import Row, rows_of
 from .increment import PreparedProblem
 
@@ -143,7 +142,7 @@ def _check_wear(
     InputError
     """
     before, now = (
-        {side.name: side.law for side in interfaces_of(each)}
+        {side.name: side.law for side in each.interfaces}
         for each in (old.problem, problem.discrete.problem)
     )
     for name in now if steps else ():
@@ -235,7 +234,7 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
 
 def _read(file: str, name: str) -> Solution:
     if Path(file).is_file():
-        return read_solution(file)
+        return read_result(file)
     if Path(file).suffix == ".h5":
         raise InputError(f"method.start: there is no file {file!r}")
     raise InputError(

@@ -32,8 +32,8 @@ def verdict(solution: SolutionData) -> str:
     """
     title = printable(solution.problem.title)
     lines = [title] if title else []
-    lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
-    lines += peak_lines(solution) if solution.steps or solution.bilateral else []
+    lines += _zones_and_forces(solution) if solution.kind == "bilateral" else _steps(solution)
+    lines += peak_lines(solution) if solution.steps or solution.kind == "bilateral" else []
     lines += wrapped(
         "  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
     )
@@ -188,7 +188,7 @@ def _accuracy(solution: SolutionData) -> list[str]:
     """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
     info, what = (
         solution.info,
-        "u_t" if solution.bilateral else "p and q" if solution.nodes else "u",
+        "u_t" if solution.kind == "bilateral" else "p and q" if solution.nodes else "u",
     )
     if "error_unknown" in info:
         return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")

@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...model.problem import Problem
 from ...results.solution import Solution
 from ..published import example_number
 from ..store.case_table import CaseTable
@@ -78,7 +77,7 @@ def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
 def _figures(solution: Solution) -> list[Figure]:
     from ...results.figures.plots import plot_all
 
-    number = example_number(solution.case) if isinstance(solution.case, Problem) else None
+    number = example_number(solution.problem)
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         for picture in plot_all(solution, folder, "figure"):

@@ -20,7 +20,7 @@ import numpy as np
 from ...errors import InputError, OutputError, ResultError
 from ...frozen import frozen
 from ...results.format.container import write_atomically
-from ...results.solution import Solution, read_solution
+from ...results.solution import Solution, read_result
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
@@ -287,7 +287,7 @@ def read_case(path: str | Path, id_: str = "/") -> Solution:
         If there is no such file, sweep or case, or not all of its fields are kept.
     """
     if id_ == "/":
-        return read_solution(path)
+        return read_result(path)
     found = load_case(path, id_)
     if isinstance(found, dict):
         raise ResultError(

@@ -14,7 +14,7 @@ import numpy as np
 from ...contact.state import COLUMNS
 from ...results.hdf5 import write_group
 from ...results.records import ContactFields
-from ...results.solution import Solution, read_solution
+from ...results.solution import Solution, read_result
 
 DEPTH = {"scalars": 0, "contact": 1, "all": 2}
 """What may be kept, the least first."""
@@ -43,7 +43,7 @@ def unpacked(content: bytes, keep: str) -> Solution | dict[str, Any]:
             return dict(archive)
     with tempfile.NamedTemporaryFile(suffix=".h5") as file:
         Path(file.name).write_bytes(content)
-        return read_solution(file.name)
+        return read_result(file.name)
 
 
 def contact_arrays(solution: Solution) -> dict[str, Any]:
@@ -53,7 +53,7 @@ def contact_arrays(solution: Solution) -> dict[str, Any]:
     interface, and one value an increment.
     """
     columns = solution.columns()
-    if solution.bilateral:
+    if solution.kind == "bilateral":
         history = {
             f"history_{key}": np.array(getattr(solution.history, key), float) for key in COLUMNS
         }
