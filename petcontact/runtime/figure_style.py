@@ -3,6 +3,9 @@ units, and files."""
 
 from __future__ import annotations
 
+import importlib
+import os
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -56,6 +59,7 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         If the file cannot be written.
     """
     suffix = figure_format(path)
+    load_matplotlib()
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -74,6 +78,28 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
             figure.savefig(
                 temporary, format=suffix, metadata={stamp: None} if stamp else None, **how
             )
+
+
+def load_matplotlib() -> None:
+    """Import matplotlib without the settings of the working folder, which name modules and programs
+    to run; those of the user's own folder stay.
+
+    Raises
+    ------
+    InputError
+        If matplotlib cannot read these.
+    """
+    if "matplotlib" in sys.modules:
+        return
+    folder = os.open(".", os.O_RDONLY | getattr(os, "O_PATH", 0))
+    try:
+        os.chdir("/")
+        importlib.import_module("matplotlib")
+    except (ValueError, OSError) as error:
+        raise InputError(f"matplotlib's settings cannot be read ({error})") from None
+    finally:
+        os.fchdir(folder)
+        os.close(folder)
 
 
 def figure_format(path: str | Path) -> str:

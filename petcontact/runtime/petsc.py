@@ -17,7 +17,7 @@ from typing import Any
 
 from ..errors import InputError, MissingPetscError, SolverError
 from .memory import check_address_space
-from .petsc_options import OF_THE_PROGRAM, check, files_first
+from .petsc_options import OF_THE_FOLDER, OF_THE_HOME, OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
 from .threads import cap_blas_threads
 
@@ -68,9 +68,12 @@ def initialise(argv: Sequence[str] = ()) -> None:
         If there is too little memory to start.
     """
     cap_blas_threads()
-    check([*os.environ.get("PETSC_OPTIONS", "").split(), *argv])
-    arguments = files_first(argv)
     started = "petsc4py.PETSc" in sys.modules
+    environment = os.environ.get("PETSC_OPTIONS", "").split()
+    files = [] if started or "-skip_petscrc" in [*environment, *argv] else of_files()
+    check([*files, *environment, *argv])
+    # the last word wins: the environment's over those of files
+    arguments = [*files, *(environment if files else ()), *files_first(argv)]
     if not started:
         check_address_space()
     try:
@@ -82,7 +85,7 @@ def initialise(argv: Sequence[str] = ()) -> None:
             quiet = [] if "-options_left" in arguments else ["-options_left", "no"]
             # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of
             # PETSc's and an MPI abort
-            quiet += ["-no_signal_handler"]
+            quiet += ["-no_signal_handler", "-skip_petscrc"]
             with _local(), _told_in_one_line(bool(arguments)):
                 petsc4py.init(["petcontact", *quiet, *arguments])
             reinstall()
@@ -190,8 +193,7 @@ def is_asked_for() -> bool:
 @functools.cache
 def _has_file_of_options() -> bool:
     """Whether PETSc would read one when it starts; asked for often, looked for once."""
-    places = (".petscrc", "petscrc", os.path.expanduser("~/.petscrc"))
-    return any(map(os.path.exists, places))
+    return any(map(os.path.isfile, (*OF_THE_FOLDER, os.path.expanduser(OF_THE_HOME))))
 
 
 def failure_comm() -> Any:

@@ -24,6 +24,7 @@ OF_THE_PROGRAM = (
     "skip_petscrc",
     "no_signal_handler",
     "on_error_",
+    "alias",
     "start_in_debugger",
     "stop_for_debugger",
     "debugger",
@@ -111,6 +112,13 @@ LARGEST_RESTART = 2000
 """PETSc takes memory for the square of a restart at once, and counts it in 32 bits."""
 
 
+OF_THE_FOLDER = (".petscrc", "petscrc")
+"""Files that PETSc looks for in the working folder: who else wrote there may have written them."""
+OF_THE_HOME = "~/.petscrc"
+SHOWING = ("log_view", "memory_view", "options_left")
+"""Options of the program that only print, where no file is named."""
+
+
 def refused_in_config(table: Mapping[str, str | int | float | bool]) -> str:
     """Why a `[petsc]` table cannot be accepted, "" if it can.
 
@@ -134,14 +142,36 @@ def refused_in_config(table: Mapping[str, str | int | float | bool]) -> str:
     return ""
 
 
-def _refused(name: str, value: str) -> str:
-    """Why one option cannot stand in a config."""
+def of_files() -> list[str]:
+    """The words of the files that PETSc would look for by itself: it is told not to.
+
+    Raises
+    ------
+    InputError
+        If one is no file of options, or one of the working folder has an option that loads code,
+        writes a file, or changes how the program runs.
+    """
+    home, words = Path(OF_THE_HOME).expanduser(), list[str]()
+    if home.is_file() and home.resolve().parent != Path.cwd():
+        words += ["-options_file", str(home)]
+    for name in filter(os.path.isfile, OF_THE_FOLDER):
+        for line in _lines(name, name):
+            for option, value in _options(line if _is_option(line[0]) else ["-alias", *line[1:]]):
+                shown = option.startswith(SHOWING) and TO_STANDARD_OUTPUT.fullmatch(value)
+                if not shown and (reason := _refused(option, value, "this file")):
+                    raise InputError(f"{name}: -{option} {value}: {reason}")
+                words += [f"-{option}", value] if value else [f"-{option}"]
+    return words
+
+
+def _refused(name: str, value: str, where: str = "a config") -> str:
+    """Why one option cannot stand in a config, or a file of the working folder."""
     words = set(re.split(r"[_.]", name))
     elsewhere = f"-{name} on the command line may"
     if name.startswith(OF_THE_PROGRAM):
-        return f"a config sets options of solvers only; {elsewhere}"
+        return f"{where} sets options of solvers only; {elsewhere}"
     if "python" in words or "python" in value.lower():
-        return f"a config runs no code; {elsewhere}"
+        return f"{where} runs no code; {elsewhere}"
     prints = "view" in name or "monitor" in name or not words.isdisjoint({"reason", "rate"})
     if prints and "tao" in words:
         fits = value == ""  # anything else is the name of a file
@@ -152,7 +182,7 @@ def _refused(name: str, value: str) -> str:
     else:
         fits = True
     if not fits or words & NEVER_IN_A_CONFIG or VIEWERS & set(re.split(r"[,:\s]+", value.lower())):
-        return f"a config writes no file and opens no window; {elsewhere}"
+        return f"{where} writes no file and opens no window; {elsewhere}"
     if not prints and value and not all(PLAIN.fullmatch(part) for part in value.split(",")):
         return "must be a number, a name, or several with commas between them"
     return _too_large(name, value)
@@ -230,16 +260,18 @@ def _written(name: str, value: str) -> str:
 
 def _given(words: Sequence[str], within: tuple[str, ...]) -> Iterator[tuple[str, str]]:
     """Names and values of the options in the words, and in the files that they name."""
-    for word, following in itertools.zip_longest(words, words[1:], fillvalue=""):
-        if not _is_option(word):
-            continue
-        name, value = word.lstrip("-").lower(), "" if _is_option(following) else following
+    for name, value in _options(words):
         if name == "options_file":
             yield from _given_in_file(value, within)
-        elif name in ("options_file_yaml", "history") and not value:
-            yield name, ""
         else:
             yield name, value
+
+
+def _options(words: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Names and values of the options in the words."""
+    for word, following in itertools.zip_longest(words, words[1:], fillvalue=""):
+        if _is_option(word):
+            yield word.lstrip("-").lower(), "" if _is_option(following) else following
 
 
 def _is_option(word: str) -> bool:
@@ -251,29 +283,34 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
 
     PETSc would follow a circle of them for ever, and prints a page where a line is none of its own.
     """
+    told = f"-options_file {name}"
     if not name or not Path(name).is_file():
         raise InputError(
-            f"-options_file {name}: "
-            f"{'is a folder' if name and Path(name).is_dir() else 'no such file'}"
+            f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}"
         )
     real = os.path.realpath(name)
     if real in within:
-        raise InputError(f"-options_file {name}: includes itself")
+        raise InputError(f"{told}: includes itself")
+    for words in () if name.endswith((".yaml", ".yml")) else _lines(name, told):
+        yield from _given(words, (*within, real))
+
+
+def _lines(name: str, told: str) -> list[list[str]]:
+    """The words of the lines of a file of options."""
     try:
         content = Path(name).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise InputError(f"-options_file {name}: cannot be read ({error.strerror})") from None
-    if name.endswith((".yaml", ".yml")):
-        return
+        raise InputError(f"{told}: cannot be read ({error.strerror})") from None
     if "\0" in content:
-        raise InputError(f"-options_file {name}: not a text file")
+        raise InputError(f"{told}: not a text file")
+    lines = []
     for number, line in enumerate(content.splitlines(), start=1):
         words = [word.strip("\"'") for word in line.partition("#")[0].split()]
         if not words or words[0].startswith(("!", "%")):
             continue
         if not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)):
             raise InputError(
-                f"-options_file {name}: line {number} begins with {words[0][:40]!r}, options begin "
-                f"with a dash"
+                f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash"
             )
-        yield from _given(words, (*within, real))
+        lines.append(words)
+    return lines

@@ -3,13 +3,15 @@ refused before."""
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.errors import InputError
 from petcontact.model.case import parse_problem
-from petcontact.runtime.petsc_options import check, refused_in_config
+from petcontact.runtime.petsc_options import check, of_files, refused_in_config
 
 SOLVERS = {
     "ksp_type": "fgmres",
@@ -210,3 +212,35 @@ def test_the_command_line_is_the_users(tmp_path):
             "-info",
         ]
     )
+
+
+@pytest.mark.parametrize("name", [".petscrc", "petscrc"])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "-python ./x.sh",
+        "-dll_prepend ./x.so",
+        "-ksp_rtol 1e-8 -pc_python_type evil.P",
+        "-history FILE",
+        "-options_file .petscrc",
+        "-log_view :FILE",
+        "alias -ksp_view -python",
+        "hello world",
+    ],
+)
+def test_a_file_of_the_working_folder_is_data(tmp_path, monkeypatch, name, line):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / name).write_text(f"# of a stranger\n{line}\n")
+    with pytest.raises(InputError, match=rf"^{re.escape(name)}: "):
+        of_files()
+
+
+def test_files_of_options_that_choose_solvers_are_taken(tmp_path, monkeypatch):
+    (tmp_path / "home").mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / ".petscrc").write_text("-ksp_rtol '1e-8' # mine\n-log_view\n")
+    (tmp_path / "home/.petscrc").write_text("-log_view :mine\n")
+    home = ["-options_file", str(tmp_path / "home/.petscrc")]
+    assert of_files() == [*home, "-ksp_rtol", "1e-8", "-log_view"]
