@@ -45,6 +45,7 @@ Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
 LONGEST_EXPRESSION = 500
+NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
@@ -187,6 +188,22 @@ class Model(pydantic.BaseModel, metaclass=_OneLine):
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _without_control_characters(cls, data: Any) -> Any:
+        """Names go into files and file names; titles and expressions may have several lines."""
+        for key, value in data.items() if isinstance(data, dict) else ():
+            field = cls.model_fields.get(key)
+            lines = key == "title" or (
+                field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
+            )
+            for text in value if isinstance(value, (list, tuple, dict)) else (value,):
+                if isinstance(text, str) and (NOT_IN_LINES if lines else NOT_IN_NAMES).search(text):
+                    raise pydantic_core.PydanticCustomError(
+                        "control", f"has a character below 32, got {_shown(text)}", {"key": key}
+                    )
+        return data
+
     @classmethod
     def spelling(cls, data: Any) -> type[Model]:
         """The model whose keys the data have, for reports of mistakes in them."""
@@ -245,7 +262,10 @@ def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
     first, more = telling[0], len(telling) - 1
-    text = _mistake(first, cls, data)
+    if first["type"] == "control":
+        text = f"{_key([*first['loc'], first['ctx']['key']], data)}: {first['msg']}"
+    else:
+        text = _mistake(first, cls, data)
     return " ".join(text.split()) + (
         f" (and {more} more mistake{'s' if more > 1 else ''})" if more else ""
     )

@@ -319,3 +319,11 @@ def test_a_mesh_is_read_from_a_regular_file_only():
     problem = parse(Problem, {**FLAT, "geometry": {"shape": "gmsh", "file": "/dev/zero"}}, "c")
     with pytest.raises(InputError, match="/dev/zero: not a regular file"):
         problem.geometry.outline()
+
+
+@pytest.mark.parametrize("name", ["a\0b", "a\nb", "\x1b[2J"])
+def test_names_have_no_control_characters(name):
+    data = {**FLAT, "step": [{"name": name}]}
+    with pytest.raises(InputError, match=r"^c: step\[0\]\.name: has a character below 32, got '"):
+        parse_problem(data, "c", {}, None)
+    assert parse_problem({**FLAT, "title": "two\nlines"}, "c", {}, None).title == "two\nlines"
