@@ -127,6 +127,26 @@ def digits(system: ContactSystem, v: Array) -> Array:
     return np.asarray((np.abs(v) + np.abs(system.u_0)).sum(axis=1, keepdims=True))
 
 
+def displaced_by(
+    system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice], share: float = FLOOR
+) -> Array:
+    """What tractions displace at their nodes, (m, k) [length], rigid motions apart: all together,
+    or those of a pair by themselves where others take back all of it but a share.
+
+    A ring that is bonded to a shaft and pressed on it from outside is strained and does not move:
+    what is left of its displacement is round-off, and no measure of it.
+    """
+    moved = np.array(v - system.u_0 if system.modes is None else system.apply(sigma))
+    sizes = [float(np.abs(moved[pair]).max(initial=0.0)) for pair in pairs]
+    for pair, size in zip(pairs, sizes, strict=True):
+        if size < share * max(sizes) and sigma[pair].any():
+            alone = np.zeros_like(sigma)
+            alone[pair] = sigma[pair]
+            own = without_motions(system, system.apply(alone))[pair]
+            moved[pair] = own if np.abs(own).max() > size else moved[pair]
+    return moved
+
+
 def natural_residuals(
     law: ContactLaw,
     system: ContactSystem,
@@ -145,10 +165,7 @@ def natural_residuals(
     least = (
         system.u_0 if len(law.groups) == 1 else displaced
     )  # where all nodes stick v is round-off
-    rho, common = np.empty(sigma.shape), None
-    # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the
-    # same
-    strained = displaced if system.modes is None else system.apply(sigma)
+    rho, common, strained = np.empty(sigma.shape), None, displaced_by(system, v, sigma, pairs)
     still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
         four = (x[pair] for x in (sigma, displaced, strained, least))

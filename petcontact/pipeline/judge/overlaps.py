@@ -8,6 +8,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...compliance.bodies import BodiesSystem, Interface
+from ...contact.criterion import displaced_by
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem, is_monolithic
@@ -69,9 +70,11 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
-    gaps = np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
-        np.abs(system.u_0[:, -1]) + np.abs(rigid[:, -1]) + np.abs(moved).max(initial=0.0) + gaps
+        np.abs(system.u_0[:, -1])
+        + np.abs(rigid[:, -1])
+        + np.abs(moved).max(initial=0.0)
+        + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     )
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)
@@ -87,8 +90,9 @@ def overlaps(
         0.0,
         "",
     )
+    strained = displaced_by(system, outcome.v, outcome.sigma, bodies.slices)
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
-        scale = float(np.abs(moved[where, -1]).max(initial=0.0))
+        scale = float(np.abs(strained[where]).max(initial=0.0))
         displaced = max(displaced, scale)
         seen = np.isfinite(face.gap)
         depth = float((forbidden - noise)[where][seen].max(initial=0.0))

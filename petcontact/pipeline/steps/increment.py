@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
-from ...contact.criterion import DIGITS, Criterion, digits
+from ...contact.criterion import DIGITS, Criterion, digits, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
@@ -322,13 +322,10 @@ class Increment:
             (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
         )
         sigma, v, least = outcome.sigma.copy(), outcome.v.copy(), share * max(acted, left)
-        strained = np.abs(
-            v - self.system.u_0 if self.system.modes is None else self.system.apply(sigma)
-        )
-        for where in self.problem.system.slices if outcome.converged else ():
-            if strained[where].max(initial=0.0) < DIGITS * digits(self.system, v)[where].max(
-                initial=0.0
-            ):
+        pairs = self.problem.system.slices if outcome.converged else []
+        strained, of = displaced_by(self.system, v, sigma, pairs), digits(self.system, v)
+        for where in pairs:
+            if np.abs(strained[where]).max(initial=0.0) < DIGITS * of[where].max(initial=0.0):
                 sigma[where] = 0.0
             if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
                 noise = UNLOADED * np.abs(self.system.apply(over.sigma)).max()
