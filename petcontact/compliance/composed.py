@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contact.system import ContactSystem, Modes, Surrogate
-from ..runtime.world import OneRank
+from ..runtime.petsc import petsc
 from .contact_compliance import ContactCompliance, DenseCompliance, MakeSurrogate
 
 
@@ -112,5 +112,5 @@ class ReducedSystem(ComposedSystem):
         modes: Modes | None = None,
         surrogate: Callable[[], Surrogate | None] | None = None,
     ) -> None:
-        operator = DenseCompliance(compliance, OneRank(), surrogate or (lambda: None))
+        operator = DenseCompliance(compliance, petsc().COMM_SELF, surrogate or (lambda: None))
         super().__init__(u_0, weight, modes, operator)

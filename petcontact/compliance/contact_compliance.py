@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
 from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
-from ..linalg.dense_solver import KspSolver, LapackSolver, dense_solver
+from ..linalg.dense_solver import DenseSolver
 
 ROBIN_RTOL = 1e-4
 """Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold
@@ -76,13 +76,12 @@ class ContactCompliance(abc.ABC):
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank; I + ρS is factorised for each ρ, by LAPACK or the KSP without a
-    prefix."""
+    """S as a matrix on every rank; I + ρS is factorised for each ρ by the KSP without a prefix."""
 
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
-        self._matrix, self._comm = matrix, comm
-        self._solver: LapackSolver | KspSolver | None = None
+        self._matrix, self._comm = np.asfortranarray(matrix), comm
+        self._solver: DenseSolver | None = None
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
@@ -102,7 +101,7 @@ class DenseCompliance(ContactCompliance):
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
-        solver = self._solver = self._solver or dense_solver(self._comm)
+        solver = self._solver = self._solver or DenseSolver(self._comm, "")
         border = self._bordered(solver, rho, r, modes)
         whole = solver.solve(
             r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
@@ -115,7 +114,7 @@ class DenseCompliance(ContactCompliance):
         return dv, sigma
 
     def _bordered(
-        self, solver: LapackSolver | KspSolver, rho: Array, r: Array, modes: Modes | None
+        self, solver: DenseSolver, rho: Array, r: Array, modes: Modes | None
     ) -> RigidModeConstraint | None:
         """The border, where there are motions; the solver's matrix is that of ρ."""
         each = rho.ravel()
@@ -144,7 +143,7 @@ class DenseCompliance(ContactCompliance):
 
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix; empty with LAPACK."""
+        """Of the KSP without a prefix; empty as long as nothing was solved."""
         return "" if self._solver is None else self._solver.kind
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A dense array that every rank has, as a PETSc matrix."""
+"""Dense PETSc matrices by rows over the ranks, on memory that numpy has filled."""
 
 from __future__ import annotations
 
@@ -8,19 +8,28 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
-from ..runtime.world import of_petsc
 from .row_layout import even_ranges
 
 
+def on_memory(columns: Array, size: int, comm: Any) -> Any:
+    """A dense PETSc Mat (size, c) on the memory of this rank's rows of it, which are given by
+    columns (c, rows); assembled. Collective."""
+    count, local = columns.shape
+    own = local if count == size else petsc().DECIDE
+    layout = ((local, size), (own, count))
+    result = petsc().Mat().createDense(layout, array=columns.T, comm=comm)
+    result.assemble()
+    return result
+
+
 def distributed(matrix: Array, comm: Any = None) -> Any:
-    """A dense PETSc Mat (m, n) by rows over the ranks, assembled; PETSc.COMM_WORLD by default.
-    Collective."""
-    comm = of_petsc(comm) if comm is not None else petsc().COMM_WORLD
+    """A dense PETSc Mat (m, n) of an array that every rank has, assembled; PETSc.COMM_WORLD by
+    default. Collective."""
+    comm = comm if comm is not None else petsc().COMM_WORLD
     rank, ranks = comm.getRank(), comm.getSize()
     (first, last), (left, right) = (even_ranges(size, ranks)[rank] for size in matrix.shape)
     sizes = ((last - first, matrix.shape[0]), (right - left, matrix.shape[1]))
-    result = (
-        petsc().Mat().createDense(sizes, array=np.asfortranarray(matrix[first:last]), comm=comm)
-    )
+    own = np.asfortranarray(matrix[first:last])
+    result = petsc().Mat().createDense(sizes, array=own, comm=comm)
     result.assemble()
     return result

@@ -7,21 +7,19 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array, Index
 from ..errors import InputError, SolverError
-from ..runtime.petsc import (
-    given_options,
-    has_scalapack,
-    options_error,
-    petsc,
-    reason_name,
-    solver_error,
-)
-from ..runtime.world import of_petsc
-from .row_layout import redistribute
+from ..runtime.petsc import given_options, options_error, petsc, reason_name, solver_error
+from . import blocked_lu
+from .dense_matrix import on_memory
+from .row_layout import everywhere
 
 RTOL = 1e-12
-EXACT = ("lu", "cholesky", "svd", "redundant")
+EXACT = ("lu", "cholesky", "svd", "redundant", blocked_lu.TYPE)
 """Preconditioners that one application solves with."""
+
+LOOKING = ("monitor", "view_", "residual", "compute_", "test_")
+"""Parts of names of options of a KSP that multiply with the matrix, or show it."""
 
 
 def is_asked_for(prefix: str) -> bool:
@@ -52,6 +50,8 @@ class LinearSolver:
         Whether LU may overwrite the operator (halves the memory of a factorisation).
     context : object, optional
         Of a preconditioner of type python.
+    last : (k,) int array
+        Numbers of the unknowns that `kept` gives.
 
     Raises
     ------
@@ -72,17 +72,14 @@ class LinearSolver:
         ksp_type: str = "preonly",
         pc_type: str = "lu",
         context: Any = None,
+        last: Index | None = None,
     ) -> None:
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm, self._prefix, self._in_place, self._context = (
-            of_petsc(comm),
-            prefix,
-            in_place,
-            context,
-        )
-        self._types = (ksp_type, pc_type)
+        self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
+        self._types, self._last = (ksp_type, pc_type), np.arange(0) if last is None else last
         self._ksp: Any = None
-        self._converted: Any = None
+        self._owned: list[Any] = []
+        self._blocked: blocked_lu.BlockedLU | None = None
 
     @property
     def ksp(self) -> Any:
@@ -106,6 +103,7 @@ class LinearSolver:
 
     def _configure(self, ksp: Any) -> None:
         pc, database = ksp.getPC(), petsc().Options(self._prefix)
+        blocked_lu.register()
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(self._types[0])
         pc.setType(self._types[1])
@@ -123,124 +121,100 @@ class LinearSolver:
                 )
             ksp.setType("gmres")
             ksp.setFromOptions()
+        looked_at = any(
+            option.startswith(f"{self._prefix}ksp_") and any(word in option for word in LOOKING)
+            for option in given_options()
+        )
         # any other KSP needs the matrix itself
-        if (
-            self._in_place
-            and self._comm.getSize() == 1
-            and (ksp.getType(), name) == ("preonly", "lu")
-        ):
+        in_place = self._in_place and ksp.getType() == "preonly" and not looked_at
+        if name == blocked_lu.TYPE:
+            lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last, in_place)
+            pc.setPythonContext(lu)
+            self._blocked = lu if ksp.getType() == "preonly" else None
+        elif name == "lu" and self._comm.getSize() > 1:
+            pc.setType("redundant")  # PETSc has no LU of dense matrices over ranks
+        elif name == "lu" and in_place:
             if not database.hasName("pc_factor_mat_solver_type"):
                 pc.setFactorSolverType("petsc")
             if not database.hasName("pc_factor_in_place"):
                 _use_in_place(pc, self._prefix)
 
     def set_operator(self, matrix: Any) -> None:
-        """Solve with this matrix from now on; LU is computed at the next solve.
-
-        A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of
-        PETSc does by itself. Where PETSc lacks ScaLAPACK, or has not a row for each rank, every
-        rank factors a copy.
-        """
-        self._drop_converted()
-        if (
-            self._comm.getSize() > 1
-            and matrix.getType() == "mpidense"
-            and self.ksp.getPC().getType() == "lu"
-        ):
-            if has_scalapack() and self._in_even_blocks(matrix.getSize()[0]):
-                self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
-            else:
-                self.ksp.getPC().setType("redundant")
+        """Solve with this matrix from now on; LU is computed at the next solve."""
         self.ksp.setOperators(matrix)
+
+    def solved(self, rhs: Array) -> Array:
+        """operator⁻¹ of this rank's rows of a right-hand side, on every rank. Collective."""
+        solution, right = vectors = self.ksp.getOperators()[0].createVecs()
+        right.setArray(rhs)
+        try:
+            self.solve(right, solution)
+            return everywhere(np.array(solution.getArray(readonly=True)), self._comm)
+        finally:
+            for vector in vectors:
+                vector.destroy()
 
     def solve(self, rhs: Any, solution: Any) -> None:
         """operator · solution = rhs."""
-        if self._converted is None:
-            self._guard(lambda: self.ksp.solve(rhs, solution))
-        else:
-            self._solve_converted(rhs, solution)
+        self._guard(lambda: self.ksp.solve(rhs, solution))
         self.iterations = self.ksp.getIterationNumber()
         self._check(solution)
 
-    def solve_many(self, rhs: Any) -> Any:
-        """operator · X = rhs for a dense matrix of right-hand sides; returns X, dense."""
-        in_blocks = self._converted is None or self._in_even_blocks(rhs.getSize()[1])
-        if self.ksp.getType() != "preonly" or not in_blocks:
-            solution = rhs.duplicate()
-            self._solve_columns(rhs, solution)
-        elif self._converted is not None:
-            solution = self._solve_scalapack(rhs)
-        else:
-            solution = rhs.duplicate()
-            self._guard(lambda: (self.ksp.setUp(), self.ksp.getPC().matApply(rhs, solution)))
-        if not np.isfinite(solution.norm()):
-            raise SolverError(
-                self.stage, "the solution is not finite", "look at the data and the mesh"
-            )
-        return solution
+    def begun(self, rhs: Array) -> Array:
+        """What `kept` and `combined` make operator⁻¹ of some right-hand sides from: all of it, or
+        where our LU solves alone its forward substitution, which overwrites them. Collective.
 
-    def _in_even_blocks(self, count: int) -> bool:
-        """Whether ScaLAPACK can share out rows or columns: equal blocks, the last rank's may be
-        smaller."""
-        size = int(self._comm.getSize())
-        return (size - 1) * -(-count // size) <= count
-
-    def _solve_converted(self, rhs: Any, solution: Any) -> None:
-        """ScaLAPACK's matrices have a layout of their own, whatever that of the matrix they came
-        from."""
-        x, b = self._converted.createVecs()
-        ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(b.getOwnershipRange())
-        b.setArray(redistribute(rhs.getArray(readonly=True), ours, theirs, self._comm))
-        self._guard(lambda: self.ksp.solve(b, x))
-        solution.setArray(redistribute(x.getArray(readonly=True), theirs, ours, self._comm))
-        x.destroy()
-        b.destroy()
-
-    def _solve_scalapack(self, rhs: Any) -> Any:
-        """PCMatApply refuses ScaLAPACK's blocks: the factor is asked itself."""
-        module = petsc()
-        blocks = rhs.convert("scalapack", module.Mat())
-        solution = blocks.duplicate()
-        self._guard(
-            lambda: (
-                self.ksp.setUp(),
-                self.ksp.getPC().getFactorMatrix().matSolve(blocks, solution),
-            )
-        )
-        even = solution.convert("dense", module.Mat())
-        result = rhs.duplicate()
-        ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(even.getOwnershipRange())
-        result.getDenseArray()[:] = redistribute(even.getDenseArray(), theirs, ours, self._comm)
-        result.assemble()
-        for matrix in (blocks, solution, even):
-            matrix.destroy()
+        Parameters
+        ----------
+        rhs : (c, rows) array
+            This rank's rows of each.
+        """
+        self._guard(self.ksp.setUp)
+        if self._blocked is not None:
+            return self._blocked.begun(rhs)
+        result, operator = np.empty(rhs.shape), self.ksp.getOperators()[0]
+        own = slice(*operator.getOwnershipRange())
+        if self.ksp.getType() == "preonly":
+            pair = [on_memory(array, operator.getSize()[0], self._comm) for array in (rhs, result)]
+            self._guard(lambda: self.ksp.getPC().matApply(*pair))
+            for matrix in pair:
+                matrix.destroy()
+            return result
+        for column, found in zip(rhs, result, strict=True):
+            found[:] = self.solved(column)[own]
         return result
 
-    def _ranges(self, mine: tuple[int, int]) -> list[tuple[int, int]]:
-        return list(self._comm.tompi4py().allgather(mine))
+    def kept(self, begun: Array) -> Array:
+        """The unknowns `last` of all columns, (k, c), on every rank. Collective."""
+        if self._blocked is not None:
+            return self._blocked.kept(begun)
+        return everywhere(begun.T, self._comm)[self._last]
 
-    def _solve_columns(self, rhs: Any, solution: Any) -> None:
-        b, x = rhs.createVecLeft(), rhs.createVecLeft()
-        columns, results = rhs.getDenseArray(), solution.getDenseArray()
-        for k in range(rhs.getSize()[1]):
-            b.setArray(columns[:, k])
-            self.solve(b, x)
-            results[:, k] = x.getArray(readonly=True)
-        solution.assemble()
-        x.destroy()
-        b.destroy()
+    def combined(self, *pairs: tuple[Array, Array]) -> Array:
+        """All unknowns of operator⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what
+        was `begun` with each B, and its y (c, ...). Collective."""
+        if self._blocked is not None:
+            return self._blocked.combined(*pairs)
+        parts = [begun.T @ y for begun, y in pairs]
+        return everywhere(np.sum(parts, axis=0), self._comm)
+
+    def owned(self, item: Any) -> Any:
+        """A PETSc object that lives as long as this solver."""
+        self._owned.append(item)
+        return item
 
     def close(self) -> None:
-        """Free the KSP, its preconditioner and what was converted for it."""
-        self._drop_converted()
+        """Free the KSP, its preconditioner, and what it owns."""
         if self._ksp is not None:
             self._ksp.destroy()
             self._ksp = None
+        while self._owned:
+            self._owned.pop().destroy()
 
-    def _drop_converted(self) -> None:
-        if self._converted is not None:
-            self._converted.destroy()
-            self._converted = None
+    def __del__(self) -> None:
+        """One rank frees what nobody closed: petsc4py would keep it until PETSc ends."""
+        if self._comm.getSize() == 1:
+            self.close()
 
     def _guard(self, call: Any) -> None:
         try:

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
-from ..runtime.world import OneRank, of_petsc
 from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
@@ -36,7 +35,7 @@ class Krylov(SolverFront):
     def __init__(
         self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = ""
     ) -> None:
-        comm, size = of_petsc(OneRank() if comm is None else comm), math.prod(shape)
+        comm, size = petsc().COMM_SELF if comm is None else comm, math.prod(shape)
         self._shape, self._prefix, self._text = shape, prefix, text
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy

@@ -1,4 +1,4 @@
-/* LU with partial pivoting and both substitutions by panels: petcontact.linalg.elimination in C. Unlike LAPACK's they take the
+/* LU with partial pivoting and both substitutions by panels: petcontact.linalg.blocked_lu in C. Unlike LAPACK's they take the
    inverses of the small triangles of panels: OpenBLAS solves with few rows at a tenth of the speed of its products. */
 
 #include "elementary.h"
@@ -38,57 +38,54 @@ INLINE void swapped(double *columns, int64_t n, int64_t count, const int *pivots
     }
 }
 
-/* What the panels of a block at its first row do to `count` columns beside it; `work` has room for 32 of their rows. */
-INLINE void updated(const double *block, const double *inverses, const int *pivots, int n, int rows, int wide, double *columns,
-                    int count, double *work, Product *product)
+/* What the panels of a block, whose columns begin lda apart, do to `count` columns beside it that begin ld apart; `work` has room
+   for 32 of their rows. */
+INLINE void updated(const double *block, int lda, const double *inverses, const int *pivots, int rows, int wide, double *columns,
+                    int ld, int count, double *work, Product *product)
 {
     const double one = 1.0, minus = -1.0, zero = 0.0;
     int below = rows - wide;
-    swapped(columns, n, count, pivots, wide);
+    swapped(columns, ld, count, pivots, wide);
     for (int j = 0; j < wide; j += PANEL) {
         int k = wide - j < PANEL ? wide - j : PANEL;
         if (j > 0)
-            product("N", "N", &k, &count, &j, &minus, block + j, &n, columns, &n, &one, columns + j, &n);
+            product("N", "N", &k, &count, &j, &minus, block + j, &lda, columns, &ld, &one, columns + j, &ld);
         for (int64_t c = 0; c < count; c++)
-            memcpy(work + c * k, columns + c * n + j, (size_t)k * sizeof(double));
-        product("N", "N", &k, &count, &k, &one, inverses + j * PANEL, &k, work, &k, &zero, columns + j, &n);
+            memcpy(work + c * k, columns + c * ld + j, (size_t)k * sizeof(double));
+        product("N", "N", &k, &count, &k, &one, inverses + j * PANEL, &k, work, &k, &zero, columns + j, &ld);
     }
     if (below > 0)
-        product("N", "N", &below, &count, &wide, &minus, block + wide, &n, columns, &n, &one, columns + wide, &n);
+        product("N", "N", &below, &count, &wide, &minus, block + wide, &lda, columns, &ld, &one, columns + wide, &ld);
 }
 
-/* A = P_1 L_1 P_2 L_2 ... U in place of A (n, n), and of B (n, width), both by columns, what A^-1 B is before the solution with
-   U; without `factor` A is factored already. L_1 are the first 128 columns of L, P_1 their swaps: `pivots`, counted from 1 on in
-   each panel of 32 columns, which are never applied to blocks further left. `zero_pivot`: the first one, from 1 on, or 0. `work`
-   has room for 32 (128 + n + width). */
-DISPATCHED void petcontact_lu(double *a, double *b, int64_t size, int64_t width, int *pivots, int64_t *zero_pivot,
-                              double *work, void *factor, void *product)
+/* P_1 L_1 U of a block of at most 128 columns, in its place, that begin lda apart and have `rows` rows. `pivots` are the swaps,
+   counted from 1 on in each panel of 32 columns; `inverses` (32 for each column) those of the triangles of panels; `zero_pivot`
+   the first one, from 1 on, or 0. `work` has room for 32 * 128 numbers. */
+DISPATCHED void petcontact_lu_block(double *block, int64_t lda, int64_t rows, int64_t wide, int *pivots, double *inverses,
+                                    int64_t *zero_pivot, double *work, void *factor, void *product)
 {
-    int n = (int)size;
-    double *inverses = work, *copy = work + BLOCK * PANEL;
+    int n = (int)lda;
     *zero_pivot = 0;
-    for (int first = 0; first < n; first += BLOCK) {
-        int wide = n - first < BLOCK ? n - first : BLOCK, rows = n - first, right = rows - wide;
-        double *block = a + (int64_t)first * n + first;
-        for (int j = 0; j < wide; j += PANEL) {
-            int k = wide - j < PANEL ? wide - j : PANEL, high = rows - j, beside = wide - j - k, info = 0;
-            double *panel = block + (int64_t)j * n + j;
-            if (factor) {
-                ((Factor *)factor)(&high, &k, panel, &n, pivots + first + j, &info);
-                swapped(block + j, n, j, pivots + first + j, k);
-            }
-            if (info > 0 && *zero_pivot == 0)
-                *zero_pivot = first + j + info;
-            inverted(panel, n, k, inverses + j * PANEL);
-            if (factor && beside > 0)
-                updated(panel, inverses + j * PANEL, pivots + first + j, n, high, k, panel + (int64_t)k * n, beside, copy,
-                        (Product *)product);
-        }
-        if (factor && right > 0)
-            updated(block, inverses, pivots + first, n, rows, wide, block + (int64_t)wide * n, right, copy, (Product *)product);
-        if (width > 0)
-            updated(block, inverses, pivots + first, n, rows, wide, b + first, (int)width, copy, (Product *)product);
+    for (int j = 0; j < wide; j += PANEL) {
+        int k = wide - j < PANEL ? (int)wide - j : PANEL, high = (int)rows - j, beside = (int)wide - j - k, info = 0;
+        double *panel = block + (int64_t)j * n + j;
+        ((Factor *)factor)(&high, &k, panel, &n, pivots + j, &info);
+        swapped(block + j, n, j, pivots + j, k);
+        if (info > 0 && *zero_pivot == 0)
+            *zero_pivot = j + info;
+        inverted(panel, n, k, inverses + j * PANEL);
+        if (beside > 0)
+            updated(panel, n, inverses + j * PANEL, pivots + j, high, k, panel + (int64_t)k * n, n, beside, work,
+                    (Product *)product);
     }
+}
+
+/* L_1^-1 P_1 of `count` columns that begin ld apart, from the block's first row on, in their place. `work` has room for 32 of
+   their rows. */
+DISPATCHED void petcontact_lu_update(const double *block, int64_t lda, const double *inverses, const int *pivots, int64_t rows,
+                                     int64_t wide, double *columns, int64_t ld, int64_t count, double *work, void *product)
+{
+    updated(block, (int)lda, inverses, pivots, (int)rows, (int)wide, columns, (int)ld, (int)count, work, (Product *)product);
 }
 
 /* U^-1 B in place of B, `width` columns of `size` numbers that begin `ldb` apart; those of U begin `ldu` apart. `work` has room

@@ -146,10 +146,9 @@ def check_memory(
     unknowns: Sequence[int],
     contact: Sequence[int],
     total: int,
-    copies: int = 1,
     compressed: float = 0.0,
 ) -> float:
-    """The memory that dense bodies, on each of `copies` ranks, and compressed ones take together
+    """The memory that dense bodies and compressed ones take together
     [bytes].
 
     Raises
@@ -158,7 +157,7 @@ def check_memory(
         If the predicted peak is larger than the memory.
     """
     needed, there = (
-        compressed + (copies * dense_memory(unknowns, contact, total) if unknowns else 0.0),
+        compressed + (dense_memory(unknowns, contact, total) if unknowns else 0.0),
         physical_memory(),
     )
     if needed > there and not unknowns:

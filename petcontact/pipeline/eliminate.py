@@ -18,7 +18,6 @@ from ..errors import InputError, SolverError
 from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
-from ..runtime.world import OneRank
 from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
 from .judge.meshes import check_meshes, check_stiffness
 from .pose.discretise import Discrete
@@ -46,8 +45,7 @@ def eliminated(
 ) -> BodiesSystem:
     """Eliminate the bodies and compose them; the same on every rank.
 
-    Compressed bodies, and a dense one that is alone, are those of all ranks together; several dense
-    ones are dealt out to them, and then shared.
+    All ranks eliminate each body together.
 
     Parameters
     ----------
@@ -78,16 +76,9 @@ def eliminated(
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]
-    rank, size = comm.getRank(), comm.getSize()
-    check_memory(*_sizes(discrete, dense), size if len(bodies) > 1 else 1)
-    if size == 1 or len(bodies) == 1:
-        for b in dense:
-            bodies[b] = eliminated_alone(discrete, b, comm)
-    else:
-        for b in dense[rank::size]:
-            bodies[b] = eliminated_alone(discrete, b, OneRank())
-        for k, b in enumerate(dense):
-            bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
+    check_memory(*_sizes(discrete, dense))
+    for b in dense:
+        bodies[b] = eliminated_alone(discrete, b, comm)
     found = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]

@@ -1,13 +1,11 @@
 """The only place that initialises PETSc; the differences between PETSc releases live here too.
 
-PETSc and MPI start where options, ranks or a solver ask for them: a small serial solve does
-without.
+PETSc and MPI start with the first solve, or operators: to read or draw results takes neither.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import itertools
 import os
 import sys
@@ -180,22 +178,6 @@ def _launched() -> bool:
     return any(map(os.environ.__contains__, _LAUNCHED))
 
 
-def is_asked_for() -> bool:
-    """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when
-    it starts."""
-    if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
-        return True
-    return (
-        any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options()
-    )
-
-
-@functools.cache
-def _has_file_of_options() -> bool:
-    """Whether PETSc would read one when it starts; asked for often, looked for once."""
-    return any(map(os.path.isfile, (*OF_THE_FOLDER, os.path.expanduser(OF_THE_HOME))))
-
-
 def failure_comm() -> Any:
     """mpi4py communicator of all ranks for use after a failure; None on one rank."""
     return _failures[0] if _failures else None
@@ -235,15 +217,13 @@ def options(table: Mapping[str, str | int | float | bool]) -> Iterator[None]:
 
 def given_options() -> dict[str, str]:
     """All options in force by name; none counts as used."""
-    return dict(petsc().Options().getAll()) if is_asked_for() else {}
+    return dict(petsc().Options().getAll())
 
 
 def option(name: str) -> str | None:
     """The value of an option, which counts as used; None where it is not given."""
-    database = petsc().Options() if is_asked_for() else None
-    return (
-        str(database.getString(name)) if database is not None and database.hasName(name) else None
-    )
+    database = petsc().Options()
+    return str(database.getString(name)) if database.hasName(name) else None
 
 
 def unused_options() -> list[str]:
@@ -277,11 +257,6 @@ def petsc_version() -> str:
     return "" if module is None else ".".join(map(str, module.Sys.getVersion()))
 
 
-def has_scalapack() -> bool:
-    """Whether this PETSc was built with ScaLAPACK (Debian's was, the wheel of PyPI was not)."""
-    return bool(petsc().Sys.hasExternalPackage("scalapack"))
-
-
 def reason_name(reason: int) -> str:
     """PETSc's own name of a KSP reason, for example ``DIVERGED_BREAKDOWN``."""
     table = petsc().KSP.ConvergedReason
@@ -311,10 +286,8 @@ def timed() -> Iterator[dict[str, float]]:
 def stage(name: str) -> Iterator[None]:
     """A named stage of `-log_view`, timed by `timed`; a PETSc error inside becomes a `SolverError`
     that names it."""
-    module, began = sys.modules.get("petsc4py.PETSc"), time.perf_counter()
-    log = None if module is None else module.Log.Stage(name)
-    if log is not None:
-        log.push()
+    log, began = petsc().Log.Stage(name), time.perf_counter()
+    log.push()
     try:
         yield
     except Exception as error:
@@ -322,8 +295,7 @@ def stage(name: str) -> Iterator[None]:
             raise
         raise solver_error(name, error) from error
     finally:
-        if log is not None:
-            log.pop()
+        log.pop()
         if _clocks:
             _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 

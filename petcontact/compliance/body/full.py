@@ -1,5 +1,5 @@
-"""The formulation of the paper: nothing is eliminated; the whole matrix A(ρ) = A_0 + ρ G_Ct each
-time ρ changes."""
+"""The formulation of the paper: nothing is eliminated; (4.12) and (4.13) are one matrix A(ρ) = A_0
++ ρ G_Ct, a new one each time ρ changes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
 from ...contact.system import Modes
-from ...linalg.ksp import LinearSolver
-from ...runtime.petsc import petsc, stage
-from ...runtime.world import of_petsc
+from ...linalg.dense_matrix import on_memory
+from ...linalg.dense_solver import direct_solver
+from ...runtime.petsc import stage
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .base import ElasticBody
 from .dense import DenseRows
@@ -32,28 +32,22 @@ class FullBody(ElasticBody):
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         super().__init__(operators, modes)
-        comm = of_petsc(comm)
-        self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
             # the columns that ρ changes, kept: A(ρ) is written anew and not updated, which would
             # lose digits
             self._places = operators.data.contact_unknowns
             self._displacement_columns = self._rows.system[self._places].copy()
-            local, size = self._rows.system.shape[1], self._rows.size
-            layout = (local, size)
-            self._matrix = (
-                petsc().Mat().createDense((layout, layout), array=self._rows.system.T, comm=comm)
-            )
-            self._matrix.assemble()
-        self.solver = LinearSolver(comm, "", "iterate")
+            self.solver = direct_solver(comm, "")
+            matrix = on_memory(self._rows.system, self._rows.size, comm)
+            self._matrix = self.solver.owned(matrix)
         self.solver.set_operator(self._matrix)
         self._rho = np.zeros(len(self._places))
         with stage("factor"):
             self._rest = np.column_stack(
                 [
-                    self.solve(self._rho, load) if load.any() else np.zeros(size)
-                    for load in self._rows.loads[:-1]
+                    self.solve(self._rho, load) if load.any() else np.zeros(self._rows.size)
+                    for load in self._rows.loads
                 ]
             )
         self.u_0 = (
@@ -66,20 +60,14 @@ class FullBody(ElasticBody):
         unknowns. Collective."""
         if not np.array_equal(rho, self._rho):
             each = rho[:, None] / self.operators.traction_scale
+            # (4.12): of the columns of u_t on Γ_C each takes ρ G with it
             self._matrix.getDenseArray().T[self._places] = (
                 self._displacement_columns + each * self._rows.contact
             )
             self._matrix.assemble()
             self.solver.set_operator(self._matrix)
             self._rho = rho.copy()
-        vector = self._matrix.createVecLeft()
-        solution = vector.duplicate()
-        vector.setArray(rhs)
-        self.solver.solve(vector, solution)
-        own = np.array(solution.getArray(readonly=True))
-        vector.destroy()
-        solution.destroy()
-        return own if self._mpi is None else np.concatenate(self._mpi.allgather(own))
+        return self.solver.solved(rhs)
 
     def influence(self, rho: Array, traction: Array) -> Array:
         """Displacement in the contact directions (m k,) by tractions (m k,), those of the Robin
@@ -111,7 +99,6 @@ class FullBody(ElasticBody):
     def close(self) -> None:
         """Free every PETSc object."""
         self.solver.close()
-        self._matrix.destroy()
 
 
 class _FullCompliance(ContactCompliance):

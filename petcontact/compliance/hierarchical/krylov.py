@@ -7,7 +7,6 @@ from typing import Any
 from ...arrays import Array
 from ...linalg.ksp import LinearSolver
 from ...runtime.petsc import petsc
-from ...runtime.world import of_petsc
 
 RESTART = 200
 
@@ -36,7 +35,7 @@ class FlexibleKrylov:
     def __call__(self, residual: Array, size: int, target: float) -> Array:
         """This rank's part of a solution, of `size` unknowns in all, that leaves no more than the
         target of a residual."""
-        module, comm, layout = petsc(), of_petsc(self._comm), (len(residual), size)
+        module, comm, layout = petsc(), self._comm, (len(residual), size)
         rhs = module.Vec().createMPI(layout, comm=comm)
         rhs.setArray(residual)
         solution = rhs.duplicate()

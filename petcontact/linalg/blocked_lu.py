@@ -1,0 +1,271 @@
+"""A dense LU by blocks of columns, which ranks share: `-pc_type petcontact` of PETSc's dense
+matrices.
+
+A = P L U with partial pivoting. Blocks of 128 columns go to the ranks in turn; the one that has a
+block factorises it and sends it to the others, and each does to its columns what follows from it.
+Some unknowns may go last, so that the rows of A⁻¹ B that belong to them need forward substitution
+and a small solve only, at half the price of all; the others follow from one back substitution for
+each combination of columns that is asked for.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from typing import Any
+
+import numpy as np
+
+from .. import native
+from ..arrays import Array, Index
+from ..errors import SolverError
+from ..runtime.petsc import petsc
+from .row_layout import even_ranges
+
+TYPE = "petcontact"
+PANEL, BLOCK = 32, 128
+"""Columns of native/lu.c."""
+_factorise = native.function("petcontact_lu_block", "piiipppppp")
+_update = native.function("petcontact_lu_update", "pippiipiipp")
+_back = native.function("petcontact_back", "piipiipp")
+
+
+class BlockedLU:
+    """The context of the PC.
+
+    Parameters
+    ----------
+    comm : PETSc.Comm
+    stage : str
+        Stage named in errors.
+    last : (k,) int array
+        Numbers of the unknowns that go last.
+    in_place : bool
+        Whether the factors overwrite the matrix of one rank.
+    """
+
+    def __init__(self, comm: Any, stage: str, last: Index, in_place: bool) -> None:
+        self._comm, self._stage, self._last, self._in_place = comm, stage, last, in_place
+        self._rank: int = comm.getRank()
+        self._ranks: int = comm.getSize()
+        self._mpi = comm.tompi4py() if self._ranks > 1 else None
+        self._state = -1
+
+    def setUp(self, pc: Any) -> None:
+        """Factorise the matrix of the KSP.
+
+        Raises
+        ------
+        SolverError
+            If the matrix is singular.
+        """
+        matrix = pc.getOperators()[1]
+        if matrix.stateGet() == self._state:
+            return  # PETSc takes the factors in the matrix' place for new entries
+        self._n, self._own = matrix.getSize()[0], slice(*matrix.getOwnershipRange())
+        self._order, stays = np.arange(self._n), np.zeros(self._n, dtype=bool)
+        inner, stays[self._last] = self._n - len(self._last), True
+        out, into = np.flatnonzero(stays[:inner]), inner + np.flatnonzero(~stays[inner:])
+        self._order[into], self._order[out] = out, into
+        starts = range(0, self._n, BLOCK)
+        blocks = [self._order[first : first + BLOCK] for first in starts]
+        entries = matrix.getDenseArray().T
+        if self._mpi is None:
+            self._columns = entries if self._in_place else entries.copy()
+            self._columns[into], self._columns[out] = self._columns[out], self._columns[into]
+        else:
+            shares = [blocks[rank :: self._ranks] for rank in range(self._ranks)]
+            owned = [np.concatenate([out[:0], *share]) for share in shares]
+            self._columns = self._exchanged(entries, owned)
+        self._pivots = np.empty(self._n, dtype=np.int32)
+        self._inverses = np.empty((self._n, PANEL))
+        for first in starts:
+            self._factorised(first)
+            after = self._place(first + BLOCK)
+            self._updated(first, self._columns[after:])
+        petsc().Log.logFlops(2.0 / 3.0 * self._n**3 / self._ranks)
+        self._state = matrix.stateGet()
+
+    def _place(self, first: int) -> int:
+        """Where the columns of this rank from some block on begin among all that it has."""
+        rounds, rest = divmod(-(-first // BLOCK), self._ranks)
+        return min((rounds + (self._rank < rest)) * BLOCK, len(self._columns))
+
+    def _owner(self, first: int) -> int:
+        return (first // BLOCK) % self._ranks
+
+    def _factorised(self, first: int) -> None:
+        """Factorise the block that begins with a column; its pivots go to all ranks."""
+        assert _factorise is not None
+        wide, failed = min(BLOCK, self._n - first), np.zeros(1, dtype=np.int64)
+        pivots, inverses = self._pivots[first : first + wide], self._inverses[first : first + wide]
+        if self._owner(first) == self._rank:
+            block, work = self._columns[self._place(first) :, first:], np.empty(PANEL * BLOCK)
+            addresses = [native.pointer(a) for a in (block, pivots, inverses, failed, work)]
+            rows = self._n - first
+            _factorise(addresses[0], self._n, rows, wide, *addresses[1:], *_routines())
+        if self._mpi is not None:
+            for array in (pivots, inverses, failed):
+                self._mpi.Bcast(array, root=self._owner(first))
+        if failed[0]:
+            raise SolverError(
+                self._stage,
+                f"zero pivot in LU (row {first + failed[0]})",
+                "the matrix is singular: is the body fixed?",
+            )
+
+    def _updated(self, first: int, columns: Array) -> None:
+        """What a factorised block does to whole columns (c, n), in their place. Collective."""
+        assert _update is not None
+        wide, rows, lda = min(BLOCK, self._n - first), self._n - first, self._n
+        block = self._columns[self._place(first) :, first:][:wide]
+        if self._mpi is not None:
+            mine, lda = self._owner(first) == self._rank, rows
+            block = np.ascontiguousarray(block) if mine else np.empty((wide, rows))
+            self._mpi.Bcast(block, root=self._owner(first))
+        if len(columns):
+            arrays = (block, self._inverses[first:], self._pivots[first:], columns[:, first:])
+            block_, inverses, pivots, below = map(native.pointer, arrays)
+            work, count = np.empty(PANEL * len(columns)), len(columns)
+            room = native.pointer(work), _routines()[1]
+            _update(block_, lda, inverses, pivots, rows, wide, below, self._n, count, *room)
+
+    def begun(self, rhs: Array) -> Array:
+        """L⁻¹ P of right-hand sides, this rank's columns of it (c', n), which overwrites them where
+        one rank has all. Collective.
+
+        Parameters
+        ----------
+        rhs : (c, rows) array
+            This rank's rows of each.
+        """
+        ranges = [np.arange(*bounds) for bounds in even_ranges(len(rhs), self._ranks)]
+        columns = self._exchanged(rhs, ranges)
+        for first in range(0, self._n, BLOCK):
+            self._updated(first, columns)
+        petsc().Log.logFlops(float(self._n) ** 2 * len(columns))
+        return columns
+
+    def kept(self, begun: Array) -> Array:
+        """The unknowns that go last of all columns, (k, c), on every rank. Collective."""
+        assert _back is not None
+        inner, k = self._n - len(self._last), len(self._last)
+        corner, lda = self._columns[inner:, inner:], self._n
+        if self._mpi is not None:
+            places = np.flatnonzero(np.arange(inner, self._n) // BLOCK % self._ranks == self._rank)
+            corner, lda = np.zeros((k, k)), k
+            own = self._columns[len(self._columns) - len(places) :, inner:]
+            for where, part in self._mpi.allgather((places, own)):
+                corner[where] = part
+        result, work = np.array(begun[:, inner:]), np.empty(PANEL * (PANEL + len(begun)))
+        _back(
+            native.pointer(corner),
+            lda,
+            k,
+            native.pointer(result),
+            k,
+            len(result),
+            native.pointer(work),
+            _routines()[1],
+        )
+        petsc().Log.logFlops(float(k) ** 2 * len(result))
+        every = result if self._mpi is None else np.concatenate(self._mpi.allgather(result))
+        return every[:, np.argsort(self._order)[self._last] - inner].T
+
+    def combined(self, *pairs: tuple[Array, Array]) -> Array:
+        """All unknowns of A⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what was
+        `begun` with each B and its y (c, ...). Collective."""
+        left = np.zeros((self._n, *pairs[0][1].shape[1:]))
+        for begun, y in pairs:
+            first, last = even_ranges(len(y), self._ranks)[self._rank]
+            left += begun.T @ y[first:last]
+        return self._back(left)
+
+    def _back(self, left: Array) -> Array:
+        """U⁻¹ of the sum of what the ranks have, (n, ...), which is overwritten."""
+        assert _back is not None
+        flat = left.reshape(self._n, -1)
+        found = np.zeros(flat.shape)
+        for first in reversed(range(0, self._n, BLOCK)):
+            rows = slice(first, min(first + BLOCK, self._n))
+            part, owner = np.array(flat[rows].T, order="C"), self._owner(first)
+            if self._mpi is not None:
+                part = self._mpi.reduce(part, root=owner)
+            if owner == self._rank:
+                place, wide, count = self._place(first), rows.stop - first, flat.shape[1]
+                columns, work = (
+                    self._columns[place : place + wide],
+                    np.empty(PANEL * (PANEL + count)),
+                )
+                upper, x, room = map(native.pointer, (columns[:, first:], part, work))
+                _back(upper, self._n, wide, x, wide, count, room, _routines()[1])
+                found[rows] = part.T
+                flat[:first] -= columns[:, :first].T @ found[rows]
+        if self._mpi is not None:
+            found = self._mpi.allreduce(found)
+        result = np.empty_like(found)
+        result[self._order] = found
+        return result.reshape(left.shape)
+
+    def _exchanged(self, rows: Array, columns: list[Index]) -> Array:
+        """This rank's columns with all their rows, (c', n), out of its rows of all columns (c,
+        rows); `columns` are the numbers of those of each rank. Collective."""
+        if self._mpi is None:
+            return rows
+        return np.concatenate(self._mpi.alltoall([rows[some] for some in columns]), axis=1)
+
+    def apply(self, pc: Any, x: Any, y: Any) -> None:
+        """PETSc asks for A⁻¹ x."""
+        rhs = np.array(x.getArray(readonly=True))[None]
+        y.setArray(self.combined((self.begun(rhs), np.ones(1)))[self._own])
+        petsc().Log.logFlops(float(self._n) ** 2 / self._ranks)
+
+    def view(self, pc: Any, viewer: Any) -> None:
+        """The line of -ksp_view."""
+        text = f"    LU by blocks of {BLOCK} columns, partial pivoting"
+        text += ", in place" if self._in_place and self._mpi is None else ""
+        viewer.printfASCII(f"{text}; {len(self._last)} unknowns are eliminated last\n")
+
+
+@functools.cache
+def _routines() -> tuple[int, int]:
+    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; 0 where they take other
+    integers."""
+    from scipy.linalg import cython_blas, cython_lapack
+
+    capsules: list[Any] = [cython_lapack.__pyx_capi__["dgetrf"], cython_blas.__pyx_capi__["dgemm"]]
+    name_of, address_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    names = [name_of(capsule) for capsule in capsules]
+    if any(b"int *" not in name for name in names):
+        return 0, 0
+    factor, product = (
+        address_of(capsule, name) for capsule, name in zip(capsules, names, strict=True)
+    )
+    return factor, product
+
+
+@functools.cache
+def default_type() -> str:
+    """The PC that factorises dense matrices with many right-hand sides: this one, or LAPACK's
+    where the BLAS of scipy takes other integers."""
+    return TYPE if _factorise is not None and all(_routines()) else "lu"
+
+
+@functools.cache
+def register() -> Any:
+    """Make `-pc_type petcontact` known to PETSc: a PC of type python under this name.
+
+    petsc4py has no call for PCRegister; what is returned has to live as long as PETSc does.
+    """
+    library = ctypes.CDLL(petsc().__file__)
+
+    def create(pc: int) -> int:
+        handle = ctypes.c_void_p(pc)
+        error = library.PCSetType(handle, b"python")
+        return int(error or library.PetscObjectChangeTypeName(handle, TYPE.encode()))
+
+    callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p)(create)
+    library.PCRegister(TYPE.encode(), callback)
+    return callback
