@@ -154,8 +154,8 @@ class BoundaryOperators:
         return self.kernel.point_displacement(self.mesh.x[nodes], self.data.point, force)
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
-        """½u + Hu - Gt at some nodes in increasing order, (len(rows), d) [length], from exact
-        entries: zero for the discrete solution."""
+        """½u + Hu - Gt of (4.10) at some nodes in increasing order, (len(rows), d) [length], from
+        exact entries: zero for the discrete solution."""
         d, scaled, every = self.kernel.dim, traction / self.traction_scale, np.arange(len(u) + 1)
         filler = self._filler.of(
             replace(self._column_data, rhs_first=every, rhs_traction=scaled, rhs_displacement=u)

@@ -129,6 +129,7 @@ class DenseCompliance(ContactCompliance):
         last = first + len(rows)
         inner = slice(first, min(last, n))
         count = max(inner.stop - inner.start, 0)
+        # (4.11) in u = u_0 + Sσ, which (4.12) and (4.13) give: (I + ρS) σ' = σ + ρ(u - u_0) - ωR_ρ
         np.multiply(self._matrix[inner], each[inner, None], out=rows[:count, :n])
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:

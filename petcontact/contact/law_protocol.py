@@ -157,7 +157,9 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
             f"displacement and traction have one shape, got {v.shape} and {sigma.shape}"
         )
     own: Callable[[Array, Array, float | Array], Array] | None = getattr(law, "residual", None)
-    return sigma + law.project(rho * v - sigma) if own is None else own(v, sigma, rho)
+    if own is not None:
+        return own(v, sigma, rho)
+    return sigma + law.project(rho * v - sigma)  # (2.10); (2.9) where it is zero
 
 
 WITHIN = 1e-6

@@ -75,7 +75,7 @@ class Tresca:
         if type(self) is not Tresca or tau.shape[1] > 1:
             return np.asarray(sigma + self.project(tau))
         limit = self.bound[:, None]
-        return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))
+        return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))  # (2.10)
 
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip; slip where g = 0."""

@@ -68,9 +68,9 @@ class SelfAdaptive:
         """The next ρ_{k+1} by equation (4.2)."""
         self.growth = self._next_growth(rho, balance)
         if balance > (1.0 + self.tau) * rho:
-            return (1.0 + self.growth) * rho
+            return (1.0 + self.growth) * rho  # (4.2), first line
         if balance < rho / (1.0 + self.tau):
-            return rho / (1.0 + self.growth)
+            return rho / (1.0 + self.growth)  # (4.2), second line
         return self._inside(rho, balance)
 
     def _inside(self, rho: float, balance: float) -> float:
@@ -96,7 +96,7 @@ class Modified(SelfAdaptive):
     """
 
     def _inside(self, rho: float, balance: float) -> float:
-        return balance
+        return balance  # (4.3), last line
 
 
 @dataclass
@@ -163,4 +163,4 @@ def usable_balance(sigma_change: float, u_change: float) -> float:
     """w_k, or NaN where neither σ_t nor u_t moved (then ρ has no reason to move either)."""
     if u_change == 0.0:
         return math.inf if sigma_change > 0.0 else math.nan
-    return sigma_change / u_change
+    return sigma_change / u_change  # (4.1) holds where this is ρ_k

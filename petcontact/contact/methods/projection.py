@@ -58,11 +58,14 @@ class Projection:
         # for their increments
         consistent = False
         while not recorder.exhausted:
+            # (2.10); where R_ρ = 0, (2.9), also σ + ρv = σ + ρv - ωR_ρ, (2.11)
             old, residual = (v, sigma), law_residual(law, v, sigma, rho)
             if consistent:
+                # (3.1) less what the iterate before satisfies: its equation for δv, δσ
                 dv, dsigma = system.robin_increment(rho, -self.omega * residual)
                 v, sigma = v + dv, sigma + dsigma
             else:
+                # (3.1), (4.11): σ' + ρv' = σ + ρv - ωR_ρ(v, σ), with v' = u_0 + Sσ' from (4.12)
                 new_v, new_sigma = system.robin(rho, sigma + rho * v - self.omega * residual)
                 dv, dsigma, v, sigma = new_v - v, new_sigma - sigma, new_v, new_sigma
                 consistent = True
@@ -88,7 +91,7 @@ class Projection:
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 if (end := settled(recorder, v, sigma, rho, reason)) is not None:
                     return end
-            rho = self._updated(rules, law, rho, balance, len(recorder.history))
+            rho = self._updated(rules, law, rho, balance, len(recorder.history))  # (4.2), (4.3)
         relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
         reason = (
             f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, "
