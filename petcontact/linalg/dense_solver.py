@@ -14,11 +14,11 @@ from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
 
-def direct_solver(comm: Any, prefix: str, *, in_place: bool = False) -> LinearSolver:
+def direct_solver(comm: Any, prefix: str) -> LinearSolver:
     """A KSP for few right-hand sides of each matrix: by PETSc's LU of LAPACK, and over ranks by
     ours."""
     kind = "lu" if comm.getSize() == 1 else default_type()
-    return LinearSolver(comm, prefix, "iterate", in_place=in_place, pc_type=kind)
+    return LinearSolver(comm, prefix, "iterate", pc_type=kind)
 
 
 class DenseSolver(SolverFront):
@@ -44,18 +44,17 @@ class DenseSolver(SolverFront):
     def __init__(self, comm: Any, prefix: str) -> None:
         self._comm, self._prefix = comm, prefix
         self._matrix: Any = None
-        self._solver = direct_solver(comm, prefix, in_place=True)
+        self._solver = direct_solver(comm, prefix)
 
     def rows(self, size: int) -> tuple[Array, int]:
         """This rank's rows of a matrix, to be written by columns, and the number of the first.
         Collective."""
         if self._matrix is None or self._matrix.getSize()[0] != size:
             self.close()  # a KSP keeps the size that it was used with
-            self._solver = direct_solver(self._comm, self._prefix, in_place=True)
+            self._solver = direct_solver(self._comm, self._prefix)
             first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
             memory = np.zeros((size, last - first))
             self._matrix = self._solver.owned(on_memory(memory, size, self._comm))
-        self._matrix.setUnfactored()
         rows: Array = self._matrix.getDenseArray()
         return rows, int(self._matrix.getOwnershipRange()[0])
 
@@ -72,7 +71,8 @@ class DenseSolver(SolverFront):
         SolverError
             If the matrix is singular, or the solution not finite.
         """
-        return self._solver.solved(rhs[slice(*self._matrix.getOwnershipRange())])
+        own: Array = rhs[slice(*self._matrix.getOwnershipRange())]
+        return self._solver.solved(own)
 
     def close(self) -> None:
         """Free every PETSc object."""

@@ -30,6 +30,14 @@ def is_asked_for(prefix: str) -> bool:
     )
 
 
+def _looks_at_matrix(prefix: str) -> bool:
+    """Whether an option of the KSP of a prefix multiplies with its matrix, or shows it."""
+    return any(
+        option.startswith(f"{prefix}ksp_") and any(word in option for word in LOOKING)
+        for option in given_options()
+    )
+
+
 class LinearSolver:
     """A PETSc KSP over one operator that may be replaced, with checked outcomes.
 
@@ -121,16 +129,16 @@ class LinearSolver:
                 )
             ksp.setType("gmres")
             ksp.setFromOptions()
-        looked_at = any(
-            option.startswith(f"{self._prefix}ksp_") and any(word in option for word in LOOKING)
-            for option in given_options()
-        )
-        # any other KSP needs the matrix itself
-        in_place = self._in_place and ksp.getType() == "preonly" and not looked_at
+        self._prepare(pc, ksp.getType() == "preonly")
+
+    def _prepare(self, pc: Any, alone: bool) -> None:
+        """An LU for what PETSc has none of, or in the place of a matrix that nothing else needs."""
+        database, name = petsc().Options(self._prefix), pc.getType()
+        in_place = self._in_place and alone and not _looks_at_matrix(self._prefix)
         if name == blocked_lu.TYPE:
             lu = blocked_lu.BlockedLU(self._comm, self.stage, self._last, in_place)
             pc.setPythonContext(lu)
-            self._blocked = lu if ksp.getType() == "preonly" else None
+            self._blocked = lu if alone else None
         elif name == "lu" and self._comm.getSize() > 1:
             pc.setType("redundant")  # PETSc has no LU of dense matrices over ranks
         elif name == "lu" and in_place:

@@ -15,7 +15,7 @@ from typing import Any
 
 from ..errors import InputError, MissingPetscError, SolverError
 from .memory import check_address_space
-from .petsc_options import OF_THE_FOLDER, OF_THE_HOME, OF_THE_PROGRAM, check, files_first, of_files
+from .petsc_options import OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
 from .threads import cap_blas_threads
 
