@@ -71,8 +71,9 @@ class DenseSolver(SolverFront):
         SolverError
             If the matrix is singular, or the solution not finite.
         """
-        own: Array = rhs[slice(*self._matrix.getOwnershipRange())]
-        return self._solver.solved(own)
+        own = rhs[slice(*self._matrix.getOwnershipRange())]
+        solution: Array = self._solver.solved(own)
+        return solution
 
     def close(self) -> None:
         """Free every PETSc object."""
