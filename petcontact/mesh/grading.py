@@ -13,6 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
+from ..geometry.same_place import TOLERANCE, distinct
 from ..model.solver_options import MeshOptions
 from .curve_mesh import CurveMesh, build_mesh
 
@@ -169,6 +170,7 @@ def _split(points: Array, largest: float) -> Array:
 def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
     """Fractions of the graded points on each side, 0 and 1 where they are its ends."""
     found: list[list[float]] = [[] for _ in outline.sides]
+    within = TOLERANCE * outline.diameter
     for point in options.graded_points:
         projections = [_project(side, np.array(point)) for side in outline.sides]
         nearest = min(distance for distance, _ in projections)
@@ -177,14 +179,12 @@ def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
                 f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary"
             )
         for fractions, (distance, fraction) in zip(found, projections, strict=True):
-            snapped = (
-                float(np.round(fraction)) if abs(fraction - np.round(fraction)) < 1e-9 else fraction
-            )
-            if distance <= nearest + 1e-9 * outline.diameter and all(
-                abs(snapped - other) > 1e-9 for other in fractions
-            ):
-                fractions.append(snapped)
-    return [np.array(sorted(fractions)) for fractions in found]
+            if distance <= nearest + within:
+                fractions.append(fraction)
+    return [
+        distinct(np.array(fractions), within / side.length, 1.0)
+        for fractions, side in zip(found, outline.sides, strict=True)
+    ]
 
 
 def _project(side: Side, point: Array) -> tuple[float, float]:

@@ -1,26 +1,22 @@
-"""Where an expression may be rough or narrow, read off its syntax tree.
+"""Where a function along a side is rough or narrow.
 
-Samples of a function never show a peak that is narrower than their spacing. The text of the
-function does: what is small or singular somewhere has a sub-expression that vanishes there, as x -
-3 does in exp(-((x - 3)/1e-6)**2).
+Kinks and jumps are found on the sampled function. Samples never show a peak that is narrower than
+their spacing; the text of the function does: what is small or singular somewhere has a
+sub-expression that vanishes or turns there, as x - 3 does in exp(-((x - 3)/1e-6)**2).
 """
 
 from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..frozen import frozen
+from ..arrays import Array, Index, Mask
+from ..geometry.same_place import TOLERANCE
 from ..model.expressions import Value, parse_expression, plain_value
 
-_SMOOTH_AT_ZERO = frozenset({"sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp"})
-"""Functions of one value that are smooth where it vanishes (tan and those that are not elsewhere:
-at their poles only)."""
-_AT_ONE = frozenset({"asin", "acos"})
 SAMPLES = 4096
 """Uniform samples of a side."""
 HALVINGS = 79
@@ -31,28 +27,26 @@ MOST_CENTRES = 64
 BISECTIONS = 60
 CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 """Names that stand for one number on a straight line."""
+MOST_KINKS = 512
+"""Candidates of one function; more of them are a function that is rough everywhere."""
+PARTS, ROUNDS = 8, 24
+"""Into how many parts the interval around a candidate is cut, and how often at most: a quarter of
+it is left each time, 4^-24 of the first in the end."""
+MARGIN = 1e-3
+"""Of an interval, by which the next one reaches beyond its parts: a jump may lie at their end."""
+DIGITS = 1e3 * np.finfo(float).eps
+"""Change of slope times the interval over the size of the function that is round-off."""
+SMOOTH = 0.75
+"""Power of the interval with which the change of slope falls from which on a function is smooth: it
+is 1 where there is a curvature, 0 at a kink, -1 at a jump."""
+BEFORE = 3
+"""Intervals back that this power is taken over."""
 
 Variables = Callable[[Array], dict[str, Array]]
 
 
-@frozen
-class Features:
-    """What one expression shows on one side, as fractions of the side.
-
-    Attributes
-    ----------
-    switches : (k,) array
-        Places inside the side at which the expression may have a kink or a jump, increasing.
-    samples : (n,) array
-        Fractions in [0, 1], increasing, dense around whatever may be narrow.
-    """
-
-    switches: Array
-    samples: Array
-
-
-def features(text: str, variables: Variables) -> Features:
-    """Switches of an expression on a side, and samples that miss no peak of it.
+def samples_of(text: str, variables: Variables) -> Array:
+    """Fractions in [0, 1] that miss no peak of an expression on a side, increasing (n,).
 
     Parameters
     ----------
@@ -66,22 +60,84 @@ def features(text: str, variables: Variables) -> Features:
     InputError
         If the expression cannot be read.
     """
-    samples = uniform()
-    for end in (0.0, 1.0):
-        samples = _around(np.array([end]), samples)
-    switches: list[Array] = []
-    for node, switch in _parts(parse_expression(text)):
+    samples = _around(np.array([0.0, 1.0]), uniform())
+    names = variables(samples[:1])
+    for node in _parts(parse_expression(text), names):
         values = _values(node, variables, samples)
         if np.all(values == values[0]):
             continue
-        zeros = _zeros(node, variables, samples, values)
-        centres = np.concatenate([zeros, _turns(samples, values)])
-        if len(zeros) and switch:
-            switches.append(zeros)
+        centres = np.concatenate(
+            [_zeros(node, variables, samples, values), _turns(samples, values)]
+        )
         if len(centres):
             samples = _around(centres[:: max(1, len(centres) // MOST_CENTRES)], samples)
-    found = np.unique(np.concatenate(switches)) if switches else np.empty(0)
-    return Features(_distinct(found[(found > 0.0) & (found < 1.0)]), samples)
+    return samples
+
+
+def kinks(values: Callable[[Array], Array], samples: Array, sampled: Array) -> tuple[Array, Array]:
+    """Places inside a side at which a function has a kink or a jump, as fractions, in any order,
+    and the power of the distance with which its slope changes there: -1 at a jump, 0 at a kink.
+
+    Around each sample where the slope changes more than at those beside it, the part of the
+    interval with the largest change is cut again and again: where the function is smooth the change
+    falls with the interval, at a kink it stays, at a jump it grows.
+
+    Parameters
+    ----------
+    values : callable
+        Fractions (n,) to values (n,).
+    samples, sampled : (n,) arrays
+        Increasing fractions, and the values there.
+    """
+    apart = np.append(True, np.diff(samples) > TOLERANCE)
+    samples, sampled = samples[apart], sampled[apart]
+    change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
+    size = float(np.abs(sampled).max(initial=0.0))
+    here = _candidates(change, samples[2:] - samples[:-2], size)
+    if not 0 < len(here) <= MOST_KINKS:
+        return np.empty(0), np.empty(0)
+    low, width = samples[here], samples[here + 2] - samples[here]
+    widths, changes = [width], [change[here]]
+    for _ in range(ROUNDS):
+        first, largest = _sharpest(values, low, width)
+        open_ = (largest * width > PARTS * DIGITS * size) & (width > PARTS * DIGITS)
+        if not open_.any():
+            break
+        low = np.where(open_, first - MARGIN * width, low)
+        width = np.where(open_, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
+        widths.append(width)
+        changes.append(np.where(open_, largest, changes[-1]))
+    power = _powers(np.array(widths), np.array(changes))
+    return (low + 0.5 * width)[power < SMOOTH], power[power < SMOOTH]
+
+
+def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tuple[Array, Array]:
+    """Where in each interval the two parts begin between which the slope changes most, and by how
+    much."""
+    step = width / PARTS
+    at = low + step * np.arange(PARTS + 1)[:, None]
+    slope = np.diff(values(at.ravel()).reshape(at.shape), axis=0) / step
+    turn = np.abs(np.diff(slope, axis=0))
+    return low + turn.argmax(axis=0) * step, turn.max(axis=0)
+
+
+def _candidates(change: Array, width: Array, size: float) -> Index:
+    """Where the change of slope over its interval is largest, beside its neighbours' and beyond
+    round-off."""
+    bent = np.where(change * width > DIGITS * size, change / width, 0.0)
+    most = np.concatenate([[0.0], bent, [0.0]])
+    return np.flatnonzero((bent > 0.0) & (bent >= most[:-2]) & (bent >= most[2:]))
+
+
+def _powers(width: Array, change: Array) -> Array:
+    """By intervals and changes of slope (k, n), the last ones repeated where there are no more."""
+    last, each = (width > width[-1]).sum(axis=0), np.arange(width.shape[1])
+    first = np.maximum(0, last - BEFORE)
+    narrower = np.log(width[first, each] / width[last, each])
+    falls = np.log(change[first, each] / change[last, each])
+    return np.asarray(
+        np.where(narrower > 0.0, falls / np.where(narrower > 0.0, narrower, 1.0), 1.0)
+    )
 
 
 def degree(value: Value) -> float:
@@ -121,48 +177,15 @@ def _degree(node: ast.expr) -> float:
     return math.inf
 
 
-def _parts(tree: ast.expr) -> Iterator[tuple[ast.expr, bool]]:
-    """Sub-expressions that may vanish, inner ones first, and whether the whole has a kink or a jump
-    where they do."""
+def _parts(tree: ast.expr, names: Container[str]) -> Iterator[ast.expr]:
+    """Sub-expressions that may vanish or turn, inner ones first; `names`: of the variables."""
     for node in reversed(list(ast.walk(tree))):
         if isinstance(node, ast.Compare):
-            yield _difference(node.left, node.comparators[0]), True
-        elif isinstance(node, ast.BinOp):
-            if isinstance(node.op, (ast.Add, ast.Sub)):
-                yield node, False
-            elif isinstance(node.op, ast.Div):
-                yield node.right, True
-            elif isinstance(node.op, ast.Mod):
-                yield _wave(ast.BinOp(node.left, ast.Div(), node.right)), True
-            elif isinstance(node.op, ast.Pow) and not _is_whole(node.right):
-                yield node.left, True
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            yield from _of_call(node.func.id, node.args)
-
-
-def _of_call(name: str, arguments: list[ast.expr]) -> Iterator[tuple[ast.expr, bool]]:
-    if name in ("min", "max"):
-        yield _difference(*arguments), True
-    elif name in ("floor", "ceil"):
-        yield _wave(arguments[0]), True
-    elif name in _AT_ONE:
-        for sign in (1.0, -1.0):
-            yield _difference(arguments[0], ast.Constant(sign)), True
-    elif name == "tan":
-        yield ast.Call(ast.Name("cos", ast.Load()), arguments, []), True
-    elif name not in _SMOOTH_AT_ZERO:
-        for argument in arguments:
-            yield argument, True
-
-
-def _difference(left: ast.expr, right: ast.expr) -> ast.expr:
-    return ast.BinOp(left, ast.Sub(), right)
-
-
-def _wave(argument: ast.expr) -> ast.expr:
-    """sin(π a), which vanishes where a is a whole number."""
-    turns = ast.BinOp(ast.Name("pi", ast.Load()), ast.Mult(), argument)
-    return ast.Call(ast.Name("sin", ast.Load()), [turns], [])
+            yield ast.BinOp(node.left, ast.Sub(), node.comparators[0])
+        elif isinstance(node, ast.BinOp | ast.Call) or (
+            isinstance(node, ast.Name) and node.id in names
+        ):
+            yield node
 
 
 def _is_whole(node: ast.expr) -> bool:
@@ -209,8 +232,3 @@ def _turns(at: Array, values: Array) -> Array:
     """Samples at which a sub-expression has a maximum or a minimum."""
     rise = np.sign(np.diff(values))
     return np.asarray(at[1:-1][rise[1:] * rise[:-1] < 0.0])
-
-
-def _distinct(places: Array) -> Array:
-    """Increasing places without those that are the one before, to round-off."""
-    return places[np.append(True, np.diff(places) > 1e-13)] if len(places) else places

@@ -15,11 +15,12 @@ from ..arrays import Array, Index, Mask
 from ..frozen import frozen
 from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
+from ..geometry.same_place import SMALLEST
 from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Condition, Contact, Displacement, Problem, Traction
-from .expression_features import degree, features, uniform
+from .expression_features import degree, kinks, samples_of, uniform
 
 ORDER = 5
 """Largest order of an element."""
@@ -30,10 +31,10 @@ ARC_SAMPLES = 64
 MOST_ELEMENTS = 600
 """Elements of one side beyond which data are given up as unresolved."""
 MIDDLE = np.array([0.5])
+JUMP = -0.75
+"""Power of the distance with which slopes change below which data jump."""
 PARABOLA = 2.0
 """Degree of polynomials that have one minimum and no narrow places."""
-SMALLEST = 1e-13
-"""Smallest element as a fraction of its side."""
 
 
 @frozen
@@ -47,9 +48,9 @@ class Field:
         all that is of one kind.
     values : callable
         Fractions (n,) of the side to values (n, c).
-    switches : (k,) array
-        Places inside the side at which the data may have a kink or a jump, as fractions,
-        increasing.
+    switches : (2, k) array
+        Places of the side at which the data have a kink or a jump, as fractions, and the powers
+        that tell which, see `kinks`.
     samples, sampled : (n,) and (n, c) arrays
         Fractions that show all of it, increasing, and the values there.
     size : float
@@ -143,19 +144,30 @@ def _shown(
     values: Callable[[Array], Array],
     power: float,
 ) -> tuple[Array, Array, Array]:
-    """Switches, samples, and values there, of expressions and functions together; a function shows
-    no syntax tree, and a parabola shows all of it on few samples."""
-    parts = [features(value, at) for value in given if isinstance(value, str) and power > PARABOLA]
-    samples = [part.samples for part in parts] or [
+    """Kinks and jumps, samples, and values there, of expressions and functions together; a function
+    shows no text, and a parabola shows all of it on few samples."""
+    texts = [value for value in given if isinstance(value, str) and power > PARABOLA]
+    samples = [samples_of(text, at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
-    switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))
-    return (
-        switches[np.append(True, np.diff(switches) > SMALLEST)[: len(switches)]],
-        every,
-        values(every),
-    )
+    sampled, found = values(every), [np.empty((2, 0))]
+    if len(every) > ARC_SAMPLES:
+        found += [
+            np.stack(kinks(lambda s, c=c: values(s)[:, c], every, column))  # type: ignore[misc]
+            for c, column in enumerate(sampled.T)
+        ]
+    return np.concatenate(found, axis=1), every, sampled
+
+
+def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
+    """Places inside a side at which a gap has a kink, and at which it jumps, as fractions."""
+    if not (callable(gap) or isinstance(gap, str)):
+        return np.empty(0), np.empty(0)
+    at = functools.partial(variables, side, offset)
+    values = functools.partial(_values, [gap], "gap", at, False)
+    (place, power), *_ = _shown([gap], at, values, math.inf if side.curvature else degree(gap))
+    return place[power >= JUMP], place[power < JUMP]
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
@@ -251,7 +263,7 @@ def _values(
 
 
 def resolved(
-    breaks: Array, orders: Index, data: list[Field], tolerance: float
+    breaks: Array, orders: Index, data: list[Field], tolerance: float, least: float = SMALLEST
 ) -> tuple[Array, Index, float]:
     """Elements of a side with orders and cuts enough for its data.
 
@@ -264,6 +276,8 @@ def resolved(
         Of the side.
     tolerance : float
         Defect that an element may have [-].
+    least : float, optional
+        Fraction of the side that no element is smaller than.
 
     Returns
     -------
@@ -275,25 +289,25 @@ def resolved(
     """
     missed = 0.0
     for field in data:
-        breaks, orders, left = _resolved(breaks, orders, field, tolerance)
+        breaks, orders, left = _resolved(breaks, orders, field, tolerance, least)
         missed = max(missed, left)
     return breaks, orders, missed
 
 
 def _resolved(
-    breaks: Array, orders: Index, field: Field, tolerance: float
+    breaks: Array, orders: Index, field: Field, tolerance: float, least: float
 ) -> tuple[Array, Index, float]:
     done: list[tuple[Array, Array, Index]] = []
     start, end, order = breaks[:-1], breaks[1:], orders
     count, missed = 0, 0.0
     while len(start):
-        wanted, least = _order_enough(field, start, end, order, tolerance)
+        wanted, left = _order_enough(field, start, end, order, tolerance)
         ready = wanted >= 0
         hopeless: Mask = ~ready & (
-            (end - start < 2.0 * SMALLEST) | (count + len(start) > MOST_ELEMENTS)
+            (end - start < 2.0 * least) | (count + len(start) > MOST_ELEMENTS)
         )
         if hopeless.any():
-            missed = max(missed, float(least[hopeless].max()))
+            missed = max(missed, float(left[hopeless].max()))
         stays = ready | hopeless
         done.append((start[stays], end[stays], np.where(ready, wanted, ORDER)[stays]))
         count += int(np.count_nonzero(stays))

@@ -15,6 +15,7 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from ..geometry.outline import Outline
+from ..geometry.same_place import SMALLEST, TOLERANCE, inside
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
@@ -34,9 +35,6 @@ small."""
 CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
 """Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a
 corner of power 1."""
-SMALLEST = 1e-10
-"""Smallest elements at corners, relative to the thickness of the body and to coordinates, whose
-last digits they feel."""
 DATA_SHARE = 0.2
 """Defect of the known data on one element, of a level's error."""
 NODES_A_SIDE = 12
@@ -55,8 +53,6 @@ they count as one."""
 IN_ZONES = 0.25
 """Power of a level's error with which elements shrink at the ends of narrow zones, relative to
 these."""
-CLOSEST = 1e-9
-"""Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
 """Distance of a transition point from a kink of the data, in smallest elements, below which the
 kink is its mark."""
@@ -137,13 +133,8 @@ class Body:
         [length]."""
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
-            found = (
-                np.unique(np.concatenate([np.empty(0), *(field.switches for field in row)]))
-                * side.length
-            )
-            closest = CLOSEST * side.length
-            found = found[(found > closest) & (found < side.length - closest)]
-            result.append(found[np.append(True, np.diff(found) > closest)[: len(found)]])
+            found = np.concatenate([np.empty(0), *(field.switches[0] for field in row)])
+            result.append(inside(found * side.length, self.closest, side.length))
         return result
 
     @functools.cached_property
@@ -152,12 +143,13 @@ class Body:
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
             found = [gap_minima(field) for field in row if field.kind == "gap"]
-            places = np.unique(np.concatenate([np.empty(0), *found]))
-            inside = places[(places > NEAR_END) & (places < 1.0 - NEAR_END)]
-            result.append(
-                side.length * inside[np.append(True, np.diff(inside) > NEAR_END)[: len(inside)]]
-            )
+            result.append(side.length * inside(np.concatenate([[], *found]), NEAR_END, 1.0))
         return result
+
+    @property
+    def closest(self) -> float:
+        """Distance within which places are one [length]."""
+        return TOLERANCE * self.outline.diameter
 
     @functools.cached_property
     def smallest(self) -> float:
@@ -201,8 +193,9 @@ class Body:
         missed = [0.0]
 
         def resolve(side: int, breaks: Array, orders: Index) -> tuple[Array, Index]:
+            least = self.smallest / self.outline.sides[side].length
             breaks, orders, left = resolved(
-                breaks, orders, self.data[side], DATA_SHARE * level.error
+                breaks, orders, self.data[side], DATA_SHARE * level.error, least
             )
             missed.append(left)
             return breaks, orders
@@ -278,7 +271,7 @@ def marks_for(
         # them
         found = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
-        closest = CLOSEST * side.length
+        closest = body.closest
         kinks = body.kinks[k]
         apart = max(closest, ON_KINK * at_transition)
         found = [

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...frozen import frozen
+from ...geometry.same_place import TOLERANCE
 from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
 from ..panelling import box_of_lines
 from ..surface_mesh import SurfaceMesh
@@ -24,7 +25,9 @@ def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
         for axis in face_axes(*face):
             lines = np.unique(mesh.corners[mine, :, axis])
             breaks = (lines - box.lower[axis]) / (box.upper - box.lower)[axis]
-            result.append(SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[mine[0]])))
+            result.append(
+                SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[mine[0]]), TOLERANCE)
+            )
         if len(result[first].order) * len(result[first + 1].order) != len(mine):
             return []
     return result

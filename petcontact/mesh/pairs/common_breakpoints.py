@@ -13,9 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...geometry.same_place import distinct
 
-SAME = 1e-9
-"""Joints closer than this fraction of a side are one."""
 CLOSE = 0.3
 """A joint of the secondary closer to one that the primary needs than this fraction of its elements
 gives way."""
@@ -33,10 +32,13 @@ class SideMesh:
         Fractions of the side, from 0 to 1.
     order : (n,) array
         Orders of its elements.
+    within : float
+        Distance within which joints are one, as a fraction of the side.
     """
 
     breaks: Array
     order: Index
+    within: float
 
 
 class Projection(Protocol):
@@ -72,13 +74,13 @@ def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
     without go back."""
     imposed: Imposed = {}
     for _ in range(4):
-        before = [side.breaks for sides in meshes for side in sides]
+        before = [side for sides in meshes for side in sides]
         for pair in pairs:
             _carry_back(meshes, pair, imposed)
             _carry_over(meshes, pair, imposed)
-        after = (side.breaks for sides in meshes for side in sides)
+        after = (side for sides in meshes for side in sides)
         if all(
-            a.shape == b.shape and np.abs(a - b).max() <= SAME
+            a.breaks.shape == b.breaks.shape and np.abs(a.breaks - b.breaks).max() <= b.within
             for a, b in zip(before, after, strict=True)
         ):
             break
@@ -95,8 +97,10 @@ def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
         for number in np.unique(met[met >= 0]):
             target = int(a_sides[number])
             key = (a, target)
-            imposed[key] = _distinct(
-                np.concatenate([imposed.get(key, np.empty(0)), fractions[met == number]])
+            imposed[key] = distinct(
+                np.concatenate([imposed.get(key, np.empty(0)), fractions[met == number]]),
+                meshes[a][target].within,
+                1.0,
             )
             meshes[a][target] = _with_joints(meshes[a][target], imposed[key])
 
@@ -108,22 +112,24 @@ def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
     met, fractions = (np.concatenate(values) for values in zip(*hits, strict=True))
     for k, side in enumerate(b_sides):
         key = (b, int(side))
-        given = _distinct(np.concatenate([imposed.get(key, np.empty(0)), fractions[met == k]]))
+        old = meshes[b][side]
+        given = distinct(
+            np.concatenate([imposed.get(key, np.empty(0)), fractions[met == k]]), old.within, 1.0
+        )
         if len(given) == 0:
             continue
         imposed[key] = given
-        old = meshes[b][side]
 
         def faced(fraction: Array, k: int = k) -> Mask:
             return np.asarray(pair.to_secondary(k, fraction)[0] >= 0)
 
-        breaks = _distinct(np.concatenate([[0.0, 1.0], given]))
+        breaks = np.union1d([0.0, 1.0], given)
         kept = old.breaks[1:-1][~faced(old.breaks[1:-1])]
-        breaks = _filled(breaks, kept, faced(0.5 * (breaks[1:] + breaks[:-1])))
-        meshes[b][side] = SideMesh(breaks, _orders_at(old, 0.5 * (breaks[1:] + breaks[:-1])))
+        breaks = _filled(breaks, kept, faced(0.5 * (breaks[1:] + breaks[:-1])), old.within)
+        meshes[b][side] = _recut(old, breaks)
 
 
-def _filled(breaks: Array, own: Array, faced: Mask) -> Array:
+def _filled(breaks: Array, own: Array, faced: Mask, within: float) -> Array:
     """Stretches that nothing faces keep their own joints, graded from the size of the faced element
     beside them."""
     size = np.where(faced, np.diff(breaks), np.inf)
@@ -138,7 +144,7 @@ def _filled(breaks: Array, own: Array, faced: Mask) -> Array:
         first = low + (1.5 * up[-1] if len(up) else 0.0)
         last = high - (1.5 * down[-1] if len(down) else 0.0)
         pieces += [low + up, high - down, inner[(inner > first) & (inner < last)]]
-    return _distinct(np.concatenate(pieces))
+    return distinct(np.concatenate(pieces), within, 1.0)
 
 
 def _growing(first: float, length: float, largest: float) -> Array:
@@ -162,15 +168,7 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
         for number in np.unique(met[met >= 0]):
             mine = met == number
             order[mine] = _orders_at(meshes[a][a_sides[number]], fractions[mine])
-        meshes[b][side] = SideMesh(mesh.breaks, order)
-
-
-def _distinct(fractions: Array) -> Array:
-    """Increasing fractions without those that are one to round-off."""
-    values: Array = np.sort(fractions)
-    values[np.abs(values) <= SAME] = 0.0
-    values[np.abs(values - 1.0) <= SAME] = 1.0
-    return np.asarray(values[np.append(True, np.diff(values) > SAME)[: len(values)]])
+        meshes[b][side] = SideMesh(mesh.breaks, order, mesh.within)
 
 
 def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
@@ -181,8 +179,12 @@ def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
     place = np.searchsorted(around, old)
     apart = np.minimum(old - around[place - 1], around[place] - old)
     kept = old[(apart > CLOSE * size) | (old == 0.0) | (old == 1.0)]
-    breaks = _distinct(np.concatenate([kept, needed]))
-    return SideMesh(breaks, _orders_at(side, 0.5 * (breaks[1:] + breaks[:-1])))
+    return _recut(side, np.union1d(kept, needed))
+
+
+def _recut(side: SideMesh, breaks: Array) -> SideMesh:
+    """The side with other joints, and the orders that it had there."""
+    return SideMesh(breaks, _orders_at(side, 0.5 * (breaks[1:] + breaks[:-1])), side.within)
 
 
 def _orders_at(side: SideMesh, middle: Array) -> Index:

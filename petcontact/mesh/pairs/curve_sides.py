@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...frozen import frozen
 from ...geometry.outline import Outline
+from ...geometry.same_place import TOLERANCE
 from ..curve_mesh import CurveMesh, build_mesh
 from .common_breakpoints import SideMesh
 from .curves import Curves
@@ -31,11 +32,12 @@ def as_meshed(boundary: Any, mesh: Any) -> Any:
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
     """The joints of each side of a mesh of the outline."""
-    result, first = [], 0
+    result, first, within = [], 0, TOLERANCE * outline.diameter
     for side in outline.sides:
         last = first + 1 + int(np.argmax((mesh.end[first:] == side.end).all(axis=1)))
         joints = np.concatenate([[0.0], np.cumsum(mesh.length[first:last])])
-        result.append(SideMesh(joints / joints[-1], mesh.order[first:last]))
+        joints /= joints[-1]
+        result.append(SideMesh(joints, mesh.order[first:last], within / side.length))
         first = last
     return result
 

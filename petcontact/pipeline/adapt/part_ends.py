@@ -1,23 +1,21 @@
 """Where parts in contact end or turn a corner, and where the corners of the other part of a pair
-press on them."""
+press on them, or a gap jumps or has a kink."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...frozen import frozen
 from ...geometry.outline import Outline
+from ...geometry.same_place import TOLERANCE, inside
 from ...mesh.grading import singular_ends
 from ...mesh.pairs.curve_sides import curve_projection
 from ...model.interfaces import PosedInterface
-
-AT_END = 1e-6
-"""Distance from the ends of a side, relative to it, below which a corner faces that end and not the
-side."""
+from ...refinement.known_data import gap_switches
 
 
 @frozen
@@ -27,46 +25,73 @@ class PressedSides:
     Attributes
     ----------
     inner : dict of lists by side
-        Arc lengths along a side at which a corner of another body presses on it [length].
+        Arc lengths along a side at which a corner of another body presses on it, or the gap jumps
+        [length].
+    kinks : dict of lists by side
+        The same where the gap has a kink: tractions have a logarithm [length].
     pressing : set of (side, end)
         Starts (0) and ends (1) of sides that press on a side of another body.
     """
 
     inner: dict[int, list[float]] = field(default_factory=dict)
+    kinks: dict[int, list[float]] = field(default_factory=dict)
     pressing: set[tuple[int, int]] = field(default_factory=set)
 
 
 def pressed_sides(
     outlines: Sequence[Outline], sides: Sequence[PosedInterface]
 ) -> list[PressedSides]:
-    """Of each body, where the corners of parts meet the sides of the other part of their pair."""
+    """Of each body, where the corners of parts meet the sides of the other part of their pair, and
+    where gaps are rough."""
     found = [PressedSides() for _ in outlines]
     for side in sides:
+        if side.law.normal == "unilateral" and side.law.gap != "geometry":
+            _add_switches(found[side.body], outlines[side.body], side)
         if side.primary is None or side.periodic:
             continue
-        a, (b, other) = side.body, side.primary
-        pair = curve_projection(
-            (a, outlines[a], side.part), (b, outlines[b], other), side.direction
-        )
-        ways = (
-            (pair.secondary, pair.primary, pair.to_primary),
-            (pair.primary, pair.secondary, pair.to_secondary),
-        )
-        for (one, own), (partner, faced), project in ways:
-            corners = singular_ends(outlines[one])
-            for k, number in enumerate(own.tolist()):
-                met, place = project(k, np.array([0.0, 1.0]))
-                for end in (0, 1):
-                    if (
-                        corners[number][end]
-                        and met[end] >= 0
-                        and AT_END < place[end] < 1.0 - AT_END
-                    ):
-                        target = int(faced[met[end]])
-                        at = float(place[end]) * outlines[partner].sides[target].length
-                        found[partner].inner.setdefault(target, []).append(at)
-                        found[one].pressing.add((number, end))
+        _add_corners(found, outlines, side)
     return found
+
+
+def _add_corners(
+    found: Sequence[PressedSides], outlines: Sequence[Outline], side: PosedInterface
+) -> None:
+    (a, part), (b, other) = side.ends
+    pair = curve_projection((a, outlines[a], part), (b, outlines[b], other), side.direction)
+    for (one, own), (partner, faced), project in (
+        (pair.secondary, pair.primary, pair.to_primary),
+        (pair.primary, pair.secondary, pair.to_secondary),
+    ):
+        for number, end, met, place in _meeting(outlines[one], own, project):
+            if at := _inner(outlines[partner], int(faced[met]), place):
+                found[partner].inner.setdefault(int(faced[met]), []).extend(at)
+                found[one].pressing.add((number, end))
+
+
+def _meeting(
+    outline: Outline, own: Index, project: Callable[[int, Array], tuple[Index, Array]]
+) -> Iterator[tuple[int, int, int, Array]]:
+    """Sides and ends at which corners meet a side of the other part, its number there, and where
+    on it."""
+    corners = singular_ends(outline)
+    for k, number in enumerate(own.tolist()):
+        met, place = project(k, np.array([0.0, 1.0]))
+        for end in np.flatnonzero((met >= 0) & corners[number]).tolist():
+            yield number, end, int(met[end]), place[end : end + 1]
+
+
+def _inner(outline: Outline, side: int, fractions: Array) -> list[float]:
+    """Arc lengths of places of a side that are not one with its ends [length]."""
+    length = outline.sides[side].length
+    return list(inside(fractions * length, TOLERANCE * outline.diameter, length).tolist())
+
+
+def _add_switches(found: PressedSides, outline: Outline, side: PosedInterface) -> None:
+    for k, (each, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
+        if each.part == side.part:
+            rough = gap_switches(side.law.gap, each, offset)
+            for places, at in zip((found.kinks, found.inner), rough, strict=True):
+                places.setdefault(k, []).extend(_inner(outline, k, at))
 
 
 def singular_places(outline: Outline, part: str, pressed: PressedSides) -> Array:

@@ -3,7 +3,7 @@ for, and its error."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -89,7 +89,7 @@ class Tractions:
             body = Body.of(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
-        body, pressed = self._bodies[number], self._pressed[number].inner
+        body, pressed = self._bodies[number], self._pressed[number]
         found = {
             part: self._edges.get(name, [])
             for (b, part), name in self._names.items()
@@ -101,20 +101,39 @@ class Tractions:
         ):
             unseen = side.part in found and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
-            corners = [(s, body.corner_size(PUNCH, level.resolved)) for s in pressed.get(k, [])]
-            inside = [
-                (e.s - start, max(level.edge * e.width, FINEST * body.scale))
-                for e in found.get(side.part, [])
-            ]
-            inside = [
-                (s, size)
-                for s, size in inside
-                if 1e-6 * side.length < s < (1.0 - 1e-6) * side.length
-                and all(abs(s - corner) > APART * size for corner, _ in corners)
-            ]
-            if corners or inside:
-                inner[k] = sorted([*corners, *inside])
+            edges = [(e.s - start, e.width) for e in found.get(side.part, [])]
+            pressing = *pressed.inner.get(k, []), *pressed.kinks.get(k, [])
+            if graded := self._graded(pressing, edges, level, body, side.length):
+                inner[k] = graded
         return body.mesh(level, largest, None, inner)
+
+    def _graded(
+        self,
+        pressing: Sequence[float],
+        edges: list[tuple[float, float]],
+        level: Level,
+        body: Body,
+        length: float,
+    ) -> list[tuple[float, float]]:
+        """Places inside a side that meshes are graded to, with the smallest elements there: where
+        corners press or the gap is rough, and edges that are not one with these or with an end."""
+        corners = [(s, self._size_at(s, edges, level, body)) for s in pressing]
+        inside = [(s, max(level.edge * width, FINEST * body.scale)) for s, width in edges]
+        inside = [
+            (s, size)
+            for s, size in inside
+            if size < s < length - size
+            and all(abs(s - corner) > APART * size for corner, _ in corners)
+        ]
+        return sorted([*corners, *inside])
+
+    @staticmethod
+    def _size_at(s: float, edges: list[tuple[float, float]], level: Level, body: Body) -> float:
+        """Of the elements at a corner that presses, or a kink or jump of the gap: no larger than at
+        an edge of the contact that it lies in [length]."""
+        widths = [width for at, width in edges if abs(at - s) <= 2.0 * width + body.closest]
+        size = body.corner_size(PUNCH, level.resolved)
+        return max(min([size, *(level.edge * width for width in widths)]), FINEST * body.scale)
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """Zones of the last solution."""

@@ -29,7 +29,7 @@ class Overlap(NamedTuple):
     ----------
     at_nodes, between : float
         The largest overlap at nodes and between them, over itself and what tractions displace
-        there, in [0, 1].
+        anywhere, in [0, 1]: a contact that is cut into two pairs is the same.
     depth : float
         Of the latter [length].
     displaced : float
@@ -81,19 +81,11 @@ def overlaps(
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
     rho = rho if rho > 0.0 else 1.0
     forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
-    at_nodes, worst, deepest, displaced, text, pressed, pressed_text = (
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        "",
-        0.0,
-        "",
-    )
+    at_nodes = worst = deepest = pressed = 0.0
+    text = pressed_text = ""
     strained = displaced_by(system, outcome.v, outcome.sigma, bodies.slices)
+    scale = float(np.abs(strained).max(initial=0.0))
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
-        scale = float(np.abs(strained[where]).max(initial=0.0))
-        displaced = max(displaced, scale)
         seen = np.isfinite(face.gap)
         depth = float((forbidden - noise)[where][seen].max(initial=0.0))
         at_nodes = max(at_nodes, _share(depth, scale))
@@ -118,7 +110,7 @@ def overlaps(
             )
             if (share := _share(depth, scale)) > pressed and found is not None:
                 pressed, pressed_text = share, _told(face, between, depth, found)
-    return Overlap(at_nodes, worst, deepest, displaced, text, pressed, pressed_text)
+    return Overlap(at_nodes, worst, deepest, scale, text, pressed, pressed_text)
 
 
 def _told(face: Interface, between: Places, depth: float, found: tuple[Index, Array]) -> str:

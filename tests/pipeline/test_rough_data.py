@@ -1,0 +1,109 @@
+"""Gaps and loads with kinks, jumps and narrow features: right values, wherever the body lies."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import (
+    Body,
+    Circle,
+    Contact,
+    Displacement,
+    Material,
+    Obstacle,
+    Pair,
+    Problem,
+    Rectangle,
+    SideBySide,
+    Traction,
+    VolumeLoads,
+    adapt,
+)
+
+STILL = (Traction("left", (0.0, 0.0)), Traction("right", (0.0, 0.0)))
+
+
+def guarded_circle(at: float, gap: str) -> Problem:
+    """A rigid disc of radius 3 pressed .1 deep on a block 12 long that begins at a place."""
+    return Problem(
+        material=Material(10.0, 0.3),
+        geometry=Rectangle((at, -4.0), (at + 12.0, 0.0)),
+        boundary=[Displacement("bottom", (0.0, 0.0)), *STILL],
+        obstacle=[Obstacle("die", displacement=(0.0, -0.1))],
+        contact=[Pair("surface", "top", "die", gap=gap.format(x=f"(x - {at + 4.0})"))],
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "gap"),
+    [
+        (0.0, "where(abs({x}) < 3, 3 - sqrt(max(9 - {x}**2, 0)), 3)"),
+        (0.0, "max(0, 3 - sqrt(max(9 - {x}**2, 0)))"),
+        (1000.0, "where(abs({x}) < 3, 3 - sqrt(max(9 - {x}**2, 0)), 3)"),
+    ],
+)
+def test_a_guarded_circle_is_a_circle_at_any_place(at, gap):
+    """The pressure of Hertz for the force that it carries, but for the depth of the block; elements
+    between false kinks had 400 times as much."""
+    found = adapt(guarded_circle(at, gap))
+    pair = found.pairs["surface"]
+    closed = float(pair.weight[pair.state != 2].sum())
+    assert found.status == "converged"
+    assert pair.force[1] == pytest.approx(-0.6020434, rel=1e-5)
+    assert pair.pressure.max() == pytest.approx(
+        2.0 * abs(pair.force[1]) / (math.pi * 0.5 * closed), rel=5e-3
+    )
+    assert found.boundary_state()[1].von_mises.max() == pytest.approx(0.4465, rel=1e-2)
+
+
+def test_a_joint_that_a_tangential_ray_carries_over_is_one_with_that_of_the_other_body():
+    """A circle under a flat as wide: the ray at its end is off by the root of the round-off."""
+    soft = Material(1.0, 0.3)
+    rings = SideBySide((Circle("rim", (0.0, 1.0), 1.0), Circle("bore", (0.0, 1.0), 0.3)))
+    disc = Body("disc", soft, rings, boundary=[Displacement("bore", (0.0, 0.0))])
+    flat = Rectangle((-1.0, 2.0), (1.0, 3.0))
+    block = Body("block", soft, flat, boundary=[Displacement("top", (0.0, -0.02))])
+    found = adapt(Problem(body=[disc, block], contact=[Pair("c", "block.bottom", "disc.rim")]))
+    assert found.status == "converged"
+    for name in found.meshes:
+        assert found.boundary_state(body=name)[1].von_mises.max() == pytest.approx(0.013, rel=2e-2)
+
+
+def test_where_a_gap_jumps_a_part_ends():
+    """A block that hangs over the edge of a rigid table: all its weight rests on what is left."""
+    table = Contact("bottom", normal="unilateral", gap="where(x <= 0, 0, 1)")
+    found = adapt(
+        Problem(
+            material=Material(1e8, 0.2, density=1000.0),
+            geometry=Rectangle((-2.0, 0.0), (1.0, 1.0)),
+            loads=VolumeLoads(acceleration=(0.0, -10.0)),
+            boundary=[table, *STILL, Traction("top", (0.0, 0.0))],
+        )
+    )
+    (pair,) = found.pairs.values()
+    assert found.status == "converged"
+    assert pair.force[1] == pytest.approx(3e4, rel=1e-6)
+    assert float(pair.weight[pair.state != 2].sum()) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_the_logarithm_at_the_tip_of_a_wedge_is_graded_to():
+    """p = E* tan(α)/π arcosh(a/x), Johnson (1985), section 5.2, but for the depth of the block."""
+    tip, force = 0.02, 0.02
+    found = adapt(
+        Problem(
+            material=Material(0.91, 0.3),
+            geometry=Rectangle((-20.0, -20.0), (20.0, 0.0)),
+            boundary=[Displacement("bottom", (0.0, 0.0)), *STILL],
+            obstacle=[Obstacle("wedge", displacement=(0.0, "free"), force=(0.0, -force))],
+            contact=[Pair("tip", "top", "wedge", gap=f"{tip}*abs(x)")],
+        )
+    )
+    pair = found.pairs["tip"]
+    x, half = np.abs(pair.x[:, 0]), 0.5 * float(pair.weight[pair.state != 2].sum())
+    exact = tip / math.pi * np.arccosh(np.maximum(half / x, 1.0))
+    error = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))
+    assert found.status == "converged" and half == pytest.approx(1.0, rel=5e-3)
+    assert error < found.info["estimated_error"]
