@@ -11,7 +11,6 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..frozen import frozen
-from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
 TINY = 1e-4
@@ -205,7 +204,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     )
     if largest == 0.0 or mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1) < 0.0:
         return data
-    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
+    tiny = float(mesh.measure.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
     modes = unit_motions(mesh)
     along = data.components(modes)
     contact = np.zeros(mesh.n_nodes, dtype=bool)
@@ -229,7 +228,10 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
         turned = (
             held
             & (rest <= RIGID * size)
-            & (np.abs(amplitudes[mesh.dim :]).max(axis=0) > RIGID * size)
+            & (
+                np.abs(amplitudes[len(mesh.motions.along) :]).max(axis=0, initial=0.0)
+                > RIGID * size
+            )
         )
         if not turned.any():
             return data
@@ -242,10 +244,18 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
 
 
 def unit_motions(mesh: BoundaryMesh) -> Array:
-    """Translations along the axes, then rotations about the body's middle, of about unit size, (n,
-    d, d(d+1)/2) [-]."""
-    away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
-    return rigid_motions(away / np.abs(away).max())
+    """The rigid motions, rotations about the body's middle, of about unit size, (n, d, r) [-]."""
+    size = half_extent(mesh)
+    return mesh.motions.of(mesh.x / size, _middle(mesh) / size)
+
+
+def half_extent(mesh: BoundaryMesh) -> float:
+    """The largest distance of a node from the middle of the boundary along an axis [length]."""
+    return float(np.abs(mesh.x - _middle(mesh)).max())
+
+
+def _middle(mesh: BoundaryMesh) -> Array:
+    return np.asarray(mesh.weight @ mesh.x / mesh.weight.sum())
 
 
 def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:

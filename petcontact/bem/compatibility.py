@@ -30,6 +30,8 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
     along = outline.offsets
     _, after = outline.neighbours
     for k, next_ in enumerate(after.tolist()):
+        if next_ == k:
+            continue
         ends = ((outline.sides[k], along[k], 1.0), (outline.sides[next_], along[next_], -1.0))
         for (side, start, xi), (other, _, place) in (ends, ends[::-1]):
             number, moved = conditions.get(side.part, (0, None))

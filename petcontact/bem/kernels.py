@@ -9,6 +9,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Material
 from .column_fillers import PlainFiller
 from .kelvin2d import compiled as plane
@@ -20,9 +22,13 @@ from .kernel import ColumnData, ColumnFiller, Kernel
 from .revolution import compiled as rings
 from .revolution.kernel import RingKernel, TwistedRingKernel
 
-KERNELS: dict[int, Callable[..., Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
-"""By dimension, from a material and the unit of length of a mesh, and a `tolerance` of quadrature
-where one is wanted."""
+KERNELS: dict[type, Callable[..., Kernel]] = {
+    CurveMesh: Kelvin2D,
+    RingMesh: RingKernel,
+    SurfaceMesh: Kelvin3D,
+}
+"""By the kind of a mesh, from a material and the unit of length of a mesh, and a `tolerance` of
+quadrature where one is wanted."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
     Kelvin2D: plane.compiled_columns,
     Kelvin3D: space.compiled_columns,
@@ -45,7 +51,7 @@ the very class."""
 def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None = None) -> Kernel:
     """The kernel of a material on a mesh."""
     wanted = {} if tolerance is None else {"tolerance": tolerance}
-    return KERNELS[mesh.dim](material, mesh.unit_length, **wanted)
+    return KERNELS[type(mesh)](material, mesh.unit_length, **wanted)
 
 
 def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
@@ -89,7 +95,9 @@ def field_of(
         found = [one for one in each if one is not None]
         if found:
             moved, stressed, (wound, *_) = zip(*found, strict=True)
-            return np.stack(moved, axis=2), np.stack(stressed, axis=2), wound
+            # hoop stress, which kernels of rings add, follows from the others and u_r/r
+            in_plane = np.stack(stressed, axis=2)[:, : kernel.dim * (kernel.dim + 1) // 2]
+            return np.stack(moved, axis=2), in_plane, wound
     kernel_g, kernel_h = kernel.integrals(targets, elements)
     kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
     axes = range(kernel.dim)

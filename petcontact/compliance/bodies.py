@@ -21,7 +21,6 @@ import numpy as np
 from ..arrays import Array, Index
 from ..bem.boundary_data import BoundaryData
 from ..contact.system import ContactSystem, Modes, Surrogate
-from ..geometry.rotation import rigid_motions
 from ..mesh.curve_mesh import CurveMesh, as_curve
 from .body.base import ElasticBody
 from .composed import ComposedSystem, Joint
@@ -60,8 +59,10 @@ class BodiesSystem:
         The nodes of each interface among all M.
     k : int
         Directions a node.
+    motions : Motions
+        The rigid motions of such bodies and obstacles.
     weight : (M,) array
-        Node weights of the secondaries [length, in space area].
+        Node weights of the secondaries [length, in space and of rings area].
     gap : (M,) array
     operator : ContactCompliance
         S, component c of node i being k i + c, tangential first.
@@ -71,9 +72,9 @@ class BodiesSystem:
         M and E of the free motions of all bodies.
     resultant : (K, r) array
         f of the bodies in each load state.
-    obstacle_modes : list of (k M, d(d+1)/2) arrays
-        v for unit displacements along the axes and unit rotations of each obstacle; E is their
-        transpose, weighted.
+    obstacle_modes : list of (k M, q) arrays
+        v for unit displacements along the axes and unit rotations of each obstacle (see
+        `Motions.every`); E is their transpose, weighted.
     """
 
     def __init__(
@@ -90,7 +91,7 @@ class BodiesSystem:
         | None = None,
     ) -> None:
         self.bodies, self.interfaces = list(bodies), list(interfaces)
-        self.dim = bodies[0].mesh.dim
+        self.dim, self.motions = bodies[0].mesh.dim, bodies[0].mesh.motions
         self.k, none = directions_looked_for(self.dim, interfaces), np.zeros(0)
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
@@ -184,13 +185,11 @@ class BodiesSystem:
         return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
-        d = self.dim
-        result = np.zeros((self.size, self.k, d * (d + 1) // 2))
-        for where, face, points in zip(self.slices, self.interfaces, x, strict=True):
+        every = [self.motions.every(points, centre) for points in x]
+        result = np.zeros((self.size, self.k, self.motions.components))
+        for where, face, moved in zip(self.slices, self.interfaces, every, strict=True):
             if face.obstacle == number:
-                result[where] = -np.einsum(
-                    "mtc,mck->mtk", face.directions, rigid_motions(points - centre)
-                )
+                result[where] = -np.einsum("mtc,mck->mtk", face.directions, moved)
         return result.reshape(self.k * self.size, -1)
 
     def at(
@@ -258,7 +257,7 @@ class BodiesSystem:
         return found
 
     def weighted(self, modes: Array) -> Array:
-        """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (d(d+1)/2, k M)."""
+        """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (q, k M)."""
         return np.ascontiguousarray((modes * np.repeat(self.weight, self.k)[:, None]).T)
 
     @property

@@ -12,9 +12,9 @@ from ..arrays import Array
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
-from ..geometry.rotation import rigid_motions
+from ..geometry.meridian import ON_AXIS
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh
 from ..model.problem import Material
 from .joints import Joints
 from .smoothing import smoothed
@@ -38,14 +38,43 @@ Progress = Callable[[float], None]
 """Called with the share of a work that is done."""
 
 
-def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
-    """σ_zz (n,) without a change of temperature [stress]."""
-    if stress.shape[1] == 6:
-        return stress[:, 2]
+@functools.singledispatch
+def stress_across(
+    mesh: Any, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+) -> Array:
+    """The normal stress (m,) along the third axis: σ_zz, of bodies of revolution the hoop stress.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+    x, u : (m, d) arrays
+        Points of its body and their displacement [length].
+    stress : (m, d(d+1)/2) array
+        [stress]
+    material : Material
+    heat : (m,) array, optional
+        -EαT of plane strain and of revolution: what a temperature adds [stress].
+    """
+    return np.asarray(stress[:, 2])
+
+
+@stress_across.register
+def _(
+    mesh: CurveMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+) -> Array:
     if material.plane == "stress":
         return np.zeros(len(stress))
-    value: Array = material.poisson_ratio * (stress[:, 0] + stress[:, 1])
-    return value
+    return np.asarray(material.poisson_ratio * (stress[:, 0] + stress[:, 1]) + heat)
+
+
+@stress_across.register
+def _(
+    mesh: RingMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
+) -> Array:
+    across = material.poisson_ratio * (stress[:, 0] + stress[:, 1]) + heat
+    hoop = across + material.young_modulus * mesh.hoop_strain(x, u)
+    # on the axis no direction is special
+    return np.asarray(np.where(x[:, 0] > ON_AXIS * np.abs(mesh.x).max(), hoop, stress[:, 0]))
 
 
 def points_in(points: Any, dim: int) -> Array:
@@ -166,9 +195,7 @@ def fields_at(
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
     # about an infinite plate's points holes wind as often less, and what moves all of a boundary
     # moves nothing else of it
-    filled = float(
-        mesh.weight @ np.einsum("nd,nd->n", mesh.x - mesh.x.mean(axis=0), mesh.normal) > 0.0
-    )
+    filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
     beyond = np.flatnonzero(~(wound > INSIDE - 1.0 + filled))
     if len(beyond) and outside is None:
         place = ", ".join(f"{value:g}" for value in points[beyond[0]])
@@ -186,14 +213,14 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     (m, d)."""
     centre = mesh.x.mean(axis=0)
     size = np.abs(mesh.x - centre).max()
-    modes = rigid_motions((mesh.x - centre) / size)
+    modes = mesh.motions.of(mesh.x / size, centre / size)
     amplitudes = np.linalg.lstsq(
         modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None
     )[0]
     amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < LEFT * np.abs(u).max(
         axis=(0, 1)
     )
-    return lambda x: np.asarray(rigid_motions((x - centre) / size) @ amplitudes)
+    return lambda x: np.asarray(mesh.motions.of(x / size, centre / size) @ amplitudes)
 
 
 @functools.singledispatch
@@ -253,4 +280,5 @@ def field_on_grid(
 
     points, cells = triangulate(mesh, resolution)
     displacement, stress = field_at(mesh, u, traction, material, points, progress)
-    return Field(points, displacement, stress, normal_stress_out_of_plane(stress, material), cells)
+    across = stress_across(mesh, points, displacement, stress, material)
+    return Field(points, displacement, stress, across, cells)

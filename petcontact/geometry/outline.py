@@ -178,7 +178,7 @@ class Outline:
     @functools.cached_property
     def diameter(self) -> float:
         """Length of the diagonal of the bounding box [length]."""
-        points = np.vstack([_ring(loop, 9) for loop in self.loops])
+        points = np.vstack([_ring(loop, 9) for loop in self.around])
         return float(np.hypot(*np.ptp(points, axis=0)))
 
     @functools.cached_property
@@ -192,7 +192,7 @@ class Outline:
         at ν = 0) and at most 0.131 for a disc (0.30 or more). It is 1 for both examples of the
         paper, whose digits depend on it through the discretisation error.
         """
-        points = np.vstack([_ring(loop, 64) for loop in self.loops])
+        points = np.vstack([_ring(loop, 64) for loop in self.around])
         if self._is_convex:
             return perimeter(points) / HULL
         return hull_scale(points)
@@ -201,7 +201,9 @@ class Outline:
     def _is_convex(self) -> bool:
         """Whether there is one loop that turns left everywhere: simple, and its own convex hull."""
         return (
-            not self.exterior and len(self.loops) == 1 and turns_left_once(_ring(self.loops[0], 64))
+            not self.exterior
+            and len(self.around) == 1
+            and turns_left_once(_ring(self.around[0], 64))
         )
 
     @functools.cached_property
@@ -230,10 +232,19 @@ class Outline:
         """Numbers of the side before and of the side after each one."""
         return round_loops([len(loop) for loop in self.loops])
 
+    @property
+    def around(self) -> tuple[tuple[Side, ...], ...]:
+        """Closed loops around the body."""
+        return self.loops
+
+    def beyond(self, loop: tuple[Side, ...]) -> tuple[Side, Side]:
+        """The sides before the first and after the last one of a loop."""
+        return loop[-1], loop[0]
+
     def _rings(self, points_per_arc: int = 64) -> list[Array]:
         """Corners of each loop, arcs as chords; of an infinite plate those of a box around come
         first."""
-        rings = [_ring(loop, points_per_arc) for loop in self.loops]
+        rings = [_ring(loop, points_per_arc) for loop in self.around]
         if not self.exterior:
             return rings
         low, high = np.min(np.vstack(rings), axis=0), np.max(np.vstack(rings), axis=0)

@@ -1,44 +1,90 @@
-"""Small rotations and moments: one in the plane, three in space, about x, y and z."""
+"""Small rigid motions and moments: of plane bodies, of bodies in space, of bodies of revolution."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from ..arrays import Array
-
-PLANES = {2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
-"""Axes that turn into one another, by the number of dimensions."""
+from ..arrays import Array, Index
+from ..frozen import frozen
 
 Axial = float | Array
 """A rotation or a moment: a number in the plane, (3,) in space."""
 
 
-def rotations(away: Array) -> Array:
-    """Displacement (m, d, d(d-1)/2) of points at `away` (m, d) from the centre for unit small
-    rotations [length]."""
-    planes = PLANES[away.shape[1]]
-    result = np.zeros((*away.shape, len(planes)))
-    for k, (i, j) in enumerate(planes):
-        result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
-    return result
+@frozen
+class Motions:
+    """The rigid motions that bodies of a kind may have.
+
+    Attributes
+    ----------
+    dim : int
+        Components d of a displacement.
+    along : tuple of int
+        Axes along which bodies may be translated. Along the others a translation is no rigid
+        motion: it stretches a body of revolution.
+    planes : tuple of pairs of int
+        Axes that turn into one another, one pair for each rotation.
+    """
+
+    dim: int
+    along: tuple[int, ...]
+    planes: tuple[tuple[int, int], ...]
+
+    @property
+    def count(self) -> int:
+        """Number of rigid motions."""
+        return len(self.along) + len(self.planes)
+
+    @property
+    def components(self) -> int:
+        """Components of a translation and of a rotation."""
+        return self.dim + len(self.planes)
+
+    @property
+    def possible(self) -> Index:
+        """Which columns of `every` are rigid motions, (count,)."""
+        return np.array([*self.along, *range(self.dim, self.components)], dtype=int)
+
+    def every(self, x: Array, centre: Any = 0.0) -> Array:
+        """Displacement of points (m, d) for unit translations along all d axes, 0 along those of no
+        rigid motion, then for unit rotations about a centre, (m, d, d + number of rotations)."""
+        away = x - np.isin(np.arange(self.dim), self.along) * centre
+        result = np.zeros((*x.shape, self.components))
+        result[:, self.along, self.along] = 1.0
+        for k, (i, j) in enumerate(self.planes, self.dim):
+            result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
+        return result
+
+    def of(self, x: Array, centre: Any = 0.0) -> Array:
+        """Displacement of points (m, d) for the unit rigid motions alone, (m, d, count)."""
+        return self.every(x, centre)[:, :, self.possible]
+
+    def moment(self, x: Array, force: Array) -> Axial:
+        """Moment about the origin of forces (m, d) at points (m, d); 0 where nothing can turn."""
+        return axial(
+            np.array([x[:, i] @ force[:, j] - x[:, j] @ force[:, i] for i, j in self.planes])
+        )
+
+
+PLANE = Motions(2, (0, 1), ((0, 1),))
+SPACE = Motions(3, (0, 1, 2), ((1, 2), (2, 0), (0, 1)))
+REVOLUTION = Motions(2, (1,), ())
+"""Of bodies of revolution, in (r, z): they are translated along their axis."""
+MOTIONS = {2: PLANE, 3: SPACE}
 
 
 def rigid_motions(away: Array) -> Array:
     """Translations along the axes, then rotations, (m, d, d(d+1)/2)."""
-    d = away.shape[1]
-    result = np.zeros((len(away), d, d * (d + 1) // 2))
-    result[:, range(d), range(d)] = 1.0
-    result[:, :, d:] = rotations(away)
-    return result
-
-
-def moment(x: Array, force: Array) -> Axial:
-    """Moment about the origin of forces (m, d) at points (m, d)."""
-    return axial(
-        np.array([x[:, i] @ force[:, j] - x[:, j] @ force[:, i] for i, j in PLANES[x.shape[1]]])
-    )
+    return MOTIONS[away.shape[1]].of(away)
 
 
 def axial(components: Array) -> Axial:
-    """A rotation or a moment from its components (d(d-1)/2,)."""
-    return components if len(components) > 1 else float(components[0])
+    """A rotation or a moment from its components; 0 where there is none."""
+    return components if len(components) > 1 else float(components.sum())
+
+
+def moment(x: Array, force: Array) -> Axial:
+    """Moment about the origin of forces (m, d) at points (m, d) of the plane or of space."""
+    return MOTIONS[x.shape[1]].moment(x, force)

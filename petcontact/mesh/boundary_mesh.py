@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from ..geometry.rotation import Motions
 from .pairs.ray_casting import Faces
 
 
@@ -35,7 +36,14 @@ class BoundaryMesh(Protocol):
         Normals of the smooth surface that the elements stand for, along which bodies touch.
     weight : (n,) array
         Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary
-        [length^(d-1)].
+        [length^weight_power].
+    weight_power : int
+        1 of plane bodies, whose forces are those of a unit of thickness, else 2.
+    measure : (n,) array
+        The same weights for integrals over the elements themselves: of rings over their generating
+        curve [length^(d-1)].
+    motions : Motions
+        The rigid motions of such bodies.
     element : (n,) array
         The element of each node.
     first_node : (n_elements + 1,) array
@@ -60,6 +68,12 @@ class BoundaryMesh(Protocol):
     def smooth_normal(self) -> Array: ...
     @property
     def weight(self) -> Array: ...
+    @property
+    def weight_power(self) -> int: ...
+    @property
+    def measure(self) -> Array: ...
+    @property
+    def motions(self) -> Motions: ...
     @property
     def element(self) -> Index: ...
     @property
@@ -118,6 +132,11 @@ class BoundaryMesh(Protocol):
         nodes of an element of a kind; of order 1 or more."""
         ...
 
+    def hoop_strain(self, x: Array, u: Array) -> Array:
+        """u_r/r (m,) of a body of revolution, else 0, by displacements (m, d) at points (m, d)
+        [-]."""
+        ...
+
     def batches(self) -> list[Batch]:
         """All elements, grouped by kind."""
         ...
@@ -143,6 +162,12 @@ class Collocated:
     part_names: tuple[str, ...]
     element: Index
     normal: Array
+    weight: Array
+
+    @property
+    def measure(self) -> Array:
+        """The weights."""
+        return self.weight
 
     @property
     def smooth_normal(self) -> Array:

@@ -16,7 +16,9 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
+from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
+from ..geometry.rotation import PLANE, REVOLUTION, Motions
 from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh, Collocated
 from .elements import Elements, Targets
@@ -76,6 +78,8 @@ class CurveMesh(Collocated):
     direction: Array = field(default_factory=lambda: np.empty((0, 2)))
     power: Array = field(default_factory=lambda: np.empty(0))
     dim: ClassVar[int] = 2
+    weight_power: ClassVar[int] = 1
+    motions: ClassVar[Motions] = PLANE
     x: Array = field(init=False)
     normal: Array = field(init=False)
     weight: Array = field(init=False)
@@ -238,6 +242,11 @@ class CurveMesh(Collocated):
         arrays."""
         return round_loops([len(loop) for loop in self.loops()])
 
+    @staticmethod
+    def hoop_strain(x: Array, u: Array) -> Array:
+        """Strain (m,) along the third axis by displacements (m, 2) at points (m, 2): none [-]."""
+        return np.zeros(len(x))
+
     @functools.cached_property
     def _even_arcs(self) -> Index:
         """The elements before and after each one that is a constant arc between two like it, -2 for
@@ -250,7 +259,8 @@ class CurveMesh(Collocated):
             & (self.curvature != 0.0)
             & (self.order[pair] == 0)
             & np.isclose(self.curvature[pair], self.curvature, rtol=1e-6, atol=0.0)
-            & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0),
+            & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0)
+            & (pair != np.arange(self.n_elements)),
             axis=0,
         )
         return np.where(even, pair, -2)
@@ -272,6 +282,45 @@ class CurveMesh(Collocated):
             self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers))
         )
         return points.reshape(shape), normals.reshape(shape)
+
+
+@frozen
+class RingMesh(CurveMesh):
+    """A mesh of the generating curve of a body of revolution, x being r and y being z.
+
+    Weights are those of the whole rings, 2πr times those of the curve [length²]. A chain of
+    elements that begins and ends on the axis has no neighbours there.
+    """
+
+    weight_power: ClassVar[int] = 2
+    motions: ClassVar[Motions] = REVOLUTION
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "weight", 2.0 * np.pi * self.x[:, 0] * self.weight)
+
+    @functools.cached_property
+    def measure(self) -> Array:
+        """Weights of integrals over the curve alone, (n,) [length]."""
+        return self.weight / (2.0 * np.pi * self.x[:, 0])
+
+    @staticmethod
+    def hoop_strain(x: Array, u: Array) -> Array:
+        """u_r/r (m,) of displacements (m, 2) at points (m, 2), 0 on the axis [-]."""
+        return np.divide(u[:, 0], x[:, 0], out=np.zeros(len(x)), where=x[:, 0] > 0.0)
+
+    def neighbours(self) -> tuple[Index, Index]:
+        """As of `CurveMesh`; an element that begins or ends on the axis is its own neighbour."""
+        before, after = super().neighbours()
+        own = np.arange(self.n_elements)
+        return (
+            np.where(self.start[:, 0] == 0.0, own, before),
+            np.where(self.end[:, 0] == 0.0, own, after),
+        )
+
+
+MESHES: dict[type, type[CurveMesh]] = {Outline: CurveMesh, Meridian: RingMesh}
+"""By the kind of an outline."""
 
 
 def corner_node(power: Any) -> Any:
@@ -330,7 +379,7 @@ def build_mesh(
         [side.curvature for side in outline.sides],
         [names.index(side.part) for side in outline.sides],
     )
-    return CurveMesh(
+    return MESHES[type(outline)](
         start=np.concatenate(start),
         end=np.concatenate(end),
         curvature=np.repeat(curvature, counts),

@@ -100,10 +100,11 @@ def at_ends(outline: Outline, joint: Callable[[Side, Side], T]) -> list[tuple[T,
     """Of each side, what a function of two sides that meet says of its start and of its end."""
     result: list[tuple[T, T]] = []
     for loop in outline.loops:
+        first, last = outline.beyond(loop)
         joints = [
-            joint(before, after) for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)
+            joint(before, after) for before, after in itertools.pairwise((first, *loop, last))
         ]
-        result += zip(joints, [*joints[1:], joints[0]], strict=True)
+        result += itertools.pairwise(joints)
     return result
 
 

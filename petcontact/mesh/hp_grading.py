@@ -200,9 +200,11 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
     for loop in outline.loops:
         sides = range(first, first + len(loop))
         first += len(loop)
+        closed = np.array_equal(loop[-1].end, loop[0].start)
         while True:
             length = np.concatenate([np.diff(breaks[k]) * outline.sides[k].length for k in sides])
-            around = np.concatenate([length[-1:], length, length[:1]])
+            before, after = (length[-1:], length[:1]) if closed else (length[:1], length[-1:])
+            around = np.concatenate([before, length, after])
             count = np.where(
                 length > NEIGHBOUR * (1.0 + 1e-9) * np.minimum(around[:-2], around[2:]), 2, 1
             )

@@ -12,6 +12,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
@@ -49,6 +50,8 @@ class SurfaceMesh(Collocated):
     part_names: tuple[str, ...]
     middles: Array = field(default_factory=lambda: np.empty((0, 5, 3)))
     dim: ClassVar[int] = 3
+    weight_power: ClassVar[int] = 2
+    motions: ClassVar[Motions] = SPACE
     x: Array = field(init=False)
     normal: Array = field(init=False)
     weight: Array = field(init=False)
@@ -234,6 +237,11 @@ class SurfaceMesh(Collocated):
                 for cut in cuts
             ]
         )
+
+    @staticmethod
+    def hoop_strain(x: Array, u: Array) -> Array:
+        """As of `CurveMesh`: what is strained is all in `u`."""
+        return np.zeros(len(x))
 
     def points(self, x: Array) -> Array:
         """The kernels' view of points (m, 3) that are nodes of no element."""

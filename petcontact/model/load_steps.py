@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..errors import InputError
+from ..geometry.rotation import Motions as Kind
 from .base import Expression, Finite, Model, Name, Vector, nearest
 from .bodies import Body, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
@@ -75,6 +76,8 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
             needed = "a number" if count == 1 else f"{count} components"
             raise InputError(f"{key}: needs {needed} here, got {len(value)} components")
         return list(value)
+    if count == 0 and value != 0.0:
+        raise InputError(f"{key}: nothing turns about the axis here; leave it out, got {value!r}")
     if count > 1 and value not in (0.0, "free"):
         raise InputError(f"{key}: needs {count} components here, got {value!r}")
     return [value] * count
@@ -109,20 +112,27 @@ class Obstacle(Model):
     force: Loads = 0.0
     moment: Loads = 0.0
 
-    def motions(self, d: int) -> list[Any]:
-        """Displacement and rotation in d dimensions, component by component, each a number or
-        "free".
+    def motions(self, kind: Kind) -> list[Any]:
+        """Displacement and rotation, component by component, each a number or "free".
 
         Raises
         ------
         InputError
-            If one has another number of components.
+            If one has another number of components, or no rigid motion has it.
         """
-        return self._each("displacement", d) + self._each("rotation", d * (d - 1) // 2)
+        moved = self._each("displacement", kind.dim)
+        for axis in set(range(kind.dim)) - {*kind.along}:
+            if moved[axis] not in (0.0, "free"):
+                raise InputError(
+                    f"obstacle {self.name!r}: displacement[{axis}]: it moves along the axis of "
+                    f"revolution only, got {moved[axis]!r}"
+                )
+            moved[axis] = 0.0
+        return moved + self._each("rotation", len(kind.planes))
 
-    def loads(self, d: int) -> list[float]:
-        """Force and moment in d dimensions, component by component; errors as of `motions`."""
-        return self._each("force", d) + self._each("moment", d * (d - 1) // 2)
+    def loads(self, kind: Kind) -> list[float]:
+        """Force and moment, component by component; errors as of `motions`."""
+        return self._each("force", kind.dim) + self._each("moment", len(kind.planes))
 
     def centre_in(self, d: int) -> list[float]:
         """Centre of rotation in d dimensions; errors as of `motions`."""

@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import pydantic
 import tomli_w
 
+from ..errors import InputError
+from ..geometry.meridian import meridian
+from ..geometry.outline import as_outline
+from ..geometry.surface import Boundary
 from .base import Model, nearest
 from .bodies import (
     Body,
@@ -46,6 +50,9 @@ class Setting(Model):
     ----------
     title : str
         Of the problem, for verdict and figures.
+    symmetry : {"plane", "axial"}, optional
+        "axial": bodies of revolution, whose half sections are given by x, the distance r >= 0 from
+        the axis, and y, the height z along it. Forces are those on whole rings.
     units : Units
         Names of the units, for figures and files.
     obstacle : list of Obstacle
@@ -66,6 +73,7 @@ class Setting(Model):
     """
 
     title: str = ""
+    symmetry: Literal["plane", "axial"] | None = pydantic.Field(default=None, kw_only=True)
     units: Units = Units.model_construct()
     obstacle: tuple[Obstacle, ...] = ()
     contact: tuple[Pair, ...] = ()
@@ -142,6 +150,7 @@ class Problem(Setting):
             self,
             title: str = ...,
             *,
+            symmetry: Literal["plane", "axial"] | None = ...,
             units: Units = ...,
             body: Sequence[Body] = ...,
             material: Material = ...,
@@ -189,6 +198,16 @@ class Problem(Setting):
             raise
 
     @pydantic.model_validator(mode="after")
+    def _bodies_of_revolution(self) -> Problem:
+        for k, body in enumerate(self.body if self.symmetry == "axial" else ()):
+            if body.material.plane == "stress":
+                key = "material" if self.is_flat else f"body[{k}].material"
+                raise ValueError(f'{key}.plane: a body of revolution is no plate, got "stress"')
+            if body.geometry.shape in ("rectangle", "polygon", "outline"):
+                self.outline(k)
+        return self
+
+    @pydantic.model_validator(mode="after")
     def _names_exist(self) -> Problem:
         _distinct("body", [body.name for body in self.body])
         _distinct("obstacle", [o.name for o in self.obstacle])
@@ -221,6 +240,26 @@ class Problem(Setting):
         if self.cycle is not None:
             check_cycle(self, self.cycle)
         return self
+
+    def outline(self, number: int = 0) -> Boundary:
+        """The boundary of a body: of its shape, or of what this generates by revolution.
+
+        Raises
+        ------
+        InputError
+            If the shape has none, or with `symmetry = "axial"` is no half section.
+        """
+        body = self.body[number]
+        boundary = body.geometry.outline()
+        if self.symmetry is None:
+            return boundary
+        try:
+            outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
+            return meridian(outline) if self.symmetry == "axial" else outline
+        except InputError as error:
+            raise InputError(
+                str(error) if self.is_flat else f"body {body.name!r}: {error}"
+            ) from None
 
     def side(self, key: str, text: str, obstacles: Sequence[str] = ()) -> tuple[int, str]:
         """Number of the body and name of the part that "body.part" means; of a single body "part"
@@ -269,7 +308,7 @@ class Problem(Setting):
     @property
     def boundaries(self) -> list[Boundary]:
         """The outline or surface of each body."""
-        return [body.geometry.outline() for body in self.body]
+        return list(map(self.outline, range(len(self.body))))
 
     @property
     def kind(self) -> Literal["elastic", "bilateral", "contact"]:
@@ -338,9 +377,7 @@ class Problem(Setting):
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
             place = "" if self.is_flat else f"body[{k}]."
-            if (
-                not adaptive or body.geometry.outline().dim == 2
-            ):  # in space they make the first mesh
+            if not adaptive or self.outline(k).dim == 2:  # in space they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 

@@ -85,7 +85,7 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
     # from curve to curve nodes are further apart than before and after
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
     curves = 1 + np.count_nonzero(steps > 3.0 * around)
-    even = mesh.weight.max() <= RATIO * mesh.weight.min() and curves <= CURVES
+    even = mesh.measure.max() <= RATIO * mesh.measure.min() and curves <= CURVES
     return (EVEN if even else UNEVEN) * mesh.n_nodes
 
 

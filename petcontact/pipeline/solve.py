@@ -131,8 +131,8 @@ def adapts_itself(problem: Problem) -> bool:
         return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(
-        body.mesh.automatic and (asked or _is_known(body.geometry.outline()))
-        for body in problem.body
+        body.mesh.automatic and (asked or _is_known(problem.outline(b)))
+        for b, body in enumerate(problem.body)
     )
 
 

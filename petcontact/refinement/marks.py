@@ -330,10 +330,8 @@ def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Gradin
 
 def _equal_at_corners(outline: Outline, marks: list[Marks]) -> list[Marks]:
     """Both sides of a corner get the smaller of their smallest elements."""
-    first = 0
-    for loop in outline.loops:
-        for k in range(len(loop)):
-            one, other = marks[first + k], marks[first + (k + 1) % len(loop)]
+    for k, following in enumerate(outline.neighbours[1].tolist()):
+        if following != k:
+            one, other = marks[k], marks[following]
             one.size[-1] = other.size[0] = min(one.size[-1], other.size[0])
-        first += len(loop)
     return marks

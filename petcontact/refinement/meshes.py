@@ -48,7 +48,7 @@ def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
     InputError
         If the mesh options do not fit the body, or the mesh is too large.
     """
-    return _mesh(problem.geometry.outline() if boundary is None else boundary, problem)
+    return _mesh(problem.outline() if boundary is None else boundary, problem)
 
 
 @functools.singledispatch

@@ -15,7 +15,7 @@ from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
 from ..fields.boundary.places import ON, located, sizes
 from ..fields.boundary.stress import BoundaryField
-from ..fields.interior import Progress, fields_at, normal_stress_out_of_plane, points_in
+from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -157,8 +157,9 @@ class BodyFields:
     ) -> StressState:
         """With what loads in the body add."""
         stress = stress + loads[1]
-        across = normal_stress_out_of_plane(stress, self.problem.body[self.number].material)
-        return StressState(x, u + loads[0], stress, across + loads[2])
+        material = self.problem.body[self.number].material
+        across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
+        return StressState(x, u + loads[0], stress, across)
 
 
 def states_at(

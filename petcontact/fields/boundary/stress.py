@@ -5,11 +5,14 @@ With D = ∇_s u the surface gradient, P = I - n n and e = sym(P D), Hooke's law
 traction t leaves open (ν' is that of plane strain):
 
     σ = 2µ e + ν'/(1-ν') (2µ tr e + t·n) P + t n + n t - (t·n) n n
+
+Of a body of revolution the hoop strain u_r/r counts in tr e.
 """
 
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -81,13 +84,17 @@ class BoundaryField:
         """At places of elements, (q, d(d+1)/2), components as of `field_at` [stress]."""
         traction = self._mesh.basis_at(element, place) @ self._traction
         at, d = self._mesh.variables_at(element, place), self._mesh.dim
-        normal = np.column_stack([at[f"n{axis}"] for axis in "xyz"[:d]])
-        return components(hooke(traction, normal, self._slopes.at(element, place), self.material))
+        x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
+        hoop = self._mesh.hoop_strain(x, self.displacement(element, place))
+        slopes = self._slopes.at(element, place)
+        return components(hooke(traction, normal, slopes, self.material, hoop))
 
 
-def hooke(traction: Array, normal: Array, gradient: Array, material: Material) -> Array:
-    """σ (q, d, d) of tractions and outward unit normals (q, d) and surface gradients (q, d, d) of
-    the displacement.
+def hooke(
+    traction: Array, normal: Array, gradient: Array, material: Material, hoop: Any = 0.0
+) -> Array:
+    """σ (q, d, d) of tractions and outward unit normals (q, d), surface gradients (q, d, d) of the
+    displacement, and a strain (q,) across the plane.
 
     Examples
     --------
@@ -103,7 +110,8 @@ def hooke(traction: Array, normal: Array, gradient: Array, material: Material) -
     strain = tangential @ gradient
     strain = 0.5 * (strain + strain.transpose(0, 2, 1))
     across = np.sum(traction * normal, axis=1)
-    even = ratio / (1.0 - ratio) * (2.0 * mu * np.trace(strain, axis1=1, axis2=2) + across)
+    trace = np.trace(strain, axis1=1, axis2=2) + hoop
+    even = ratio / (1.0 - ratio) * (2.0 * mu * trace + across)
     outer = traction[:, :, None] * normal[:, None, :]
     return np.asarray(
         2.0 * mu * strain

@@ -92,13 +92,13 @@ def face(
     distance = np.where(met, there.distance, np.inf)
     faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
     values = rounded(
-        balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b])
+        balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.measure[b])
     )
     far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
-    size = float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1))
+    size = float(secondary.measure[a].sum()) ** (1.0 / (secondary.dim - 1))
     near, close = segments.take(far < NEAR * size), np.unique(segments.other[far < CLOSE * size])
     measure = [
-        np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
+        np.asarray(np.bincount(mesh.element, mesh.measure), dtype=float)[some]
         for mesh, some in ((secondary, elements), (primary, others))
     ]
     couples = _couples(near, measure[0])

@@ -59,7 +59,7 @@ def projection(
     basis = _blocks(secondary, element, segments.place[order])
     weight = segments.weight[order]
     root = np.sqrt(np.abs(weight))
-    size = np.bincount(secondary.element, secondary.weight, secondary.n_elements)
+    size = np.bincount(secondary.element, secondary.measure, secondary.n_elements)
     start = np.flatnonzero(np.diff(element, prepend=-1))
     count, nodes = (
         np.diff(np.append(start, len(element))),

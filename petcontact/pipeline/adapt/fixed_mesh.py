@@ -142,7 +142,7 @@ def _costly(solution: Solution, comm: Any) -> str:
 
 def _body(solution: Solution) -> Body:
     """What meshes of the one body are graded by."""
-    outline = solution.problem.geometry.outline()
+    outline = solution.problem.outline()
     assert isinstance(outline, Outline)
     return Body.of(solution.problem, outline)
 

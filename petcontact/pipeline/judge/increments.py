@@ -9,7 +9,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...compliance.body.base import ElasticBody
-from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
 
 DIGITS = 1e-4
@@ -73,8 +72,7 @@ def imbalance(
         force = np.concatenate(
             [force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)]
         )
-    away = x - mesh.weight @ mesh.x / mesh.weight.sum()
-    motions = rigid_motions(away)
+    motions = mesh.motions.of(x, mesh.weight @ mesh.x / mesh.weight.sum())
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
     each = np.einsum("ic,icr->ir", force, motions)

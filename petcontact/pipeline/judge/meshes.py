@@ -49,7 +49,7 @@ def check_meshes(
     for name, mesh, boundary in zip(names, meshes, boundaries, strict=True):
         if not adapted or isinstance(boundary, FacetSurface):
             warnings += _distorted(name, mesh)
-        ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
+        ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
         largest, over = float(ratio.max(initial=0.0)), ratio > limit
         text = (

@@ -128,10 +128,7 @@ def _yields(
     """Whether a free body of a pair carries nothing and has room to move away by as much: then no
     traction is missed."""
     for number in (face.body, face.primary):
-        if (
-            number is None
-            or bodies.bodies[number].modes.shape[2] < bodies.dim * (bodies.dim + 1) // 2
-        ):
+        if number is None or bodies.bodies[number].modes.shape[2] < bodies.motions.count:
             continue
         beside = [
             every

@@ -30,9 +30,9 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     `DEEPEST` sizes behind, or the two sides meet at an angle.
     """
     count, d = mesh.n_elements, mesh.dim
-    area = np.bincount(mesh.element, mesh.weight, minlength=count)
+    area = np.bincount(mesh.element, mesh.measure, minlength=count)
     size = area ** (1.0 / (d - 1))
-    middle = np.add.reduceat(mesh.weight[:, None] * mesh.x, mesh.first_node[:-1]) / area[:, None]
+    middle = np.add.reduceat(mesh.measure[:, None] * mesh.x, mesh.first_node[:-1]) / area[:, None]
     # the node nearest to the middle: the middle of a curved element may lie deeper than a shell is
     # thick
     away = np.linalg.norm(mesh.x - middle[mesh.element], axis=1)
@@ -55,7 +55,7 @@ def slenderness(mesh: BoundaryMesh) -> Array:
 def bending_error(mesh: BoundaryMesh) -> float:
     """What forces and pressure may be off by, relative, for what elements are too large beside the
     thickness to bend."""
-    ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
+    ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
     order = np.argsort(-ratio)
     beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())
     return BENDING * float(ratio[order[beyond]]) ** 2

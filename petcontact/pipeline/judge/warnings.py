@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...bem.boundary_data import half_extent, unit_motions
 from ...contact.law_protocol import OPEN
-from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
 from ..pose.discretise import Discrete
 from .increments import OVERLAPPING
@@ -53,16 +53,10 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             discrete.meshes, (body.name for body in discrete.problem.body), strict=True
         ):
             body = result.bodies[name]
-            away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
-            size = float(np.abs(away).max())
-            motions = rigid_motions(away / size).reshape(mesh.x.size, -1)
-            rotation = (
-                np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0][
-                    mesh.dim :
-                ]
-                / size
-            )
-            _raise(turned, f"body {name!r}", np.abs(rotation).max())
+            motions, size = unit_motions(mesh).reshape(mesh.x.size, -1), half_extent(mesh)
+            moves = np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0]
+            rotation = moves[len(mesh.motions.along) :] / size
+            _raise(turned, f"body {name!r}", np.abs(rotation).max(initial=0.0))
             _raise(moved, f"body {name!r}", np.abs(body.u).max() / (2.0 * size))
         for name, obstacle in result.obstacles.items():
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
@@ -70,7 +64,7 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             mesh, pair = discrete.meshes[side.body], result.pairs[side.name]
             if side.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < STRAIGHT:
                 continue  # along fixed straight ground nothing changes, however far it slips
-            area = np.bincount(mesh.element, mesh.weight)[mesh.element[interface.nodes]]
+            area = np.bincount(mesh.element, mesh.measure)[mesh.element[interface.nodes]]
             way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
             # elements that are graded to nothing say nothing of what the surface is like further on
             _raise(

@@ -148,6 +148,7 @@ def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
         if part not in named
     ]
     return Problem(
+        symmetry=problem.symmetry,
         material=body.material,
         geometry=body.geometry,
         mesh=body.mesh,

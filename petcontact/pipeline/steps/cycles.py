@@ -98,7 +98,7 @@ def _one_cycle(
         step = posed.step[s - 1]
         obstacles = [changed_obstacle(o, step) for o in obstacles]
         motions = [
-            ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)
+            ObstacleMotion.of(o, state, k, problem.system.motions) for k, o in enumerate(obstacles)
         ]
         origin = steps[-1] if s == steps[0] else None
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)

@@ -208,7 +208,7 @@ def _pushed(increment: Increment, push: Array) -> str:
             )
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
-        names = np.array(MOTIONS[system.dim])[of_obstacle.free]
+        names = np.array(MOTIONS[system.dim][: len(of_obstacle.free)])[of_obstacle.free]
         mine = push[taken : taken + len(names)]
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:
@@ -276,7 +276,7 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
 
 def _ignored(problem: PreparedProblem) -> list[str]:
     """Obstacles that touch nothing, and their loads on components whose motion is given."""
-    discrete, d, found = problem.discrete, problem.system.dim, []
+    discrete, kind, found = problem.discrete, problem.system.motions, []
     for k, obstacle in enumerate(discrete.problem.obstacle):
         if all(side.obstacle != k for side in discrete.sides):
             found.append(f"obstacle {obstacle.name!r} is in no contact")
@@ -284,7 +284,7 @@ def _ignored(problem: PreparedProblem) -> list[str]:
         if any(
             load and motion != "free"
             for o in states
-            for motion, load in zip(o.motions(d), o.loads(d), strict=True)
+            for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         ):
             found.append(
                 f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is "
@@ -296,7 +296,7 @@ def _ignored(problem: PreparedProblem) -> list[str]:
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """Pairs that stay pressed at the end of a step that took all loads away; an overlap of bodies
     is a load, too."""
-    discrete, d = problem.discrete, problem.system.dim
+    discrete, kind = problem.discrete, problem.system.motions
     found: list[str] = []
     if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
         return found
@@ -310,7 +310,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         given = (
             motion if motion != "free" else load
             for o in obstacles
-            for motion, load in zip(o.motions(d), o.loads(d), strict=True)
+            for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         )
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]
         if loaded or any(given) or not ends:

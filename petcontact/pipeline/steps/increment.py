@@ -17,6 +17,7 @@ from ...contact.iteration import ContactMethod, Iteration
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
+from ...geometry.rotation import Motions
 from ...model.load_steps import Obstacle, Step
 from ..judge.between_nodes import Places, places_between
 from ..pose.discretise import Discrete
@@ -32,7 +33,7 @@ returns ends the solve."""
 
 @dataclass
 class ObstacleMotion:
-    """One obstacle on its way through a step: its q = d(d+1)/2 motions, given or free under loads.
+    """One obstacle on its way through a step: its q motions, given or free under loads.
 
     Attributes
     ----------
@@ -47,9 +48,11 @@ class ObstacleMotion:
     load: Array
 
     @classmethod
-    def of(cls, obstacle: Obstacle, state: IncrementState, number: int, d: int) -> ObstacleMotion:
+    def of(
+        cls, obstacle: Obstacle, state: IncrementState, number: int, motions: Motions
+    ) -> ObstacleMotion:
         """From where an obstacle is and what it feels to what the step wants."""
-        wanted, load = obstacle.motions(d), np.array(obstacle.loads(d))
+        wanted, load = obstacle.motions(motions), np.array(obstacle.loads(motions))
         free = np.array([value == "free" for value in wanted])
         end = np.array([0.0 if value == "free" else float(value) for value in wanted])
         return cls(
@@ -166,9 +169,9 @@ class PreparedProblem:
 
     def begun(self) -> IncrementState:
         """The state before the first increment: unloaded."""
-        system, d = self.system, self.system.dim
-        still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
-        slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
+        system = self.system
+        still = np.zeros((len(system.obstacle_modes), system.motions.components))
+        slip, alpha = np.zeros((system.size, system.dim - 1)), np.zeros(system.modes.shape[1])
         return IncrementState(
             slip,
             self.start,

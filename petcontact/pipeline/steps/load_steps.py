@@ -82,7 +82,8 @@ def increments(
                 else state
             )
             motions = [
-                ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)
+                ObstacleMotion.of(o, begun, k, problem.system.motions)
+                for k, o in enumerate(current)
             ]
             increment = Increment(
                 problem, step, number, motions, state, reached, cycle=1 if number in cycle else 0
@@ -213,7 +214,9 @@ def whole_step(problem: PreparedProblem, number: int) -> Increment:
     obstacles = [
         functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle
     ]
-    motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
+    motions = [
+        ObstacleMotion.of(o, state, k, problem.system.motions) for k, o in enumerate(obstacles)
+    ]
     return Increment(problem, steps[-1], number, motions, state, 1.0)
 
 
@@ -233,12 +236,11 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
     places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(
-        len(places), d * (d + 1) // 2
-    )
-    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(
-        len(places), d * (d + 1) // 2
-    )
+    count = system.motions.components
+    positions = np.array([np.hstack([p.displacement, p.rotation])[:count] for p in places])
+    loads = np.array([np.hstack([p.force, p.moment])[:count] for p in places])
+    shape = len(places), count
+    positions, loads = positions.reshape(shape), loads.reshape(shape)
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
         slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn)

@@ -15,7 +15,7 @@ from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
-from ...geometry.rotation import Axial, axial, moment
+from ...geometry.rotation import Axial, axial
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
 from ..judge.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
@@ -193,7 +193,8 @@ def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -
             np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal,
         )
         shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
-        left = pair.imbalance_beyond(-moment(apart, pair.weight[:, None] * shear))
+        couple = increment.problem.system.motions.moment(apart, pair.weight[:, None] * shear)
+        left = pair.imbalance_beyond(-couple)
         if not left <= LARGEST_IMBALANCE:
             return "not converged", (
                 f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
@@ -260,7 +261,7 @@ def _pairs(
             moved,
             states[where],
             weight @ traction,
-            moment(x, weight[:, None] * traction),
+            system.motions.moment(x, weight[:, None] * traction),
             float(weight @ spent[where]),
             float(weight @ error[where]),
             given,
@@ -285,4 +286,4 @@ def _on_primary(
         return None, None
     mesh = increment.problem.discrete.meshes[face.primary]
     force = -mesh.weight[face.primary_nodes, None] * (face.loads @ traction)
-    return force.sum(axis=0), moment(mesh.x[face.primary_nodes], force)
+    return force.sum(axis=0), mesh.motions.moment(mesh.x[face.primary_nodes], force)

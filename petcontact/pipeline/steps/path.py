@@ -85,7 +85,7 @@ def _growing(
         if any(data_from(problem, earlier, before) is not None for earlier in range(2, number + 1)):
             return  # bodies are held in another way than those of the first step
         begun = state_after(problem, before)
-        motions = [ObstacleMotion.of(o, begun, k, system.dim) for k, o in enumerate(obstacles)]
+        motions = [ObstacleMotion.of(o, begun, k, system.motions) for k, o in enumerate(obstacles)]
         whole = Increment(problem, step, number, motions, begun, 1.0)
         if _after(touching(whole), own) <= FEW:
             yield own, whole

@@ -52,7 +52,7 @@ class Cost:
 def estimate(case: Problem, ranks: int) -> Cost:
     """Size, time and memory from the meshes; `ranks` solve each case together."""
     try:
-        costs = [_of_body(case, body) for body in case.body]
+        costs = [_of_body(case, b) for b in range(len(case.body))]
     except PetcontactError:
         # the sweep meets the same error in its turn and records it case by case
         return Cost(0, 0, FIXED, FIXED, 0.0)
@@ -62,12 +62,13 @@ def estimate(case: Problem, ranks: int) -> Cost:
     return Cost(n, m, FIXED + prepare / ranks, CASE + solve / ranks, memory)
 
 
-def _of_body(case: Problem, body: Any) -> Cost:
+def _of_body(case: Problem, number: int) -> Cost:
+    body: Any = case.body[number]
     contact = {condition.part for condition in body.boundary if condition.condition == "contact"}
     contact |= {
         side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)
     }
-    mesh = mesh_of(body)
+    mesh = mesh_of(body, case.outline(number))
     n, unknowns = mesh.n_nodes, mesh.dim * mesh.n_nodes
     m = (mesh.dim - 1) * int(
         np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()
