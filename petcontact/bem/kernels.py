@@ -95,9 +95,7 @@ def field_of(
         found = [one for one in each if one is not None]
         if found:
             moved, stressed, (wound, *_) = zip(*found, strict=True)
-            # hoop stress, which kernels of rings add, follows from the others and u_r/r
-            in_plane = np.stack(stressed, axis=2)[:, : kernel.dim * (kernel.dim + 1) // 2]
-            return np.stack(moved, axis=2), in_plane, wound
+            return np.stack(moved, axis=2), _in_plane(np.stack(stressed, axis=2), kernel.dim), wound
     kernel_g, kernel_h = kernel.integrals(targets, elements)
     kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
     axes = range(kernel.dim)
@@ -112,3 +110,8 @@ def field_of(
     )
     wound = -sum(kernel_h[i, i].sum(axis=0) for i in axes) / kernel.dim
     return displacement, stress, wound
+
+
+def _in_plane(stress: Array, d: int) -> Array:
+    """Stress without the hoop stress that kernels of rings add: it follows from u_r/r."""
+    return stress[:, : d * (d + 1) // 2]

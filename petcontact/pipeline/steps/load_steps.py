@@ -236,11 +236,10 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
     places = [done[-1].obstacles[o.name] for o in obstacles]
-    count = system.motions.components
-    positions = np.array([np.hstack([p.displacement, p.rotation])[:count] for p in places])
-    loads = np.array([np.hstack([p.force, p.moment])[:count] for p in places])
-    shape = len(places), count
-    positions, loads = positions.reshape(shape), loads.reshape(shape)
+    positions, loads = np.zeros((2, len(places), system.motions.components))
+    for k, place in enumerate(places):
+        positions[k] = np.hstack([place.displacement, place.rotation])[: positions.shape[1]]
+        loads[k] = np.hstack([place.force, place.moment])[: loads.shape[1]]
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
         slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn)
