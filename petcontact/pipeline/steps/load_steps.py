@@ -10,8 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
+from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
@@ -222,8 +224,7 @@ def whole_step(problem: PreparedProblem, number: int) -> Increment:
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
     """What the last of some increments hands on; the unloaded state where there is none."""
-    system, d = problem.system, problem.system.dim
-    obstacles = problem.discrete.problem.obstacle
+    system = problem.system
     if not done:
         return problem.begun()
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
@@ -231,19 +232,27 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment")
     )
     sigma = np.concatenate([pair.sigma_t for pair in pairs])
-    if system.k == d:
+    if system.k == system.dim:
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
-    places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions, loads = np.zeros((2, len(places), system.motions.components))
-    for k, place in enumerate(places):
-        positions[k] = np.hstack([place.displacement, place.rotation])[: positions.shape[1]]
-        loads[k] = np.hstack([place.force, place.moment])[: loads.shape[1]]
+    places = [done[-1].obstacles[o.name] for o in problem.discrete.problem.obstacle]
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
-        slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn)
+        slip,
+        (v, sigma),
+        done[-1].alpha,
+        _each([(place.displacement, place.rotation) for place in places], system.motions),
+        _each([(place.force, place.moment) for place in places], system.motions),
+        sigma,
+        np.concatenate(worn),
     )
+
+
+def _each(vectors: Sequence[tuple[Array, Axial]], motions: Motions) -> Array:
+    """Components (o, q) of the vectors and axial vectors of obstacles."""
+    rows = [np.hstack(pair)[: motions.components] for pair in vectors]
+    return np.array(rows).reshape(len(rows), motions.components)
 
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
