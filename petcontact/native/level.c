@@ -5,7 +5,7 @@
 /* A digest of all structs and functions of these files: tests/native/test_interface.py says what it is to be. */
 int64_t petcontact_interface(void)
 {
-    return 0x1ae09311;
+    return 0x707c027a;
 }
 
 void petcontact_level(char *name)

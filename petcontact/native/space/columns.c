@@ -2,7 +2,6 @@
    same choice of Gauss points from afar; see there. */
 
 #include "curved.h"
-#include "near.h"
 #include "sources.h"
 
 /* Values (nodes, 15, width) of one panel at the targets of a chunk, of the nodes that are wanted. */
@@ -20,10 +19,10 @@ DISPATCHED void petcontact_panel(const double *record, const Family *family, con
     for (int t = 0; t < count; t++) {
         const int own = code[t];
         if (own == -1 && p.shape)
-            near_curved(&p, family, targets, t, wanted, values);
+            petcontact_near_curved(&p, family, targets, t, wanted, values);
         else if (own == -1) {
             const double place[3] = {local[0][t], local[1][t], fabs(local[2][t]) <= FLAT ? 0.0 : -local[2][t]};
-            near(&p, place, family->nu, wanted, values + t, targets->width);
+            petcontact_near(&p, place, family->nu, wanted, values + t, targets->width);
         }
         if (own < 0)
             continue;

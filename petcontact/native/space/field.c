@@ -3,7 +3,7 @@
    for their displacement. */
 
 #include "curved.h"
-#include "near.h"
+#include "polar.h"
 
 enum { FIELD = 10 }; /* u (3), σ (xx, yy, zz, xy, xz, yz), and the share of the solid angle */
 
@@ -98,7 +98,7 @@ INLINE void near_field(const Panel *p, const Family *family, const Targets *targ
     Rays rays;
     Four rho[MOST], weight[MOST];
     double xi[POINTS], eta[POINTS];
-    rays_about(p, near, x, &rays);
+    petcontact_rays(p, near, x, &rays);
     for (int first = 0; first < rays.count; first += 4) {
         const int count = points_along(&rays, near, first, rho, weight);
         for (int k = 0, q = 0; k < count; k++) {
@@ -129,7 +129,7 @@ INLINE void near_displacement(const Panel *p, const double *place, double nu, co
                               int t)
 {
     double values[NODES * ALL];
-    near(p, place, nu, (Wanted){1, 1, 0, p->nodes}, values, 1);
+    petcontact_near(p, place, nu, (Wanted){1, 1, 0, p->nodes}, values, 1);
     for (int n = 0; n < p->nodes; n++) {
         const double *g = values + n * ALL, *h = g + G, *f = data + 6 * n, *u = f + 3;
         for (int i = 0; i < 3; i++) {

@@ -73,6 +73,11 @@ typedef struct { /* kernels, and nodes of a panel from `node` to before `last` *
     int g, h, node, last;
 } Wanted;
 
+/* Both kernels over a panel that is near: near.c, curved.c. */
+void petcontact_near(const Panel *p, const double *place, double nu, Wanted wanted, double *values, int width);
+void petcontact_near_curved(const Panel *p, const Family *family, const Targets *targets, int t, Wanted wanted,
+                            double *values);
+
 INLINE int nodes_of(int64_t kind)
 {
     const int order = (int)(kind & 3);

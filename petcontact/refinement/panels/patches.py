@@ -14,6 +14,7 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import QuadraticCells, samples
 from ...geometry.surface import BoxSurface, SolidSurface
+from ...mesh.pairs.clipping import cross
 from ...mesh.surface_mesh import SurfaceMesh
 from .axes import sides
 from .hanging import numbered
@@ -152,7 +153,7 @@ def _equal_angles(
     for k in range(4):
         phi = angle[k] + span[k] * np.arange(2 * count[k]) / (2 * count[k])
         towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), seen[(k + 1) % 4] - seen[k]
-        share = np.cross(seen[k], towards) / np.cross(towards, along)
+        share = cross(seen[k], towards) / cross(towards, along)
         points.append(corners[k] + share[:, None] * (corners[(k + 1) % 4] - corners[k]))
     return np.concatenate(points), (count[0], count[1])
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Array, Mask, States
 from ...frozen import frozen
+from ...mesh.pairs.clipping import cross
 
 INSET = 0.999
 """Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one
@@ -60,7 +61,7 @@ class Zone:
         z = self.local(loop)
         return (
             self
-            if np.sum(np.cross(z, np.roll(z, -1, axis=0))) > 0.0
+            if np.sum(cross(z, np.roll(z, -1, axis=0))) > 0.0
             else Zone(self.centre, self.axes[:, ::-1])
         )
 

@@ -1,8 +1,5 @@
 /* Both kernels over a panel that is near, in closed form: petcontact.bem.kelvin3d.integrals in C, with the same formulas. */
 
-#ifndef PETCONTACT_NEAR_H
-#define PETCONTACT_NEAR_H
-
 #include "panel.h"
 
 /* From monomials about (x, y) to those about the origin of local coordinates, one sum for each. */
@@ -23,7 +20,7 @@ INLINE void shift(const Panel *p, double x, double y, double (*sums)[HIGHEST + 1
 }
 
 /* One pair in closed form; `place` is the target in local coordinates, and the height of the plane above it. */
-INLINE void near(const Panel *p, const double *place, double nu, Wanted wanted, double *values, int width)
+DISPATCHED void petcontact_near(const Panel *p, const double *place, double nu, Wanted wanted, double *values, int width)
 {
     const int wants_g = wanted.g, wants_h = wanted.h, node = wanted.node, last_node = wanted.last;
     const double x = place[0], y = place[1], w = place[2];
@@ -89,5 +86,3 @@ INLINE void near(const Panel *p, const double *place, double nu, Wanted wanted, 
         }
     }
 }
-
-#endif
