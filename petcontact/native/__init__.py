@@ -50,13 +50,23 @@ def _library() -> ctypes.CDLL | None:
     if interface is not None:
         interface.restype = ctypes.c_int64
     if interface is None or interface() != INTERFACE:
-        print(
-            f"petcontact: {path} was built from other C files and is not used; scripts/setup "
-            f"builds it again",
-            file=sys.stderr,
-        )
-        return None
-    return found
+        reason = "was built from other C files"
+    elif not _level(found):
+        reason = "was built for another processor"
+    else:
+        return found
+    print(
+        f"petcontact: {path} {reason} and is not used; scripts/setup builds it again",
+        file=sys.stderr,
+    )
+    return None
+
+
+def _level(library: ctypes.CDLL) -> str:
+    """Which copies of its functions this processor runs; empty where it can run none."""
+    name = ctypes.create_string_buffer(32)
+    library.petcontact_level(name)
+    return name.value.decode()
 
 
 @functools.cache
@@ -119,12 +129,8 @@ def contiguous(array: AnyArray, dtype: type = np.float64) -> AnyArray:
 
 def describe() -> str:
     """Which kernels run, in a few words."""
-    if _library() is not None:
-        level = function("petcontact_level", "p")
-        assert level is not None
-        name = ctypes.create_string_buffer(32)
-        level(ctypes.addressof(name))
-        return f"compiled ({name.value.decode()})"
+    if (library := _library()) is not None:
+        return f"compiled ({_level(library)})"
     switched_off = os.environ.get(VARIABLE, "1") == "0"
     return (
         f"numpy ({VARIABLE}=0)" if switched_off else "numpy (not compiled, or from other C files)"
