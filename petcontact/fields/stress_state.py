@@ -66,8 +66,13 @@ class StressState:
 
     @property
     def principal(self) -> Array:
-        """All three principal stresses, the largest first, (n, 3) [stress]."""
-        return np.linalg.eigvalsh(self.tensor)[:, ::-1]
+        """All three principal stresses, the largest first, (n, 3) [stress]; NaN where the stress is
+        not known."""
+        tensor = self.tensor
+        known = np.isfinite(tensor).all(axis=(1, 2))
+        values = np.full((len(tensor), 3), np.nan)
+        values[known] = np.linalg.eigvalsh(tensor[known])[:, ::-1]
+        return values
 
 
 @frozen

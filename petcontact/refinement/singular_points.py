@@ -21,14 +21,7 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
     kappa = 3.0 - 4.0 * problem.material.plane_strain_ratio
 
     def kinds(side: Side, leaving: float) -> tuple[SideKind, ...]:
-        """What the side may be, seen from a corner that it leaves in a direction [rad]."""
-        condition = conditions.get(side.part)
-        if not isinstance(condition, Displacement) or len(set(_is_free(condition))) == 1:
-            return kinds_of(condition)
-        held = round(
-            math.remainder((math.pi / 2.0 if _is_free(condition)[0] else 0.0) - leaving, math.pi), 9
-        )
-        return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
+        return kinds_seen(conditions.get(side.part), leaving, 2)
 
     def exponent(before: Side, after: Side) -> float:
         angle = round(math.pi - turn(before, after), 9)
@@ -38,6 +31,16 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
         return min(corner_exponent(angle, kappa, first, second) for first, second in pairs)
 
     return at_ends(outline, exponent)
+
+
+def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[SideKind, ...]:
+    """What a side may be, seen from a corner that it leaves in a direction [rad], which says in the
+    plane what a single component that is held means."""
+    if dim > 2 or not isinstance(condition, Displacement) or len(set(_is_free(condition))) == 1:
+        return kinds_of(condition)
+    axis = math.pi / 2.0 if _is_free(condition)[0] else 0.0
+    held = round(math.remainder(axis - leaving, math.pi), 9)
+    return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
 
 
 def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:

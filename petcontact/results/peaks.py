@@ -1,0 +1,254 @@
+"""The largest stresses of a solution, in its bodies and on their surfaces.
+
+Stress is sampled on the boundary, below every contact and all over the body. Where it has no bound
+(`unbounded`) the samples say how near they lie, and no more: such a place is named, and its hill is
+left out. The hill is what is reached from the place by going down from sample to sample, up to a
+distance of `NEAR` times the size of the body. A peak of another kind nearby, as at a notch, is no
+part of it. Of the samples that are left the largest counts; inside the body it is climbed to its
+top.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..contact.law_protocol import OPEN
+from ..frozen import frozen
+from ..mesh.boundary_mesh import BoundaryMesh
+from .evaluated import Evaluated
+from .records import StepResult, step_ends
+from .unbounded import Unbounded, unbounded_places
+
+QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
+"""Of `StressState`, by their names in the verdict."""
+ROUND_OFF = 1e-13
+"""Stress, over E times displacement over the size of the body, that is none."""
+DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
+"""Of samples below a contact, over half its width. The largest von Mises stress of a frictionless
+line contact lies at 0.70 (ν = 0.3), of a round one at 0.48; friction brings it nearer."""
+ACROSS = {2: 6, 3: 3}
+"""Places of a contact below which is sampled along each of its directions, by the dimension."""
+LATTICE = {2: 10, 3: 6}
+"""Samples along the longest side of a body, by its dimension."""
+CLIMBS = 5
+"""Steps of a climb, each a third of the one before. The last one is a hundredth of the spacing of
+the samples, and a maximum is flat: its value is right to the square of that."""
+NEAR = 0.05
+"""Distance from a place without a bound, over the largest side of the box about the body, up to
+which stress is left out. It is a definition: stress falls from there without an end."""
+UPHILL = 0.1
+"""Share by which stress may grow again on a hill. Measured on Example 1 (constant elements of 0.05,
+0.025 and 0.0125): within six elements of the singular corner it grows by up to 0.06."""
+
+
+@frozen
+class StressPeak:
+    """The largest value of a stress at the ends of the steps.
+
+    Attributes
+    ----------
+    value : float
+        [stress]
+    place : (d,) array
+        [length]
+    body, part : str
+        The part is empty inside of the body.
+    step : StepResult
+    """
+
+    value: float
+    place: Array
+    body: str
+    part: str
+    step: StepResult
+
+
+@frozen
+class Peaks:
+    """The largest of one stress.
+
+    Attributes
+    ----------
+    inside, surface : StressPeak or None
+        Away from places where it has no bound; None where all stress only falls from these. Inside
+        it is None unless it is larger there than on the surface.
+    unbounded : list of (str, Unbounded)
+        Body and place, where there are such.
+    """
+
+    inside: StressPeak | None
+    surface: StressPeak | None
+    unbounded: list[tuple[str, Unbounded]]
+
+
+def stress_peaks(solution: Evaluated) -> dict[str, Peaks]:
+    """By the names of `QUANTITIES`; without those that are nowhere finite."""
+    samples = [
+        _Samples(solution, body, step, places)
+        for step in step_ends(solution.steps or solution.tried)
+        for body, places in unbounded_places(solution, step).items()
+    ]
+    # numbers of an altered file, or of a solve that failed, may overflow
+    with np.errstate(all="ignore"):
+        found = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
+    return {name: peaks for name, peaks in found.items() if peaks != Peaks(None, None, [])}
+
+
+def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
+    """The largest of one stress over bodies and steps."""
+    peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
+    surface = max((p for p, _ in peaks if p.part), key=_value, default=None)
+    below = max(
+        ((p, s) for p, s in peaks if not p.part), key=lambda both: _value(both[0]), default=None
+    )
+    top = below[1].top(key, below[0]) if below else None
+    if top and surface and top.value <= surface.value:
+        top = None
+    unbounded = {
+        (some.body, place.sides): (some.body, place)
+        for some in reversed(samples)
+        for place in some.exceeding(key, surface)
+    }
+    return Peaks(top, surface, list(unbounded.values()))
+
+
+def _value(peak: StressPeak) -> float:
+    return peak.value
+
+
+class _Samples:
+    """Stress of a body after a step at samples: on its boundary first, then inside."""
+
+    def __init__(
+        self, solution: Evaluated, body: str, step: StepResult, places: Sequence[Unbounded]
+    ) -> None:
+        self._fields, self.body, self._step = solution.body_fields(body, step), body, step
+        self._places = places
+        mesh = self._fields.mesh
+        self._element, boundary = solution.boundary_state(body, step)
+        inside = np.vstack([_lattice(mesh), *_below_contacts(solution, body, step, mesh)])
+        self._states = [boundary]
+        if self._fields.known and len(inside):
+            self._states.append(self._fields.at(inside, outside=np.nan))
+        self._x = np.vstack([state.x for state in self._states])
+        of_places = [e for place in places for e in place.elements]
+        self._seeds = np.flatnonzero(np.isin(self._element, of_places))
+        reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+        away = [np.linalg.norm(self._x - place.x, axis=1) for place in places]
+        self._beside = np.any([distance < reach for distance in away], axis=0) if away else away
+        u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
+        size = float(np.ptp(mesh.x, axis=0).max())
+        self._least = ROUND_OFF * material.young_modulus * float(np.abs(u).max()) / size
+
+    def peaks(self, key: str) -> Iterator[StressPeak]:
+        """The largest on the boundary and inside, off the hills of unbounded places."""
+        values = self._values(key)
+        usable = np.isfinite(values)
+        if usable.any():
+            usable &= ~self._on_hills(values)
+        count = len(self._element)
+        for rows in (np.arange(count), np.arange(count, len(values))):
+            rows = rows[usable[rows]]
+            if len(rows):
+                k = int(rows[np.argmax(values[rows])])
+                part = ""
+                if k < count:
+                    mesh = self._fields.mesh
+                    part = mesh.part_names[mesh.part[self._element[k]]]
+                yield StressPeak(float(values[k]), self._x[k], self.body, part, self._step)
+
+    def exceeding(self, key: str, peak: StressPeak | None) -> list[Unbounded]:
+        """The unbounded places next to which more than a peak is sampled."""
+        values = self._values(key)[: len(self._element)]
+        bound = self._least if peak is None else max(peak.value, self._least)
+        return [p for p in self._places if values[np.isin(self._element, p.elements)].max() > bound]
+
+    def top(self, key: str, peak: StressPeak) -> StressPeak | None:
+        """The top near a sample; None where the way up leads to a place without a bound."""
+        d, value, place = len(peak.place), peak.value, peak.place
+        ways = np.array(np.meshgrid(*[[-1.0, 0.0, 1.0]] * d)).reshape(d, -1).T
+        step = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
+        for _ in range(CLIMBS):
+            state = self._fields.at(place + step * ways, outside=np.nan)
+            values = np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+            k = int(np.argmax(values))
+            if values[k] > value:
+                value, place = float(values[k]), state.x[k]
+            step /= 3.0
+        away = [np.linalg.norm(np.stack([peak.place, place]) - p.x, axis=1) for p in self._places]
+        if any(after < 0.5 * before for before, after in away):
+            return None
+        return replace(peak, value=value, place=place)
+
+    def _values(self, key: str) -> Array:
+        """At all samples; what is not finite is less than everything."""
+        values = np.concatenate([getattr(state, key) for state in self._states])
+        values = np.where(np.abs(values) < self._least, 0.0, values)
+        return np.where(np.isfinite(values), values, -np.inf)
+
+    def _on_hills(self, values: Array) -> Array:
+        """Which samples are reached from unbounded places by going down: along the way that keeps
+        highest, a value is at most (1 + `UPHILL`) times the least before it."""
+        reached = np.zeros(len(values), dtype=bool)
+        if not len(self._seeds):
+            return reached
+        near = self._neighbours()
+        heap = [(-values[k], int(k)) for k in self._seeds if np.isfinite(values[k])]
+        heapq.heapify(heap)
+        while heap:
+            low, k = heapq.heappop(heap)
+            if reached[k]:
+                continue
+            reached[k] = True
+            for other in near[k]:
+                goes_down = -np.inf < values[other] <= -low * (1.0 + UPHILL)
+                if self._beside[other] and not reached[other] and goes_down:
+                    heapq.heappush(heap, (max(low, -values[other]), int(other)))
+        return reached
+
+    def _neighbours(self) -> list[Index]:
+        """Of each sample those that are among the nearest of the other."""
+        count = min(2 ** (self._x.shape[1] + 1), len(self._x))
+        near = scipy.spatial.cKDTree(self._x).query(self._x, k=count)[1].reshape(-1, count)
+        rows = np.repeat(np.arange(len(near)), count)
+        both = scipy.sparse.coo_matrix((np.ones(near.size), (rows, near.ravel())), [len(near)] * 2)
+        graph = (both + both.T).tocsr()
+        return np.split(graph.indices, graph.indptr[1:-1])
+
+
+def _lattice(mesh: BoundaryMesh) -> Array:
+    """Points all over the box about a body, (k, d)."""
+    low, high = mesh.x.min(axis=0), mesh.x.max(axis=0)
+    spacing = (high - low).max() / LATTICE[mesh.dim]
+    axes = [
+        a + (b - a) * (np.arange(n) + 0.5) / n
+        for a, b, n in zip(low, high, np.ceil((high - low) / spacing).astype(int), strict=True)
+        if n > 0
+    ]
+    if len(axes) < mesh.dim:
+        return np.zeros((0, mesh.dim))
+    return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes)])
+
+
+def _below_contacts(
+    solution: Evaluated, body: str, step: StepResult, mesh: BoundaryMesh
+) -> Iterator[Array]:
+    """Points below the closed part of each contact of a body."""
+    for name, pair in step.pairs.items():
+        secondary, owner = solution.sides[name][0], solution.primaries.get(name, "").partition(".")
+        closed = np.flatnonzero(pair.state != OPEN)
+        if body not in (secondary, owner[0]) or not len(closed):
+            continue
+        area = float(pair.weight[closed].sum())
+        half = 0.5 * area if mesh.dim == 2 else float(np.sqrt(area / np.pi))
+        sign = -1.0 if body == secondary else 1.0
+        every = max(1, len(closed) // ACROSS[mesh.dim] ** (mesh.dim - 1))
+        rows = np.append(closed[::every], closed[np.argmax(pair.pressure[closed])])
+        away = sign * half * DEPTHS[:, None, None] * pair.normal[rows]
+        yield (pair.x[rows] + away).reshape(-1, mesh.dim)

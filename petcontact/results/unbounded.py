@@ -1,0 +1,263 @@
+"""Where the stress of a solution has no bound: corners and edges, by the conditions beside them.
+
+Displacements behave like r^λ there, and stresses like r^(λ-1). The exponent λ follows from the
+angle, and from what the two sides do: they are free, held, slide, or touch another body (Williams
+1952, Bogy 1971, see `refinement.corner_exponents`). A contact counts as what it does in the
+solution: what is open is free, what slips slides. A corner that presses on the smooth side of
+another body makes the stress of that body unbounded, too.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..contact.law_protocol import OPEN, SLIP
+from ..fields.boundary.places import ON
+from ..frozen import frozen
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.surface_mesh import SurfaceMesh
+from ..refinement.corner_exponents import (
+    CLAMPED,
+    FREE,
+    SLIDING,
+    SideKind,
+    corner_exponent,
+    pair_exponent,
+)
+from ..refinement.panels.edges import RIGID, SMOOTH, edges
+from ..refinement.singular_points import kinds_seen
+from .evaluated import Evaluated
+from .records import PairResult, StepResult
+
+
+@frozen
+class Corners:
+    """Corners of an outline, or edges of a surface.
+
+    Attributes
+    ----------
+    x : (k, d) array
+        A point of each [length].
+    element : (k, 2) array
+        The elements that meet there.
+    angle : (k,) array
+        Of the body, in (0, 2π) [rad].
+    leaving : (k, 2) array
+        Direction of the two sides away from a corner of the plane [rad].
+    """
+
+    x: Array
+    element: Index
+    angle: Array
+    leaving: Array
+
+
+@frozen
+class Unbounded:
+    """Where the stress of a body has no bound.
+
+    Attributes
+    ----------
+    x : (d,) array
+        A point of it [length].
+    elements : tuple of int
+        Of the body, that meet there.
+    sides : str
+        The parts that meet there, or what presses there.
+    """
+
+    x: Array
+    elements: tuple[int, ...]
+    sides: str
+
+
+@functools.singledispatch
+def corners_of(mesh: Any) -> Corners:
+    """Where the sides of a body turn, or one part ends and another begins."""
+    raise TypeError(f"no corners of {type(mesh).__name__}")
+
+
+@corners_of.register
+def _(mesh: CurveMesh) -> Corners:
+    before, _ = mesh.neighbours()
+    ends = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
+    arriving, leaving = ends[before, 1], ends[:, 0]
+    turn = np.arctan2(
+        arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0],
+        np.sum(arriving * leaving, axis=1),
+    )
+    chosen = np.flatnonzero((np.abs(turn) > SMOOTH) | (mesh.part != mesh.part[before]))
+    away = np.stack([leaving[chosen], -arriving[chosen]], axis=1)
+    return Corners(
+        mesh.start[chosen],
+        np.column_stack([chosen, before[chosen]]),
+        math.pi - turn[chosen],
+        np.arctan2(away[..., 1], away[..., 0]),
+    )
+
+
+@corners_of.register
+def _(mesh: SurfaceMesh) -> Corners:
+    one, other, angle = edges(mesh)
+    chosen = (one < other) & (
+        (np.abs(angle - math.pi) > SMOOTH) | (mesh.part[one] != mesh.part[other])
+    )
+    element = np.column_stack([one[chosen], other[chosen]])
+    middle = np.add.reduceat(mesh.x, mesh.first_node[:-1]) / np.diff(mesh.first_node)[:, None]
+    return Corners(middle[element].mean(axis=1), element, angle[chosen], np.zeros(element.shape))
+
+
+def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
+    """Of each body, after an increment."""
+    places: dict[str, list[Unbounded]] = {name: [] for name in solution.meshes}
+    bodies = {name: _Body(solution, name, step) for name in solution.meshes}
+    for name, body in bodies.items():
+        for corner, sides in body.corners_and_sides():
+            closed = [side for side in sides if isinstance(side, _Closed)]
+            partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
+            if body.exponent(corner, sides, partner) < 1.0:
+                places[name].append(Unbounded(corner.x, corner.elements, corner.parts))
+                element = partner.facing(corner.x)[1] if partner and (FREE,) in sides else None
+                if element is not None:
+                    under = Unbounded(corner.x, (element,), f"under a corner of {name}")
+                    places[closed[0].partner].append(under)
+    return places
+
+
+def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
+    if first == second == FREE and angle <= math.pi:
+        return 1.0
+    return corner_exponent(angle, kappa, first, second)
+
+
+@frozen
+class _Corner:
+    """One of `Corners`, and the parts that meet there."""
+
+    x: Array
+    angle: float
+    elements: tuple[int, ...]
+    parts: str
+
+
+@frozen
+class _Closed:
+    """A side that touches something at a corner.
+
+    Attributes
+    ----------
+    partner : str
+        The other body, or empty for what is rigid.
+    kinds : tuple
+        What the side is as seen from a rigid partner.
+    stiffer : float
+        Shear modulus of the partner over that of the body.
+    friction : float
+        |σ_t| over |p| where it slips, infinite where it sticks.
+    """
+
+    partner: str
+    kinds: tuple[SideKind, ...]
+    stiffer: float
+    friction: float
+
+    def exponent(self, angles: tuple[float, float], kappas: tuple[float, float]) -> float:
+        """The least λ of both ways to slip."""
+        ways = {self.friction, -self.friction} if math.isfinite(self.friction) else {math.inf}
+        return min(pair_exponent(angles, kappas, self.stiffer, way) for way in ways)
+
+
+class _Body:
+    """A body after an increment: its corners, and what its elements touch."""
+
+    def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
+        self._mesh: BoundaryMesh = solution.meshes[name]
+        number = list(solution.meshes).index(name)
+        self._conditions = solution.problem.conditions(number)[step.step - 1]
+        self.kappa = 3.0 - 4.0 * solution.problem.body[number].material.plane_strain_ratio
+        self._corners = corners_of(self._mesh)
+        self._pair = np.full(self._mesh.n_nodes, -1)
+        self._row = np.zeros(self._mesh.n_nodes, dtype=np.int64)
+        self._pairs: list[tuple[PairResult, str, float]] = []
+        moduli = {body.name: body.material.shear_modulus for body in solution.problem.body}
+        for pair_name, pair in step.pairs.items():
+            secondary = solution.sides[pair_name][0]
+            owner, _, part = solution.primaries.get(pair_name, "").partition(".")
+            if secondary == name:
+                nodes, rows, partner = solution.nodes[pair_name], np.arange(len(pair.x)), owner
+            elif owner == name:
+                nodes, partner = self._mesh.nodes_of(part), secondary
+                rows = scipy.spatial.cKDTree(pair.x).query(self._mesh.x[nodes])[1]
+            else:
+                continue
+            self._pair[nodes], self._row[nodes] = len(self._pairs), rows
+            stiffer = moduli[partner] / moduli[name] if partner in moduli else RIGID
+            self._pairs.append((pair, partner if partner in moduli else "", stiffer))
+
+    def corners_and_sides(
+        self,
+    ) -> Iterator[tuple[_Corner, list[_Closed | tuple[SideKind, ...]]]]:
+        """Each corner with what its two sides do."""
+        mesh, at = self._mesh, self._corners
+        for x, elements, angle, leaving in zip(at.x, at.element, at.angle, at.leaving, strict=True):
+            parts = [mesh.part_names[mesh.part[element]] for element in elements]
+            corner = _Corner(
+                x,
+                round(float(angle), 6),
+                tuple(elements.tolist()),
+                " and ".join(dict.fromkeys(parts)),
+            )
+            yield (
+                corner,
+                [
+                    self._touched(element, x)
+                    or kinds_seen(self._conditions.get(part), way, mesh.dim)
+                    for element, part, way in zip(elements, parts, leaving, strict=True)
+                ],
+            )
+
+    def exponent(
+        self, corner: _Corner, sides: list[_Closed | tuple[SideKind, ...]], partner: _Body | None
+    ) -> float:
+        """The least λ of a corner; where it presses with one side and is free on the other, that of
+        both bodies."""
+        closed = [side for side in sides if isinstance(side, _Closed)]
+        if (FREE,) in sides and len(closed) == 1:
+            facing = partner.facing(corner.x)[0] if partner else math.pi
+            return closed[0].exponent((corner.angle, facing), (self.kappa, (partner or self).kappa))
+        kinds = [side.kinds if isinstance(side, _Closed) else side for side in sides]
+        return min(_exponent(corner.angle, self.kappa, *pair) for pair in itertools.product(*kinds))
+
+    def facing(self, x: Array) -> tuple[float, int | None]:
+        """The angle of the corner at a point, and no element; where there is none the angle of a
+        smooth side, and the element of it."""
+        size = float(np.ptp(self._mesh.x, axis=0).max())
+        meets = self._corners.angle[np.linalg.norm(self._corners.x - x, axis=1) < ON * size]
+        if len(meets):
+            return round(float(meets[0]), 6), None
+        node = int(np.argmin(np.linalg.norm(self._mesh.x - x, axis=1)))
+        return math.pi, int(self._mesh.element[node])
+
+    def _touched(self, element: int, x: Array) -> _Closed | tuple[SideKind, ...] | None:
+        """What the element is at the node that is nearest to a point; None off the contact."""
+        first, end = self._mesh.first_node[element : element + 2]
+        node = first + int(np.argmin(np.linalg.norm(self._mesh.x[first:end] - x, axis=1)))
+        if self._pair[node] < 0:
+            return None
+        (pair, partner, stiffer), row = self._pairs[self._pair[node]], self._row[node]
+        if pair.state[row] == OPEN:
+            return (FREE,)
+        if pair.state[row] != SLIP:
+            return _Closed(partner, (CLAMPED,), stiffer, math.inf)
+        pressure, shear = abs(pair.pressure[row]), float(np.linalg.norm(pair.sigma_t[row]))
+        ratio = round(min(shear / pressure, 1.0), 3) if pressure > 0.0 else 0.0
+        return _Closed(partner, (SLIDING,), stiffer, ratio)

@@ -1,0 +1,72 @@
+"""The largest stresses of a verdict: inside the body, on its surface, and where there is no bound."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import (
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Traction,
+    solve,
+)
+from petcontact.results.peaks import stress_peaks
+
+
+def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():
+    """Johnson, Contact Mechanics, 4.2: at a depth of 0.70 half widths; the value is that of a grid."""
+    solution = solve("configs/hertz.toml")
+    pair = next(iter(solution.pairs.values()))
+    peak = stress_peaks(solution)["von Mises"]
+    assert peak.inside is not None and peak.surface is not None
+    half = 0.5 * pair.area
+    assert -peak.inside.place[1] == pytest.approx(0.70 * half, rel=0.05)
+    x, y = np.meshgrid(np.linspace(-0.3, 0.3, 13) * half, np.linspace(-1.1, -0.4, 29) * half)
+    grid = solution.von_mises_at(np.column_stack([x.ravel(), y.ravel()]))
+    assert grid.max() * (1.0 - 1e-12) <= peak.inside.value <= 1.001 * grid.max()
+    assert peak.surface.value < 0.7 * peak.inside.value
+
+
+@pytest.fixture(scope="module")
+def block():
+    return solve(
+        Problem(
+            material=Material(1e4, 0.3),
+            geometry=Rectangle((0, 0), (8, 4)),
+            mesh=MeshOptions(element_size=0.1),
+            boundary=[
+                Contact("bottom", friction_bound=150),
+                Displacement("top", (0, 0)),
+                Traction("left", (400, 0)),
+                Traction("right", (0, 0)),
+            ],
+        )
+    )
+
+
+def test_a_clamped_corner_is_named_and_does_not_hide_the_rest(block):
+    for peaks in stress_peaks(block).values():
+        corners = [place.x.tolist() for _, place in peaks.unbounded]
+        assert [0.0, 4.0] in corners and [8.0, 4.0] not in corners
+        assert min(math.dist(peaks.surface.place, corner) for corner in corners) >= 0.4
+    assert "stress has no bound at " in block.verdict()
+
+
+def test_what_is_left_does_not_depend_on_the_mesh(block):
+    finer = solve(_finer(block.problem))
+    for name, peaks in stress_peaks(block).items():
+        assert stress_peaks(finer)[name].surface.value == pytest.approx(
+            peaks.surface.value, rel=0.15
+        )
+
+
+def _finer(problem: Problem) -> Problem:
+    body = problem.body[0].model_copy(update={"mesh": MeshOptions(element_size=0.05)})
+    return problem.model_copy(update={"body": (body,)})
