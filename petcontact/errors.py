@@ -58,6 +58,15 @@ class SolverError(PetcontactError, ArithmeticError):
         self.stage, self.reason, self.advice = stage, reason, advice
 
 
+class SingularMatrixError(SolverError):
+    """A zero pivot in LU."""
+
+    def __init__(self, stage: str, row: str) -> None:
+        super().__init__(
+            stage, f"zero pivot in LU ({row})", "the matrix is singular: is the body fixed?"
+        )
+
+
 class NoEquilibrium(SolverError):
     """Loads that no admissible traction holds, found before a solve: not converged, as one that
     finds it out."""

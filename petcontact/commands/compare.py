@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.atomic_write import write_text
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
-    from .solve import report_unused
+    from .solve import unused_reported
 
     names = arguments.methods.split(",") if arguments.methods else None
     for name in names or ():
@@ -74,9 +74,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"
         status.show(f"{row.problem}: {row.contender}{rho}: {row.iterations} iterations")
 
-    rows = compare(
-        cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say
-    )
+    with unused_reported(first):
+        rows = compare(
+            cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say
+        )
     if first:
         status.clear()
         text = markdown(rows)
@@ -87,7 +88,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             write_text(folder / name, content)
         for path in [] if arguments.no_figures else write_figures(rows, folder):
             print(f"figure: {path}")
-    report_unused(first)
     return 0
 
 

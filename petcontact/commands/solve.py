@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import difflib
 import math
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -60,15 +61,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
-    from ..model import case as config
-    from ..runtime.atomic_write import check_target
-    from ..runtime.mpi import handed
-    from ..runtime.terminal import StatusLine, say
     from ..runtime.world import world
 
     if arguments.no_figures and arguments.figures:
         raise InputError("--figures: --no-figures draws nothing; give one of them")
     comm = world(petsc_words)
+    with unused_reported(comm.getRank() == 0):
+        return _run(arguments, comm)
+
+
+def _run(arguments: argparse.Namespace, comm: Any) -> int:
+    from ..model import case as config
+    from ..runtime.atomic_write import check_target
+    from ..runtime.mpi import handed
+    from ..runtime.terminal import StatusLine, say
+
     first = comm.getRank() == 0
     case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
@@ -119,7 +126,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
                 say(f"  figure: {path}")
     if first:
         report_ignored(case, "accuracy" in solution.info)
-    report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
         # an adaptive solve begins anew
@@ -229,6 +235,20 @@ def read_files(config: str, case: Any) -> list[str]:
     replace that."""
     shapes = [body.geometry for body in case.body]
     return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
+
+
+@contextlib.contextmanager
+def unused_reported(first: bool) -> Iterator[None]:
+    """Name the PETSc options that no object in the block asked for, also where it fails; after bad
+    input nothing was solved."""
+    try:
+        yield
+    except InputError:
+        raise
+    except BaseException:
+        report_unused(first)
+        raise
+    report_unused(first)
 
 
 def report_unused(first: bool) -> None:

@@ -67,22 +67,23 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     initialise(petsc_words)
     from ..runtime.mpi import shared
     from ..sweep.run import run_sweep
-    from .solve import report_unused
+    from .solve import unused_reported
 
     world = petsc().COMM_WORLD.tompi4py()
     sweep = build_sweep(*shared(world, lambda: read_files(arguments.config)))
     folder = arguments.output or Path(arguments.config).stem
     try:
-        summary = run_sweep(
-            sweep,
-            folder,
-            world,
-            only=arguments.only,
-            part=_part(arguments.part),
-            ranks_per_case=arguments.ranks_per_case,
-            force=arguments.force,
-            say=say,
-        )
+        with unused_reported(world.Get_rank() == 0):
+            summary = run_sweep(
+                sweep,
+                folder,
+                world,
+                only=arguments.only,
+                part=_part(arguments.part),
+                ranks_per_case=arguments.ranks_per_case,
+                force=arguments.force,
+                say=say,
+            )
     except Interrupted as error:
         raise Interrupted(
             error.number, f"finished cases are saved in {folder}, the same command goes on"
@@ -90,7 +91,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if world.Get_rank() == 0:
         for line in summary.lines():
             say(line)
-    report_unused(world.Get_rank() == 0)
     # Open MPI may end the job when a rank ends with an error status: not before the summary is out
     world.Barrier()
     return summary.exit_status

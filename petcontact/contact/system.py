@@ -138,7 +138,7 @@ class RigidModeConstraint:
     def around(self, block: Array) -> Array:
         """The matrix bordered by the rigid motions."""
         n, r = len(block), self.resisted.shape[1]
-        whole = np.zeros((n + r, n + r))
+        whole = np.zeros((n + r, n + r), order="F")
         whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
         return whole
 

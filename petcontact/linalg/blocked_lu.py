@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import native
 from ..arrays import Array, Index
-from ..errors import SolverError
+from ..errors import SingularMatrixError
 from ..runtime.petsc import petsc
 from .row_layout import even_ranges
 
@@ -56,8 +56,8 @@ class BlockedLU:
 
         Raises
         ------
-        SolverError
-            If the matrix is singular.
+        SingularMatrixError
+            If there is a zero pivot.
         """
         matrix = pc.getOperators()[1]
         if matrix.stateGet() == self._state:
@@ -108,11 +108,7 @@ class BlockedLU:
             for array in (pivots, inverses, failed):
                 self._mpi.Bcast(array, root=self._owner(first))
         if failed[0]:
-            raise SolverError(
-                self._stage,
-                f"zero pivot in LU (row {first + failed[0]})",
-                "the matrix is singular: is the body fixed?",
-            )
+            raise SingularMatrixError(self._stage, f"row {first + failed[0]}")
 
     def _updated(self, first: int, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place. Collective."""

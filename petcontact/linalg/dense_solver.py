@@ -58,6 +58,11 @@ class DenseSolver(SolverFront):
         rows: Array = self._matrix.getDenseArray()
         return rows, int(self._matrix.getOwnershipRange()[0])
 
+    def take(self, matrix: Array) -> None:
+        """A matrix that this process, which is alone, has whole."""
+        self.rows(len(matrix))[0][:] = matrix
+        self.factor()
+
     def factor(self) -> None:
         """Take what was written."""
         self._matrix.assemble()

@@ -147,7 +147,7 @@ void petcontact_first_traction(int64_t m, int64_t k, const double *derivative, c
     }
 }
 
-/* The block (q, q) of (I - derivative)/rho + S derivative on q components, S (n, n) by rows; `mixed` has room for q + 1
+/* The block (q, q) of (I - derivative)/rho + S derivative on q components, it and S (n, n) by columns; `mixed` has room for q + 1
    numbers, the last of which says whether any of it depends on rho. */
 void petcontact_active_block(int64_t n, int64_t k, const double *s, const double *derivative, const double *rho,
                              const int64_t *active, int64_t q, int64_t *mixed, double *block)
@@ -161,21 +161,21 @@ void petcontact_active_block(int64_t n, int64_t k, const double *s, const double
         if (differs)
             mixed[count++] = c;
     }
-    for (int64_t r = 0; r < q; r++, block += q) {
-        const double *row = s + n * active[r];
-        for (int64_t c = 0; c < q; c++)
-            block[c] = row[active[c]];
-        for (int64_t i = 0; i < count; i++) {
-            int64_t column = active[mixed[i]], first = column - column % k;
+    for (int64_t c = 0; c < q; c++)
+        for (int64_t r = 0; r < q; r++)
+            block[q * c + r] = s[n * active[c] + active[r]];
+    for (int64_t i = 0; i < count; i++) {
+        int64_t column = active[mixed[i]], first = column - column % k;
+        for (int64_t r = 0; r < q; r++) {
             double total = 0.0;
             for (int64_t b = 0; b < k; b++)
-                total += row[first + b] * derivative[k * first + k * b + column - first];
+                total += s[n * (first + b) + active[r]] * derivative[k * first + k * b + column - first];
             if (active[r] >= first && active[r] < first + k) {
                 double slope = (column == active[r]) - derivative[k * active[r] + column - first];
                 total += slope / rho[active[r]];
                 mixed[q] |= slope != 0.0;
             }
-            block[mixed[i]] = total;
+            block[q * mixed[i] + r] = total;
         }
     }
 }

@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..errors import InputError, MissingPetscError, SolverError
+from ..errors import InputError, MissingPetscError, SingularMatrixError, SolverError
 from .memory import check_address_space
 from .petsc_options import OF_THE_PROGRAM, check, files_first, of_files
 from .signals import reinstall
@@ -308,11 +308,7 @@ def is_petsc_error(error: BaseException) -> bool:
 def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
     """What a PETSc error code means for the user of a solver, whose options have a prefix."""
     if error.ierr == 71:
-        return SolverError(
-            name,
-            "zero pivot in LU (PETSC_ERR_MAT_LU_ZRPVT)",
-            "the matrix is singular: is the body fixed?",
-        )
+        return SingularMatrixError(name, "PETSC_ERR_MAT_LU_ZRPVT")
     # PETSc 3.18 gives the number of a source line where its dense matrices find no memory
     if error.ierr == 55 or "PetscMalloc" in str(error):
         return SolverError(

@@ -1,20 +1,22 @@
 """S on the components of an active set: products, and solves with rigid motions beside it.
 
-Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or
-`sum_` on a matrix of type python, preconditioned by the surrogate T.
+KSPs of prefix `stick_`, and `sum_` for T + S: on dense blocks, which every rank factorises, where S
+is dense and small; else on matrices of type python, preconditioned by the surrogate T.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...errors import SolverError
+from ...errors import SingularMatrixError, SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
+from ...linalg.dense_solver import DenseSolver
+from ...runtime.petsc import petsc
 from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 
@@ -71,7 +73,7 @@ class _Counted:
 
 
 class DenseActiveSetSolver(_Counted):
-    """S dense, solves by LU."""
+    """S dense, solves by a KSP on blocks of it."""
 
     noise = 1e-11
 
@@ -84,13 +86,13 @@ class DenseActiveSetSolver(_Counted):
         super().__init__(system)
         self._surrogate, self._factors = surrogate, factors or BlockFactors()
         assert self.matrix is not None
-        self._dense: Array = self.matrix
-        self._sum: Any = None
+        self._dense = np.asfortranarray(self.matrix)
+        self._sum: DenseSolver | None = None
 
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """LU of the bordered block."""
+        """A solve with the bordered block."""
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
         if modes is None:
@@ -98,14 +100,16 @@ class DenseActiveSetSolver(_Counted):
                 self._dense, linearised, rho, active, rhs.ravel()[active]
             )
             _check(result)
+            self.ksp_iterations = self._factors.iterations
             return result, np.zeros(0), np.zeros((0, 0))
         block, _ = _block(self._dense, linearised, rho, active)
         constraint = RigidModeConstraint(
             modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0))
         )
-        answer = _solved(
+        answer = self._factors.solve_whole(
             constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs])
         )
+        self.ksp_iterations = self._factors.iterations
         result.flat[active] = answer[: len(active)]
         _check(result)
         return result, constraint.motion(answer[len(active) :]), constraint.free
@@ -119,34 +123,41 @@ class DenseActiveSetSolver(_Counted):
         )
         if self._sum is None:
             assert self._surrogate is not None, "T + S needs T"
-            self._sum = scipy.linalg.lu_factor(
-                constraint.around(self._surrogate.matrix() + self._dense), check_finite=False
-            )
+            self._sum = DenseSolver(petsc().COMM_SELF, "sum_")
+            self._sum.take(constraint.around(self._surrogate.matrix() + self._dense))
         self.system.elastic_solves += 1
-        answer = scipy.linalg.lu_solve(
-            self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False
-        )
+        answer = self._sum.solve(np.concatenate([rhs.ravel(), constraint.rhs]))
+        self.ksp_iterations = self._sum.iterations
         result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
         _check(result)
         return result, constraint.motion(answer[rhs.size :])
 
     def close(self) -> None:
-        """No PETSc objects to free."""
+        """Free T + S; the block's KSP belongs to the factors."""
+        if self._sum is not None:
+            self._sum.close()
 
 
 class BlockFactors:
-    """LU of the last block of a dense S. It serves again where the pieces of the law are the same,
-    as where an increment begins with the sets that the one before ended with."""
+    """The KSP of the last block of a dense S. It serves again where the pieces of the law are the
+    same, as where an increment begins with the sets that the one before ended with."""
 
     def __init__(self) -> None:
         self._of: tuple[Array, Array] | None = None
-        self._factors: tuple[Array, Index] = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+        self._solver: DenseSolver | None = None
+
+    @property
+    def iterations(self) -> int:
+        """Of the KSP in the last solve."""
+        return 0 if self._solver is None else self._solver.iterations
 
     def solve(
         self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array
     ) -> Array:
         """δy on the active components, (q,)."""
         derivative = linearised.derivative
+        if not len(active):
+            return rhs
         if (
             self._of is None
             or self._of[0] is not dense
@@ -154,21 +165,24 @@ class BlockFactors:
         ):
             self._of = None
             block, has_slack = _block(dense, linearised, rho, active)
-            lu, swaps, info = scipy.linalg.lapack.dgetrf(block.T, overwrite_a=block is not dense)
-            if info > 0:
-                return _least(_block(dense, linearised, rho, active)[0], rhs)
-            self._factors = lu, swaps
+            answer = self.solve_whole(block, rhs)
             # what slack adds to the block depends on ρ
-            self._of = None if has_slack else (dense, derivative)
-        return np.asarray(scipy.linalg.lapack.dgetrs(*self._factors, rhs, trans=1)[0])
+            self._of = None if has_slack or self._solver is None else (dense, derivative)
+            return answer
+        assert self._solver is not None
+        return self._solver.solve(rhs)
 
-
-def _solved(matrix: Array, rhs: Array) -> Array:
-    """By LU, or the least solution."""
-    try:
-        return np.asarray(np.linalg.solve(matrix, rhs))
-    except np.linalg.LinAlgError:
-        return _least(matrix, rhs)
+    def solve_whole(self, matrix: Array, rhs: Array) -> Array:
+        """matrix⁻¹ rhs (q,), or the least solution."""
+        self._of = None
+        self._solver = self._solver or DenseSolver(petsc().COMM_SELF, "stick_")
+        self._solver.take(matrix)
+        try:
+            return self._solver.solve(rhs)
+        except SingularMatrixError:
+            self._solver.close()
+            self._solver = None
+            return _least(matrix, rhs)
 
 
 def _least(matrix: Array, rhs: Array) -> Array:
@@ -193,8 +207,8 @@ def _block(
 ) -> tuple[Array, bool]:
     """(I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ: from S on them only
     nodes whose Π' is not 0 or 1 change columns."""
-    if _BLOCK is not None and dense.flags.c_contiguous:
-        block = np.empty((len(active), len(active)))
+    if _BLOCK is not None and dense.flags.f_contiguous:
+        block = np.empty((len(active), len(active)), order="F")
         arrays = (
             dense,
             np.ascontiguousarray(linearised.derivative),
@@ -337,7 +351,8 @@ class SurrogateActiveSetSolver:
             dy = np.zeros_like(r)
             if self._surrogate.coupled:
                 active = np.flatnonzero(linearised.active)
-                block, _ = _block(self._surrogate.matrix(), linearised, rho, active)
+                whole = np.asfortranarray(self._surrogate.matrix())
+                block, _ = _block(whole, linearised, rho, active)
                 dy.flat[active] = np.linalg.solve(block, r.ravel()[active])
                 return dy
             for _ in range(r.shape[1]):
