@@ -169,13 +169,6 @@ def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding(
             "petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR"
         )
-    if "scalapack" not in facts["packages"]:
-        yield Finding(
-            "petsc",
-            "warning",
-            "no ScaLAPACK: over several ranks each one factors a copy of the matrix",
-            "for large problems use -ksp_type gmres or a PETSc with ScaLAPACK",
-        )
 
 
 def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:

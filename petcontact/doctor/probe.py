@@ -33,9 +33,7 @@ def petsc_facts() -> dict[str, Any]:
     from petsc4py import PETSc
 
     packages = [
-        name
-        for name in ("scalapack", "mumps", "superlu_dist", "hdf5")
-        if PETSc.Sys.hasExternalPackage(name)
+        name for name in ("mumps", "superlu_dist", "hdf5") if PETSc.Sys.hasExternalPackage(name)
     ]
     return {
         "petsc4py": petsc4py.__version__,

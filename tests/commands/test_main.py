@@ -237,6 +237,25 @@ def test_view_monitor_log_and_help(folder):
     )
 
 
+@pytest.mark.parametrize(
+    "words", [(), ("--adapt", "--accuracy", "1e-2")], ids=["fixed", "adaptive"]
+)
+def test_the_elimination_is_seen_as_what_it_is(folder, words):
+    done = solve(folder, *words, "-elastic_ksp_view", "-mat_view", "::ascii_info")
+    assert done.returncode == 0 and done.stderr.count("PETSc option") == 0, done.stderr
+    text = done.stdout
+    assert "KSP Object: (elastic_) 1 MPI process" in text and "type: petcontact" in text
+    assert text.count("type: seqdense") > text.count("KSP Object")
+    lapack = solve(folder, *words, "--force", "-elastic_ksp_view", "-elastic_pc_type", "lu")
+    assert lapack.returncode == 0 and "type: lu" in lapack.stdout
+
+
+def test_unused_options_are_named_where_a_solve_fails(folder):
+    words = "-elastic_ksp_type", "gmres", "-elastic_pc_type", "none", "-elastic_ksp_max_it", "2"
+    done = solve(folder, *words, "-no_such_option", "7")
+    assert done.returncode == 1 and "PETSc option -no_such_option was not used" in done.stderr
+
+
 def test_options_left_is_petscs_own(folder):
     done = solve(folder, "-options_left", "-no_such_option", "7")
     assert done.returncode == 0 and re.search(

@@ -52,6 +52,7 @@ for n, r in ((n, r) for r in (0, 1, 3, 6) for n in range(max(r, 1), 12)):
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(worst))
 """
+LAPACK = {"pc_type": "lu", "elastic_pc_type": "lu"}
 GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-12, "ksp_gmres_restart": 200}
 
 
@@ -72,10 +73,10 @@ def one_rank():
 
 @pytest.mark.parametrize(
     ("ranks", "options"),
-    [(2, [{}, GMRES, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])],
+    [(2, [{}, GMRES, LAPACK, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])],
 )
 def test_ranks_agree(ranks, options, one_rank):
-    """By LU, by GMRES on the ranks' rows, and with an elastic solve that is iterative; two
+    """By LU of all ranks, by GMRES on their rows, by an LU of each, and with an elastic solve that is iterative; two
     formulations each."""
     scale = max(abs(value) for value in one_rank)
     found = solutions(ranks, json.dumps(options))
@@ -104,7 +105,9 @@ def test_solve_command_under_mpiexec(tmp_path):
         "--set",
         "mesh.element_size=0.2",
         "--no-figures",
+        "-elastic_ksp_view",
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("converged:") == 1
+    assert "type: mpidense" in done.stdout and "type: petcontact" in done.stdout
     assert output.exists()
