@@ -70,7 +70,7 @@ class Tractions:
         self._problem, self._bodies = problem, dict[int, Body]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
-        self._names = {(side.body, side.part): side.name for side in problem.interfaces}
+        self._sides = {side.name: (side.body, side.part) for side in problem.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
         self._pressed = pressed_sides(outlines, problem.interfaces)
         self._places = fading_places(problem)
@@ -90,11 +90,10 @@ class Tractions:
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number]
-        found = {
-            part: self._edges.get(name, [])
-            for (b, part), name in self._names.items()
-            if b == number
-        }
+        found: dict[str, list[Edge]] = {}  # of one part in several contacts those of all
+        for name, (b, part) in self._sides.items():
+            if b == number:
+                found[part] = [*found.get(part, []), *self._edges.get(name, [])]
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
         for k, (side, start) in enumerate(
             zip(body.outline.sides, body.outline.offsets, strict=True)
@@ -117,7 +116,13 @@ class Tractions:
     ) -> list[tuple[float, float]]:
         """Places inside a side that meshes are graded to, with the smallest elements there: where
         corners press or the gap is rough, and edges that are not one with these or with an end."""
-        corners = [(s, self._size_at(s, edges, level, body)) for s in pressing]
+        corners = list[tuple[float, float]]()
+        for s in sorted(
+            pressing
+        ):  # two contacts of a part may jump at one place, but for round-off
+            size = self._size_at(s, edges, level, body)
+            if not corners or s - corners[-1][0] > size:
+                corners.append((s, size))
         inside = [(s, max(level.edge * width, FINEST * body.scale)) for s, width in edges]
         inside = [
             (s, size)
@@ -146,7 +151,7 @@ class Tractions:
             self.differences.append(self._apart.inside)
         self._last, self._level = [solution], level
         finest = {
-            name: FINEST * self._bodies[body].scale for (body, _), name in self._names.items()
+            name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
         self._edges = found_edges(solution, level.edge, finest)
 
