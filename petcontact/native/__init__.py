@@ -26,7 +26,7 @@ import numpy as np
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x707C027A
+INTERFACE = 0x2AC397FE
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
 FILLER = "pipippp"

@@ -116,6 +116,7 @@ SMALLEST = {
     "benchmark_methods.py": "--quick",
     "benchmark_space": "--quick",
     "benchmark_hertz": "--quick",
+    "benchmark_rings": "",
     "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0",
     "mutate": "--list",

@@ -23,6 +23,13 @@ TOLERANCE = 1e-9
 """Relative error of quadrature where none is asked for."""
 ORDERS, MOST, RULES = 6, 64, 12
 """Of native/revolution/elements.h."""
+LOADS = ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))
+"""Component of u and of the load that each row has, of native/revolution/ring.h."""
+STRESSES = (
+    *((0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1)),
+    *((4, 2), (5, 2)),
+)
+"""Component of stress (rr, zz, rz, θθ, rθ, zθ) and of the load, of native/revolution/stress.h."""
 COUNTS = (24, 19, 15, 12, 10, 8, 7, 6, 5, 4, 3)
 """Gauss points from afar."""
 GUARD = 1.5
@@ -31,14 +38,16 @@ kernels are larger than 1."""
 
 
 @functools.cache
-def _quadrature(tolerance: float) -> Array:
+def _quadrature(tolerance: float, of_stress: bool) -> Array:
     """A struct Quadrature.
 
     With the target on the ellipse of half axes a and b around an element, n Gauss points leave
-    (a+b)^(p-2n). The points of panels near a target are those that kept the digits D of 400 random
-    pairs: 2D+2 on the element itself, D + D/6 arsinh(length/distance) beside it, D+3 on the others.
+    (a+b)^(p-2n). The points of panels near a target are those that kept D digits of 400 random
+    pairs: 2D+2 on the element itself, p + D - 3 + D/6 arsinh(length/distance) beside it, D+3 on
+    panels further off. Stress varies like 1/distance²: from near it is integrated to round-off,
+    from afar to two digits more.
     """
-    digits = -math.log10(tolerance)
+    digits = -math.log10(tolerance) + 2.0 * of_stress
     numbers, points = np.zeros(ORDERS), np.zeros((2, ORDERS, RULES))
     for order in range(ORDERS):
         counts = np.array([count for count in COUNTS if count >= order // 2 + 2])
@@ -49,10 +58,22 @@ def _quadrature(tolerance: float) -> Array:
             add_points(rule_of(order), order, count)
     table = np.zeros((MOST + 1, 2, MOST))
     for count in range(1, MOST + 1):
-        x, weight = gauss(count - 1)
-        table[count, :, :count] = 0.5 + 0.5 * x, 0.5 * weight
-    near = [math.ceil(2.0 * digits + 2.0), digits, digits / 6.0, math.ceil(digits + 3.0)]
+        table[count, :, :count] = _gauss(count)
+    near = [math.ceil(2.0 * digits + 2.0), digits - 3.0, digits / 6.0, math.ceil(digits + 3.0)]
+    near = [20.0, 22.0, 3.0, 18.0] if of_stress else near
     return np.concatenate([numbers, points.ravel(), near, table.ravel()])
+
+
+def _gauss(count: int) -> tuple[Array, Array]:
+    """Gauss points in (0, 1) and weights to the last digit; numpy's lose two from 40 points on."""
+    x = gauss(count - 1)[0].astype(np.longdouble)
+    for _ in range(2):
+        below, value = np.ones_like(x), x
+        for k in range(2, count + 1):
+            below, value = value, ((2 * k - 1) * x * value - (k - 1) * below) / k
+        slope = count * (below - x * value) / (1 - x * x)
+        x = x - value / slope
+    return (0.5 + 0.5 * x).astype(np.float64), (1 / ((1 - x * x) * slope**2)).astype(np.float64)
 
 
 @functools.cache
@@ -66,9 +87,10 @@ def _arc_points(order: int, angle: float, tolerance: float) -> int:
 
 
 def _curve(
-    of: CurveMesh | Elements, index: Index, nu: float, unit: float, tolerance: float, d: int
+    of: CurveMesh | Elements, index: Index, kernel: Any, of_stress: bool = False
 ) -> list[Any]:
     """Members of a struct Curve."""
+    tolerance = kernel.tolerance or TOLERANCE
     angle = np.abs(half_angles(np.hypot(*(of.end - of.start).T), of.curvature))
     order = np.broadcast_to(of.order, len(index))
     steps = np.ceil(64.0 * angle) / 64.0  # a few values for all arcs
@@ -76,39 +98,57 @@ def _curve(
         _arc_points(p, a, tolerance) if a else 0
         for p, a in zip(order.tolist(), steps.tolist(), strict=True)
     ]
-    plane = element_members(of, index, nu, unit, 1.0 / unit)
-    return [*plane, np.array(least, dtype=np.int64), _quadrature(tolerance), d]
+    unit = kernel.unit_length
+    plane = element_members(of, index, kernel.poisson_ratio, unit, 1.0 / unit)
+    quadrature = _quadrature(tolerance, of_stress)
+    return [*plane, np.array(least, dtype=np.int64), quadrature, kernel.dim]
 
 
-def ring_integrals(
-    targets: Targets, elements: Elements, nu: float, unit: float, tolerance: float, d: int
+def _fill(
+    name: str, targets: Targets, elements: Elements, curve: list[Any], shape: tuple[int, ...]
 ) -> tuple[Array, Array]:
-    """G and H as `bem.kernel.Kernel.integrals`, (d, d, n(p+1), m)."""
-    shape = d, d, len(elements.index) * (elements.order + 1), len(targets.line)
-    kernel_g, kernel_h = np.zeros(shape), np.zeros(shape)
-    curve = native.Record(*_curve(elements, elements.index, nu, unit, tolerance, d))
-    points = native.Record(*point_members(targets))
-    integrate = native.function("petcontact_ring_integrals", "pipipp")
+    """Two kernels, each (*shape, n(p+1), m), by a function of C."""
+    n, m = len(elements.index), len(targets.line)
+    result = np.zeros((2, *shape, n * (elements.order + 1), m))
+    integrate = native.function(name, "pipipp")
     assert integrate is not None
-    integrate(
-        curve.address,
-        len(elements.index),
-        points.address,
-        shape[3],
-        native.pointer(kernel_g),
-        native.pointer(kernel_h),
-    )
-    return kernel_g, kernel_h
+    records = native.Record(*curve), native.Record(*point_members(targets))
+    first, second = (native.pointer(part) for part in result)
+    integrate(records[0].address, n, records[1].address, m, first, second)
+    return result[0], result[1]
+
+
+def ring_integrals(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
+    """G and H as `bem.kernel.Kernel.integrals`, (d, d, n(p+1), m)."""
+    curve = _curve(elements, elements.index, kernel)
+    return _fill("petcontact_ring_integrals", targets, elements, curve, (kernel.dim, kernel.dim))
+
+
+def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
+    """D and S, (10, n(p+1), m): rows by component of stress and of load as `STRESSES` says."""
+    curve = _curve(elements, elements.index, kernel, of_stress=True)
+    return _fill("petcontact_ring_stress", targets, elements, curve, (len(STRESSES),))
+
+
+def ring_forces(x: Array, at: Array, nu: float) -> tuple[Array, Array]:
+    """2µ u (5, m) and stress (10, m) at points (m, 2) by forces 1 on the ring through a point (2,),
+    rows by `LOADS` and `STRESSES`."""
+    result = np.empty((len(LOADS) + len(STRESSES), len(x)))
+    forces = native.function("petcontact_ring_forces", "ipdddp")
+    assert forces is not None
+    points = native.contiguous(x)
+    forces(len(x), native.pointer(points), *at.tolist(), nu, native.pointer(result))
+    result /= 16.0 * np.pi**2 * (1.0 - nu)
+    return result[: len(LOADS)], result[len(LOADS) :]
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a kernel of rings."""
     every = np.arange(mesh.n_elements)
-    tolerance = kernel.tolerance or TOLERANCE
     return CompiledFiller(
         "petcontact_ring_columns",
         [
-            *_curve(mesh, every, kernel.poisson_ratio, kernel.unit_length, tolerance, kernel.dim),
+            *_curve(mesh, every, kernel),
             *point_members(mesh.targets(slice(None))),
             native.contiguous(mesh.first_node, np.int64),
         ],

@@ -111,27 +111,30 @@ typedef struct { /* points of a panel of quadrature: s - ξ and weights, filled 
 
 /* What is left of rings less planes behaves like ln|s-ξ| on the element itself: fifth powers of the points of Gauss; near it the
    sinh of them, `scale` being the distance over half the length. */
-INLINE Panel panel_of(const Quadrature *q, double base, double side, double from, double to, double scale, int own)
+INLINE Panel panel_of(const Quadrature *q, int order, double base, double side, double from, double to, double scale, int own)
 {
     Panel p;
-    const double size = to - from, reach = area_sinh(to / scale), wanted = ceil(q->near + q->slope * reach);
+    const double size = to - from, reach = area_sinh(to / scale), wanted = ceil(q->near + order + q->slope * reach);
     const int first = from == 0.0, n = (int)(!first ? q->rest : own ? q->own : wanted < MOST ? wanted : MOST);
     const double *x = q->gauss[n][0], *w = q->gauss[n][1];
     p.count = n;
-    for (int i = 0; i < n; i++) {
-        double at = from + size * x[i], weight = size * w[i];
-        if (first && own) {
-            const double fourth = x[i] * x[i] * (x[i] * x[i]);
-            at *= fourth;
-            weight *= 5.0 * fourth;
-        } else if (first) {
-            const double grown = power_of_e(reach * x[i]), shrunk = 1.0 / grown;
-            at = 0.5 * scale * (grown - shrunk);
-            weight = 0.5 * scale * reach * w[i] * (grown + shrunk);
+    if (!first)
+        for (int i = 0; i < n; i++) {
+            p.offset[i] = base + side * (from + size * x[i]);
+            p.weight[i] = size * w[i];
         }
-        p.offset[i] = base + side * at;
-        p.weight[i] = weight;
-    }
+    else if (own)
+        for (int i = 0; i < n; i++) {
+            const double fourth = x[i] * x[i] * (x[i] * x[i]);
+            p.offset[i] = base + side * size * x[i] * fourth;
+            p.weight[i] = 5.0 * size * w[i] * fourth;
+        }
+    else
+        for (int i = 0; i < n; i++) {
+            const double grown = power_of_e(reach * x[i]), shrunk = 1.0 / grown;
+            p.offset[i] = base + side * (0.5 * scale * (grown - shrunk));
+            p.weight[i] = 0.5 * scale * reach * w[i] * (grown + shrunk);
+        }
     for (int i = n; i < n + LANES; i++) {
         p.offset[i] = p.offset[n - 1];
         p.weight[i] = 0.0;

@@ -49,10 +49,10 @@ INLINE void elliptic_moments(Vector d, Vector b, int last, Moments *out)
     for (double power = 1.0; power < 65536.0; power *= 2.0) { /* rest = s - Σ 2^(n-1) c_n², c_0² = 2b */
         const Vector c = 0.5 * (mean - root), next = 0.5 * (mean + root);
         rest -= power * c * c;
-        double wide = 0.0;
-        for (int i = 0; i < LANES; i++)
-            wide = c[i] > 1e-9 * next[i] ? 1.0 : wide;
-        if (wide == 0.0) {
+        int wide = power < 8.0; /* it takes four steps at least */
+        for (int i = 0; !wide && i < LANES; i++)
+            wide = c[i] > 1e-9 * next[i];
+        if (!wide) {
             mean = next;
             break;
         }
@@ -95,16 +95,16 @@ INLINE void moments_of(const Rings *p, int last, Moments *out)
         some |= slim[i];
         all &= slim[i];
     }
-    if (some)
-        angular_moments(d, b, last, out);
-    if (all)
+    if (!all)
+        elliptic_moments(d, b, last, out);
+    if (!some)
         return;
     Moments found;
-    elliptic_moments(d, b, last, &found);
+    angular_moments(d, b, last, &found);
     for (int k = 0; k <= last; k++)
         for (int n = 0; n <= k + 1; n++)
             for (int i = 0; i < LANES; i++)
-                out->m[n][k][i] = some && slim[i] ? out->m[n][k][i] : found.m[n][k][i];
+                out->m[n][k][i] = slim[i] ? found.m[n][k][i] : out->m[n][k][i];
 }
 
 enum { RR, RZ, ZR, ZZ, TT, KINDS }; /* component at the point, component at the ring */

@@ -54,3 +54,84 @@ def test_rigid_motions_along_and_about_the_axis(pieces):
     if pieces is not BALL:  # r is linear on sides
         u[:, 1], u[:, 2] = 0.0, targets.point[:, 0]
         assert np.abs(residual(g, h, u, 0.0 * u)).max() < 1e-9
+
+
+LAME, MU = (0.3, 0.7), 0.5 / (1.0 + NU)
+
+
+def cylinder(x, n):
+    """Lamé's field u_r = A r + B/r of a tube without strain along it."""
+    (a, b), bulk, r = LAME, NU / (1.0 - 2.0 * NU) * 2.0 * LAME[0], x[:, 0]
+    radial, axial = 2.0 * MU * (a - b / r**2 + bulk), 2.0 * MU * bulk
+    u = np.stack([a * r + b / r, 0.0 * r], axis=1)
+    return u, np.stack([radial * n[:, 0], axial * n[:, 1]], axis=1)
+
+
+def sphere(x, n):
+    """Lamé's field u_ρ = A ρ + B/ρ² about the origin."""
+    (a, b), rho = LAME, np.hypot(*x.T)[:, None]
+    radial = 2.0 * MU * (a * (1.0 + NU) / (1.0 - 2.0 * NU) - 2.0 * b / rho**3)
+    hoop = 2.0 * MU * (a * (1.0 + NU) / (1.0 - 2.0 * NU) + b / rho**3)
+    along = np.einsum("nd,nd->n", x, n)[:, None] / rho**2 * x
+    return (a + b / rho**3) * x, radial * along + hoop * (n - along)
+
+
+SHELL = [((1, 0), (2, 0), 0.0), ((2, 0), (0, 2), 0.5), ((0, 1), (1, 0), -1.0)]
+
+
+@pytest.mark.parametrize(
+    ("pieces", "field", "n", "at_most"), [(PLATE, cylinder, 3, 2e-6), (SHELL, sphere, 4, 4e-6)]
+)
+def test_lame_by_collocation(pieces, field, n, at_most):
+    """Displacements at all nodes from tractions of the exact field, and from these the inside."""
+    elements, targets, normal = curve(pieces, 4, n)
+    exact_u, exact_t = field(targets.point, normal)
+    found = TwistedRingKernel(Material(young_modulus=1.0, poisson_ratio=NU), 1.0)
+    g, h = (part[:2, :2] for part in found.integrals(targets, elements))
+    m = len(targets.xi)
+    matrix = h.transpose(3, 0, 2, 1).reshape(2 * m, 2 * m) + 0.5 * np.eye(2 * m)
+    load = np.einsum("ijkm,kj->mi", g, exact_t / (2.0 * MU)).ravel()
+    # the rigid motion along z is free
+    mean = np.tile([0.0, 1.0], m)
+    u = np.linalg.lstsq(np.vstack([matrix, mean]), np.append(load, exact_u[:, 1].sum()), rcond=None)
+    u = u[0].reshape(m, 2)
+    assert np.abs(u - exact_u).max() < at_most * np.abs(exact_u).max()
+    inside = np.array([[1.2, 0.3], [1.4, 0.6], [1.0, 1.2]])[: 2 if field is cylinder else 3]
+    nowhere = np.full(len(inside), -1)
+    points = Targets(inside, nowhere, nowhere, np.zeros(len(inside)))
+    data = [np.column_stack([v, np.zeros(m)]) for v in (u, exact_t / (2.0 * MU))]
+    moved, stress, wound = found.field(points, elements, *data)
+    np.testing.assert_allclose(wound, 1.0, atol=1e-8)
+    np.testing.assert_allclose(moved[:, :2], field(inside, inside)[0], atol=1e-5)
+    for n, components in (([1.0, 0.0], (0, 2)), ([0.0, 1.0], (2, 1))):
+        traction = field(inside, np.tile(n, (len(inside), 1)))[1] / (2.0 * MU)
+        np.testing.assert_allclose(stress[:, components], traction, atol=1e-5)
+    hoop = NU * (stress[:, 0] + stress[:, 1]) + (1.0 + NU) * moved[:, 0] / inside[:, 0]
+    np.testing.assert_allclose(stress[:, 3], hoop, atol=1e-5)
+
+
+def test_forces_of_rings():
+    """Whole forces: a small ring is Kelvin's point force; far forces spread evenly on a ring do what
+    elements of rings do."""
+    solution = kernel()
+    x = np.array([[0.4, 0.3], [0.0, 0.5], [2.0, -1.0]])
+    axial = np.array([[0.0, 3.0, 0.0]])
+    on_axis = solution.point_displacement(x, np.array([[0.0, 0.0]]), axial)
+    rho = np.hypot(*x.T)
+    factor = 3.0 / (16.0 * np.pi * MU * (1.0 - NU) * rho)
+    np.testing.assert_allclose(on_axis[:, 0], factor * x[:, 0] * x[:, 1] / rho**2, atol=1e-15)
+    kelvin = factor * (3.0 - 4.0 * NU + x[:, 1] ** 2 / rho**2)
+    np.testing.assert_allclose(on_axis[:, 1], kelvin, rtol=1e-13)
+    assert np.abs(on_axis[:, 2]).max() == 0.0
+    # a short element of constant traction, and the ring in its middle
+    elements, _, _ = curve([((1.0, 0.0), (1.0, 1e-4), 0.0)], 0, 1)
+    nowhere = np.full(len(x), -1)
+    targets = Targets(x, nowhere, nowhere, np.zeros(len(x)))
+    g, _ = solution.integrals(targets, elements)
+    by_t, _ = solution.stress_integrals(targets, elements)
+    at, force = np.array([[1.0, 5e-5]]), 2.0 * np.pi * 1e-4
+    for j, unit in enumerate(np.eye(3)):
+        u = solution.point_displacement(x, at, force * unit[None])
+        np.testing.assert_allclose(2.0 * MU * u.T, g[:, j, 0], rtol=0.0, atol=1e-12)
+        stress = solution.point_stress(x, at, force * unit[None])
+        np.testing.assert_allclose(stress.T, by_t[:, j, 0], rtol=0.0, atol=1e-12)
