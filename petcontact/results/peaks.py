@@ -27,8 +27,11 @@ from .unbounded import Unbounded, unbounded_places
 
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
-ROUND_OFF = 1e-13
-"""Stress, over E times displacement over the size of the body, that is none."""
+NOTHING = 1e-6
+"""Stress, over the largest component in the body, that is none: ten times the defect up to which
+the boundary integral equations are taken for solved."""
+MORE = 1e-3
+"""Share by which a stress inside is more than all on the surface, to be named besides."""
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
 """Of samples below a contact, over half its width. The largest von Mises stress of a frictionless
 line contact lies at 0.70 (ν = 0.3), of a round one at 0.48; friction brings it nearer."""
@@ -108,7 +111,7 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
         ((p, s) for p, s in peaks if not p.part), key=lambda both: _value(both[0]), default=None
     )
     top = below[1].top(key, below[0]) if below else None
-    if top and surface and top.value <= surface.value:
+    if top and surface and top.value <= (1.0 + MORE) * surface.value:
         top = None
     unbounded = {
         (some.body, place.sides): (some.body, place)
@@ -142,9 +145,7 @@ class _Samples:
         reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
         away = [np.linalg.norm(self._x - place.x, axis=1) for place in places]
         self._beside = np.any([distance < reach for distance in away], axis=0) if away else away
-        u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
-        size = float(np.ptp(mesh.x, axis=0).max())
-        self._least = ROUND_OFF * material.young_modulus * float(np.abs(u).max()) / size
+        self._least = NOTHING * float(np.nanmax(np.abs(boundary.components), initial=0.0))
 
     def peaks(self, key: str) -> Iterator[StressPeak]:
         """The largest on the boundary and inside, off the hills of unbounded places."""
@@ -172,6 +173,8 @@ class _Samples:
     def top(self, key: str, peak: StressPeak) -> StressPeak | None:
         """The top near a sample; None where the way up leads to a place without a bound."""
         d, value, place = len(peak.place), peak.value, peak.place
+        if value <= self._least:
+            return peak
         ways = np.array(np.meshgrid(*[[-1.0, 0.0, 1.0]] * d)).reshape(d, -1).T
         step = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
         for _ in range(CLIMBS):
