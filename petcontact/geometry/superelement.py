@@ -7,18 +7,41 @@ holds.
 
 from __future__ import annotations
 
+import math
+import re
 import zipfile
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
 from ..frozen import frozen
+from ..stored import Stored, check_declared, checked, demand_unique, foreign
 
 LARGEST = 16_000_000_000
 """Bytes of the arrays."""
+SCHEMA = {
+    "points": Stored("p d", low=-LARGEST_COORDINATE, high=LARGEST_COORDINATE),
+    "elements": Stored("e c", "i", -1),
+    "part": Stored("e", "i", 0),
+    "part_names": Stored("names", "U"),
+    "stiffness": Stored("d*p d*p"),
+    "force": Stored("d*p|K d*p"),
+    "compliance": Stored("d*n d*n"),
+    "u_0": Stored("n d|K n d"),
+    "modes": Stored("n d r"),
+    "resultant": Stored("r|K r"),
+    "order": Stored("e", "i", 0, 5),
+    "curvature": Stored("e"),
+    "line": Stored("e", "i"),
+    "side_start": Stored("e", low=-LARGEST_COORDINATE, high=LARGEST_COORDINATE),
+    "unit_length": Stored("", low=1.0 / LARGEST_COORDINATE, high=LARGEST_COORDINATE),
+    "middles": Stored("e 5", "i", -1),
+}
+"""Arrays that are read, those first whose sizes others have."""
+NOT_IN_A_PART = re.compile(r"[./]")
 SYMMETRIC = 1e-6
 """Difference of a stiffness from its transpose, over its largest entry, that is taken for round-off
 of who made it."""
@@ -109,52 +132,57 @@ def read_superelement(path: str | Path) -> CondensedSurface:
     InputError
         If the file cannot be read, or an array is missing, not finite or of another shape.
     """
-    arrays = _loaded(Path(path))
-    for name in ("points", "elements"):
-        if name not in arrays:
-            raise InputError(f"{path}: has no array {name!r}; it has {', '.join(arrays) or 'none'}")
+    with foreign(path):
+        arrays = _loaded(Path(path))
     points, elements = arrays.pop("points"), arrays.pop("elements")
-    if points.ndim != 2 or points.shape[1] not in (2, 3) or elements.ndim != 2 or not len(elements):
-        raise InputError(
-            f"{path}: points must be (p, 2) or (p, 3) and elements (e, 2), (e, 3) or (e, 4), "
-            f"got {points.shape} and {elements.shape}"
-        )
     (p, d), e = points.shape, len(elements)
-    if elements.shape[1] not in {2: (2,), 3: (3, 4)}[d]:
+    if elements.shape[1] not in {2: (2,), 3: (3, 4)}.get(d, ()) or not e:
         raise InputError(
-            f"{path}: elements: faces in {d} dimensions have {2 if d == 2 else '3 or 4'} points, "
-            f"got {elements.shape[1]}"
+            f"{path}: points must be (p, 2) or (p, 3) and elements (e, 2), in space (e, 3) or "
+            f"(e, 4), got {points.shape} and {elements.shape}"
         )
     if d == 3 and elements.shape[1] == 3:
         elements = np.column_stack([elements, np.full(e, -1)])
     real = elements[:, :2] if d == 2 else elements[:, :3]
-    if (
-        elements.dtype.kind not in "iu"
-        or real.min() < 0
-        or elements.max() >= p
-        or elements.min() < -1
-    ):
+    if real.min() < 0 or elements.max() >= p:
         raise InputError(f"{path}: elements: must be numbers of points, 0 to {p - 1}")
-    names = tuple(str(name) for name in arrays.pop("part_names", np.array(["contact"])))
+    demand_unique(f"{path}: elements", np.sort(elements, axis=1))
+    following = points[np.where(elements < 0, elements[:, :1], elements)]
+    sides = np.linalg.norm(following - np.roll(following, -1, axis=1), axis=2)[elements >= 0]
+    if not sides.min() >= 1.0 / LARGEST_COORDINATE:
+        raise InputError(f"{path}: elements: a side has no length")
+    names = tuple(arrays.pop("part_names", np.array(["contact"])).tolist())
+    demand_unique(f"{path}: part_names", np.array(names))
+    if any(map(NOT_IN_A_PART.search, names)):
+        raise InputError(f"{path}: part_names: a name has no dot and no slash")
     part = arrays.pop("part", np.zeros(e, dtype=np.int64))
-    if (
-        part.shape != (e,)
-        or part.dtype.kind not in "iu"
-        or part.min() < 0
-        or part.max() >= len(names)
-    ):
+    if part.max() >= len(names):
         raise InputError(
             f"{path}: part: must be {e} numbers of the {len(names)} names in part_names"
         )
-    if ("stiffness" in arrays) == ("compliance" in arrays):
-        raise InputError(f"{path}: needs either an array 'stiffness' or an array 'compliance'")
-    whole = (elements.astype(np.int64), part.astype(np.int64))
-    surface = CondensedSurface(str(path), points.astype(float), *whole, names, arrays)
+    surface = CondensedSurface(str(path), points, elements, part, names, arrays)
     if "stiffness" in arrays:
         _check_stiffness(surface)
+    _check_compliance(surface, sides)
     if "middles" in arrays:
         _check_middles(surface)
     return surface
+
+
+def _check_compliance(surface: CondensedSurface, sides: Array) -> None:
+    """What is beside a compliance, and that a traction moves its own node its own way."""
+    arrays, where = surface.arrays, surface.source
+    if "compliance" not in arrays:
+        return
+    if not np.all(np.diag(arrays["compliance"]) > 0.0):
+        raise InputError(f"{where}: compliance: must be positive on its diagonal")
+    turn = np.abs(arrays.get("curvature", np.zeros(1))) * (sides[::2] if surface.dim == 2 else 0.0)
+    if turn.max() > 2.0:
+        raise InputError(f"{where}: curvature: a circle's radius is at least half of a chord")
+    if "modes" in arrays and not np.all(np.any(arrays["modes"], axis=(0, 1))):
+        raise InputError(f"{where}: modes: one moves nothing")
+    if "resultant" in arrays and "modes" not in arrays:
+        raise InputError(f"{where}: resultant: is along modes, which are not there")
 
 
 def _check_middles(surface: CondensedSurface) -> None:
@@ -178,28 +206,36 @@ def _check_middles(surface: CondensedSurface) -> None:
         )
 
 
-def _loaded(path: Path) -> dict[str, Array]:
-    """The arrays of a file, none of which is larger than it may be, or no number."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if sum(item.file_size for item in archive.infolist()) > LARGEST:
-                raise InputError(f"{path}: larger than {LARGEST:.0e} bytes")
-        with np.load(path, allow_pickle=False) as file:
-            arrays: dict[str, Array] = {name: file[name] for name in file.files}
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or 'damaged'})") from None
-    except (ValueError, zipfile.BadZipFile, KeyError) as error:
-        raise InputError(
-            f"{path}: is no .npz file of plain arrays ({' '.join(str(error).split())[:80]})"
-        ) from None
-    for name, values in arrays.items():
-        if values.dtype.kind not in ("U" if name == "part_names" else "iuf") or (
-            values.dtype.kind == "f" and not np.isfinite(values).all()
-        ):
-            raise InputError(
-                f"{path}: array {name!r} must hold "
-                f"{'text' if name == 'part_names' else 'finite numbers'}"
-            )
+def _loaded(path: Path) -> dict[str, Any]:
+    """The arrays of a file that the schema names; what they declare is checked before they are
+    read."""
+    arrays, sizes = dict[str, Any](), dict[str, int]()
+    with zipfile.ZipFile(path) as archive:
+        entries = archive.namelist()
+        known = [name for name in SCHEMA if f"{name}.npy" in entries]
+        for name in ("points", "elements"):
+            if name not in known:
+                raise InputError(
+                    f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}"
+                )
+        if ("stiffness" in known) == ("compliance" in known):
+            raise InputError(f"{path}: needs either an array 'stiffness' or an array 'compliance'")
+        for name in known:
+            file, wanted = f"{name}.npy", SCHEMA[name]
+            if entries.count(file) > 1:
+                raise InputError(f"{path}: {name}: is there twice")
+            info = archive.getinfo(file)
+            with archive.open(info) as stream:
+                version = np.lib.format.read_magic(stream)
+                header = np.lib.format._read_array_header(stream, version)  # type: ignore[attr-defined]
+                shape, dtype = header[0], header[2]
+                check_declared(f"{path}: {name}", shape, dtype.kind, wanted, sizes)
+                size = math.prod(shape) * dtype.itemsize
+                if size != info.file_size - stream.tell() or size > LARGEST:
+                    raise InputError(f"{path}: damaged ({name} declares {size} bytes)")
+            with archive.open(info) as stream:
+                values = np.lib.format.read_array(stream, allow_pickle=False)
+                arrays[name] = checked(f"{path}: {name}", values, wanted)
     return arrays
 
 
@@ -207,8 +243,15 @@ def _check_stiffness(surface: CondensedSurface) -> None:
     stiffness, size = surface.arrays["stiffness"], surface.points.size
     expect(surface, "stiffness", (size, size))
     largest = float(np.abs(stiffness).max(initial=0.0))
-    if largest == 0.0 or np.abs(stiffness - stiffness.T).max() > SYMMETRIC * largest:
+    if (
+        largest * LARGEST_COORDINATE < 1.0
+        or np.abs(stiffness - stiffness.T).max() > SYMMETRIC * largest
+    ):
         raise InputError(f"{surface.source}: stiffness must be symmetric and other than zero")
+    if np.diag(stiffness).min() < 0.0:
+        raise InputError(
+            f"{surface.source}: stiffness must be positive semi-definite; its diagonal is not"
+        )
     used = surface.elements[surface.elements >= 0]
     loose = np.setdiff1d(np.arange(len(surface.points)), used)
     if len(loose):

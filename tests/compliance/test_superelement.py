@@ -304,13 +304,24 @@ def block_file(path, **changes):
         ({"points": None}, "has no array 'points'"),
         ({"stiffness": np.ones((4, 4))}, "stiffness: must have shape \\(6, 6\\), has \\(4, 4\\)"),
         ({"stiffness": np.triu(np.ones((6, 6)))}, "stiffness must be symmetric"),
-        ({"stiffness": np.full((6, 6), np.nan)}, "array 'stiffness' must hold finite numbers"),
+        ({"stiffness": np.full((6, 6), np.nan)}, "stiffness: must hold numbers from"),
         ({"stiffness": -np.eye(6)}, "positive semi-definite"),
         ({"elements": np.array([[0, 9]])}, "elements: must be numbers of points, 0 to 2"),
         ({"elements": np.array([[0, 1]])}, "point 2 belongs to no element"),
         ({"part": np.array([0, 1])}, "must be 2 numbers of the 1 names"),
         ({"middles": np.zeros((2, 5), dtype=int)}, "middles: must be numbers of points"),
-        ({"force": np.ones(4)}, "force: must have shape \\(6,\\) or \\(2, 6\\)"),
+        ({"force": np.ones(4)}, "force: must have shape \\(6,\\), has"),
+        ({"part_names": np.array(["a\0b"])}, "is no name"),
+        ({"part_names": np.array(["a", "a"])}, "the same is there twice"),
+        ({"elements": np.array([[0, 1], [1, 0]])}, "the same is there twice"),
+        ({"points": np.zeros((3, 2))}, "a side has no length"),
+        ({"points": np.ones((3, 2), np.longdouble)}, "numbers of 128 bits"),
+        ({"stiffness": None, "compliance": -np.eye(8)}, "positive on its diagonal"),
+        ({"order": np.array([99, 1])}, "order: must hold numbers from 0 to 5"),
+        (
+            {"stiffness": None, "compliance": np.eye(8), "curvature": np.full(2, 1e9)},
+            "curvature: a circle's radius",
+        ),
     ],
 )
 def test_a_file_that_says_something_else_is_refused_in_one_line(changes, told, tmp_path):
@@ -326,10 +337,11 @@ def test_a_file_that_says_something_else_is_refused_in_one_line(changes, told, t
 
 def test_files_run_no_code_and_are_files(tmp_path):
     (tmp_path / "evil.npz").write_bytes(pickle.dumps([1, 2]))
-    np.savez(tmp_path / "objects.npz", points=np.array([{}, []], dtype=object))
+    points, others = np.array([{}, []], dtype=object), np.zeros((1, 2))
+    np.savez(tmp_path / "objects.npz", points=points, elements=others, stiffness=others)
     for name, told in (
-        ("evil.npz", "is no .npz file"),
-        ("objects.npz", "is no .npz file"),
+        ("evil.npz", r"evil\.npz: damaged \(File is not a zip file"),
+        ("objects.npz", "points: must hold real numbers"),
         ("none.npz", "cannot be read"),
         (".", "is no regular file|not a regular file|is not a file|must be a"),
     ):

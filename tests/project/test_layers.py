@@ -12,6 +12,7 @@ from import_graph import ImportGraph
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
     "errors frozen arrays native manual",
+    "stored",
     "reference runtime geometry compression",
     "linalg model",
     "mesh contact",
