@@ -39,7 +39,7 @@ class Stored:
     low, high : float
         Bounds of finite numbers.
     infinite : bool
-        Whether it may be infinite, too.
+        Whether it may be +∞, too.
     """
 
     shape: str
@@ -128,7 +128,9 @@ def checked(name: str, values: Any, wanted: Stored) -> Any:
             wanted.high,
         )
     )
-    inside = (values >= low) & (values <= high) | (np.isinf(values) if wanted.infinite else False)
+    inside = (values >= low) & (values <= high) | (
+        np.isposinf(values) if wanted.infinite else False
+    )
     if not inside.all():
         bad = values[~inside].flat[0]
         raise InputError(f"{name}: must hold numbers from {low:g} to {high:g}, has {bad:g}")

@@ -7,12 +7,15 @@ from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
 from ..frozen import frozen
 from ..model.base import regular_file
 
 LARGEST = 500_000_000
 """Bytes."""
+MOST = 10_000_000
+"""Numbers that a set of a file of LARGEST bytes may name: a line of data each."""
 FACES: dict[int, tuple[tuple[int, ...], ...]] = {
     3: ((0, 1), (1, 2), (2, 0)),
     4: ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -155,6 +158,12 @@ def _take(found: InpFile, keyword: Keyword) -> None:
             int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
             for row in keyword.rows
         }
+        for number, place in rows.items():
+            if not all(abs(x) <= LARGEST_COORDINATE for x in place):
+                raise InputError(
+                    f"{found.path}: line {keyword.line}: *NODE: node {number} has coordinates that "
+                    f"are not finite, or larger than {LARGEST_COORDINATE:g}"
+                )
         _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
         found.nodes |= rows
         _extend(found.nsets, keyword.parameters.get("NSET"), list(rows))
@@ -165,8 +174,13 @@ def _take(found: InpFile, keyword: Keyword) -> None:
         numbers: list[int] = []
         for row in keyword.rows:
             if "GENERATE" in keyword.parameters:
-                first, last, step = (int(word) for word in (*row, "1")[:3])
-                numbers += range(first, last + 1, step)
+                generated = range(*_ends(row))
+                if len(generated) > MOST:
+                    raise InputError(
+                        f"{found.path}: line {keyword.line}: *{keyword.name}: {len(generated)} "
+                        f"numbers; {MOST:.0e} at most are made"
+                    )
+                numbers += generated
             else:
                 for word in row:
                     numbers += (
@@ -175,6 +189,12 @@ def _take(found: InpFile, keyword: Keyword) -> None:
         _extend(sets, keyword.parameters.get(keyword.name), numbers)
     else:
         found.rest.append(keyword)
+
+
+def _ends(row: list[str]) -> tuple[int, int, int]:
+    """First, last + 1 and step of numbers that are generated."""
+    first, last, step = (int(word) for word in (*row, "1")[:3])
+    return first, last + 1, step
 
 
 def _elements(found: InpFile, keyword: Keyword) -> list[int]:

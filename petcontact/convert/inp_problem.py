@@ -75,7 +75,8 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         data["step"] = _steps(reader, bodies)
     uncovered = [name for name in reader.held[-1] if name not in taken]
     result.notes += [
-        f"*BOUNDARY: {name} covers no face of a body that is not in contact; not taken"
+        f"*BOUNDARY: {name} ({count(file.node_numbers(name), 'node')}) covers no face of a body "
+        f"that is not in contact; not taken"
         for name in uncovered
     ]
     result.notes += _unused(reader, parts)
@@ -119,7 +120,7 @@ def _pairs(reader: Statements, owner: dict[str, list[str]]) -> list[dict[str, An
             "secondary": ends[0][0],
             "primary": ends[1][0],
         }
-        if pair["kind"] == "TIE":
+        if pair["kind"] == "TIE" or pair["interaction"] in reader.tied:
             table["normal"] = "bonded"
         elif pair["interaction"] in reader.friction:
             table |= reader.friction[pair["interaction"]]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
@@ -28,7 +31,6 @@ SILENT = {
     "PREPRINT",
     "CONTROLS",
     "MONITOR",
-    "SURFACE BEHAVIOR",
     "PHYSICAL CONSTANTS",
     "PRINT",
 }
@@ -39,6 +41,10 @@ CHANGING: dict[str, tuple[str, ...]] = {
     "ADJUST": (),
     "DEPENDENCIES": (),
     "ROUGH": (),
+    "NLGEOM": ("NO",),
+    "STICK SLOPE": (),
+    "SLIP TOLERANCE": (),
+    "ORIENTATION": (),
 }
 """Parameters that change what a keyword says, and their values that do not."""
 PROPERTIES = {
@@ -74,6 +80,8 @@ class Statements:
     pressed : list of dicts by face
         At the end of each step [stress].
     gravity : dict of vectors by element
+    tied : set of str
+        Interactions that bond.
     names : dict
         Of the parts of pressed faces, once bodies have given them; of the last material and
         interaction.
@@ -89,6 +97,7 @@ class Statements:
     held: list[dict[str, dict[int, float]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
     gravity: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    tied: set[str] = field(default_factory=set)
     names: dict[str, str] = field(default_factory=dict)
 
     def read(self) -> None:
@@ -106,6 +115,25 @@ class Statements:
                 self.names["STEP"] = "seen"
             elif not self._take(keyword) and keyword.name not in SILENT:
                 self.note(keyword, "not taken")
+        self._gather()
+
+    def _gather(self) -> None:
+        """Nodes that are held one by one, as sets of those that are held alike."""
+        alike: dict[tuple[int, tuple[float | None, ...]], list[int]] = {}
+        for word in [word for word in self.held[-1] if word.isdecimal()]:
+            steps = [step.pop(word, {}) for step in self.held]
+            for freedom in steps[-1]:
+                through = tuple(step.get(freedom) for step in steps)
+                alike.setdefault((freedom, through), []).append(int(word))
+        for (freedom, through), nodes in alike.items():
+            name = next(
+                name
+                for name in (f"NODES{k}" for k in itertools.count(1))
+                if name not in self.file.nsets
+            )
+            self.file.nsets[name] = nodes
+            for step, value in zip(self.held, through, strict=True):
+                step[name] = {} if value is None else {freedom: value}
 
     def _check_parameters(self, keyword: Keyword) -> None:
         """Name what changes a keyword and is not read."""
@@ -133,6 +161,7 @@ class Statements:
             "EXPANSION": self._property,
             "FRICTION": self._friction,
             "SOLID SECTION": self._section,
+            "SURFACE BEHAVIOR": self._behaviour,
         }
         if keyword.name not in readers:
             return False
@@ -157,6 +186,19 @@ class Statements:
     def _section(self, keyword: Keyword) -> None:
         numbers = self.file.element_numbers(keyword.parameters.get("ELSET", ""))
         self.sections |= dict.fromkeys(numbers, keyword.parameters.get("MATERIAL", "").upper())
+        thickness = self.floats(keyword, keyword.rows[0][:1])[0] if keyword.rows else 0.0
+        if thickness not in (0.0, 1.0):
+            self.note(keyword, f"thickness {thickness:g}; forces of plane bodies are per length")
+
+    def _behaviour(self, keyword: Keyword) -> None:
+        """Hard contact is what there is; anything else is named, but for a tie."""
+        kind = keyword.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
+        if kind == "TIED":
+            self.tied.add(self.names.get("SURFACE INTERACTION", ""))
+        elif kind != "HARD":
+            self.note(keyword, f"PRESSURE-OVERCLOSURE={kind}; hard contact is taken")
+        elif "NO SEPARATION" in keyword.parameters:
+            self.note(keyword, "NO SEPARATION; not taken")
 
     def _friction(self, keyword: Keyword) -> None:
         """Coefficient and largest shear."""
@@ -206,6 +248,7 @@ class Statements:
         return found
 
     def _pair(self, keyword: Keyword) -> None:
+        kind = keyword.parameters.get("TYPE", "").upper()
         for row in keyword.rows:
             if len(row) < 2:
                 self.note(keyword, f"{row[0]}: contact of a surface with itself; not taken")
@@ -213,7 +256,7 @@ class Statements:
             self.pairs.append(
                 {
                     "interaction": keyword.parameters.get("INTERACTION", "").upper(),
-                    "kind": keyword.name,
+                    "kind": "TIE" if kind == "TIED" else keyword.name,
                     "secondary": row[0].upper(),
                     "primary": row[1].upper(),
                 }
@@ -257,9 +300,12 @@ class Statements:
     def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
         """Numbers of a row; what is left out is 0."""
         try:
-            return [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
+            found = [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
         except ValueError:
-            raise self.error(keyword, f"numbers are expected, got {', '.join(words)}") from None
+            found = [math.nan]
+        if not all(abs(value) <= LARGEST_NUMBER for value in found):
+            raise self.error(keyword, f"numbers are expected, got {', '.join(words)}")
+        return found
 
     def error(self, keyword: Keyword, text: str) -> InputError:
         """One line that says where."""

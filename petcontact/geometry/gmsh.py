@@ -75,11 +75,30 @@ def read_msh(file: str) -> Any:
             f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 "
             f"without Mesh.SaveAll"
         ) from None
-    if not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
+    if mesh.points.dtype.kind != "f" or not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
         raise InputError(
             f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}"
         )
+    for block in mesh.cells:
+        demand_cells(file, block.data, len(mesh.points))
+    for name in mesh.field_data:
+        if not str(name).isprintable():
+            raise InputError(f"{file}: {str(name)[:40]!r} is no name of a physical group")
     return mesh
+
+
+def demand_cells(file: str, cells: Any, count: int) -> None:
+    """Refuse cells with nodes that are not there; of meshio a number from the end is one.
+
+    Raises
+    ------
+    InputError
+        One line that names the file.
+    """
+    numbers = np.asarray(cells)
+    whole = numbers.dtype.kind in "iu"
+    if not whole or (numbers.size and not 0 <= numbers.min() <= numbers.max() < count):
+        raise InputError(f"{file}: damaged (a cell has a node that is not there)")
 
 
 def _damage(file: str) -> str:

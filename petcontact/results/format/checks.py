@@ -10,9 +10,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import ResultError
+from ...errors import InputError, ResultError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, demand_range
+from ...stored import Stored, checked
 
 LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
@@ -20,6 +21,12 @@ MAY_BE_UNDEFINED = ("history", "increments")
 """Groups whose numbers need not be finite: w_k is not where nothing moves."""
 MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
 """The bound of bonded contact, and the gap where nothing is faced."""
+
+
+NAMES = ("part", "part_names")
+"""Arrays of text; the `part` of a mesh is one of numbers."""
+SQUARED = [Stored("", low=-1e154, high=1e154, infinite=infinite) for infinite in (False, True)]
+"""Numbers whose squares do not overflow."""
 
 
 def check_group(group: Any, source: str) -> None:
@@ -60,17 +67,20 @@ def _check_array(data: Any, source: str) -> None:
         raise ResultError(
             f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
         )
-    if data.dtype.kind not in "fiuOS":
+    *_, folder, name = data.name.split("/")
+    text = h5py.check_string_dtype(data.dtype) is not None
+    number = data.dtype.kind in "fiu" and data.dtype.itemsize <= 8 and name != "part_names"
+    if not (name in NAMES if text else number):
         raise ResultError(
             f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are "
             f"text"
         )
-    *_, folder, name = data.name.split("/")
     if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
         return
-    values = data[()]
-    if not np.all(values > -np.inf if name in MAY_BE_INFINITE else np.isfinite(values)):
-        raise ResultError(f"{source}: {data.name} has values that are not finite")
+    try:
+        checked(f"{source}: {data.name}", data[()], SQUARED[name in MAY_BE_INFINITE])
+    except InputError as error:
+        raise ResultError(f"{error}") from None
 
 
 def check_link(file: Any, path: str, source: str) -> None:
