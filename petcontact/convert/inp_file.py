@@ -154,19 +154,7 @@ def _keywords(path: str | Path) -> Iterator[Keyword]:
 def _take(found: InpFile, keyword: Keyword) -> None:
     """Nodes, elements and sets; anything else is kept."""
     if keyword.name == "NODE":
-        rows = {
-            int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
-            for row in keyword.rows
-        }
-        for number, place in rows.items():
-            if not all(abs(x) <= LARGEST_COORDINATE for x in place):
-                raise InputError(
-                    f"{found.path}: line {keyword.line}: *NODE: node {number} has coordinates that "
-                    f"are not finite, or larger than {LARGEST_COORDINATE:g}"
-                )
-        _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
-        found.nodes |= rows
-        _extend(found.nsets, keyword.parameters.get("NSET"), list(rows))
+        _extend(found.nsets, keyword.parameters.get("NSET"), _nodes(found, keyword))
     elif keyword.name == "ELEMENT":
         _extend(found.elsets, keyword.parameters.get("ELSET"), _elements(found, keyword))
     elif keyword.name in ("NSET", "ELSET"):
@@ -174,13 +162,7 @@ def _take(found: InpFile, keyword: Keyword) -> None:
         numbers: list[int] = []
         for row in keyword.rows:
             if "GENERATE" in keyword.parameters:
-                generated = range(*_ends(row))
-                if len(generated) > MOST:
-                    raise InputError(
-                        f"{found.path}: line {keyword.line}: *{keyword.name}: {len(generated)} "
-                        f"numbers; {MOST:.0e} at most are made"
-                    )
-                numbers += generated
+                numbers += _generated(found, keyword, row)
             else:
                 for word in row:
                     numbers += (
@@ -191,10 +173,32 @@ def _take(found: InpFile, keyword: Keyword) -> None:
         found.rest.append(keyword)
 
 
-def _ends(row: list[str]) -> tuple[int, int, int]:
-    """First, last + 1 and step of numbers that are generated."""
+def _generated(found: InpFile, keyword: Keyword, row: list[str]) -> range:
+    """The numbers from one to another that a row stands for."""
     first, last, step = (int(word) for word in (*row, "1")[:3])
-    return first, last + 1, step
+    numbers = range(first, last + 1, step)
+    if (last - first) // step > MOST:
+        raise InputError(
+            f"{found.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
+            f"numbers than {MOST:.0e}"
+        )
+    return numbers
+
+
+def _nodes(found: InpFile, keyword: Keyword) -> list[int]:
+    rows = {
+        int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
+        for row in keyword.rows
+    }
+    for number, place in rows.items():
+        if not all(abs(x) <= LARGEST_COORDINATE for x in place):
+            raise InputError(
+                f"{found.path}: line {keyword.line}: *NODE: node {number} has coordinates that "
+                f"are not finite, or larger than {LARGEST_COORDINATE:g}"
+            )
+    _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
+    found.nodes |= rows
+    return list(rows)
 
 
 def _elements(found: InpFile, keyword: Keyword) -> list[int]:

@@ -303,7 +303,7 @@ class Statements:
             found = [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
         except ValueError:
             found = [math.nan]
-        if not all(abs(value) <= LARGEST_NUMBER for value in found):
+        if not found or not all(abs(value) <= LARGEST_NUMBER for value in found):
             raise self.error(keyword, f"numbers are expected, got {', '.join(words)}")
         return found
 

@@ -89,6 +89,7 @@ def test_the_top_holds_the_doors_only():
         "errors.py",
         "arrays.py",
         "frozen.py",
+        "stored.py",
         "py.typed",
     }
 

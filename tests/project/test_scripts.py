@@ -117,6 +117,7 @@ SMALLEST = {
     "benchmark_space": "--quick",
     "benchmark_hertz": "--quick",
     "benchmark_rings": "",
+    "verify_files": "--count 4",
     "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0",
     "mutate": "--list",
