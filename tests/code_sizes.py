@@ -6,6 +6,8 @@ import ast
 import json
 from pathlib import Path
 
+from import_graph import tree_of
+
 BRANCHES = (
     ast.If,
     ast.IfExp,
@@ -41,7 +43,7 @@ class Sizes:
         self.branches: dict[str, int] = {}
         self.locals: dict[str, int] = {}
         for path in sorted(root.rglob("*.py")):
-            name, tree = str(path.relative_to(root)), ast.parse(path.read_text())
+            name, tree = str(path.relative_to(root)), tree_of(path)
             self.statements[name] = sum(map(_counts, ast.walk(tree)))
             for function, key in _functions(tree, name):
                 nodes = list(ast.walk(function))

@@ -9,8 +9,16 @@ names are resolved by its stub).
 from __future__ import annotations
 
 import ast
+import functools
 from collections.abc import Iterator
 from pathlib import Path
+
+
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    """The syntax tree of a file, made once for all that look at it."""
+    return ast.parse(path.read_text())
+
 
 UNKNOWN = "?"
 """An import whose name only the running program knows."""
@@ -72,7 +80,7 @@ class ImportGraph:
     def _imported(self, name: str, path: Path) -> Iterator[str]:
         """Modules that a file imports; where one is not there, the name as it would be."""
         own = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path)):
             if isinstance(node, ast.Import):
                 for alias in node.names:
                     yield from self._absolute(alias.name)
@@ -84,9 +92,9 @@ class ImportGraph:
                     base = f"{base}.{node.module}".lstrip(".")
                 for alias in node.names:
                     yield self._resolved(base, alias.name)
-            elif isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in (
-                "import_module",
-                "__import__",
+            elif isinstance(node, ast.Call) and (
+                getattr(node.func, "attr", getattr(node.func, "id", ""))
+                in ("import_module", "__import__")
             ):
                 yield from self._by_call(node, own)
 

@@ -296,6 +296,7 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     assert pair.pressure.max() * area / (pair.weight @ pair.pressure) == pytest.approx(1.5, abs=0.2)
 
 
+@pytest.mark.slow
 def test_a_turned_half_circle_is_the_ball(ball):
     """The same ball as a body of revolution adapts itself, and is pressed alike: its halves are
     held, not sixths."""
@@ -314,6 +315,7 @@ def test_a_turned_half_circle_is_the_ball(ball):
     assert solution.pairs["pair"].force[2] == pytest.approx(ball.pairs["pair"].force[2], rel=0.2)
 
 
+@pytest.mark.slow
 def test_cut_curved_panels_on_compressed_operators(ball):
     """The same meshes by H-matrices: the same pressure."""
     meshes = list(ball.meshes.values())
@@ -465,6 +467,7 @@ def test_an_accuracy_beside_a_mesh_is_refused():
     assert PanelTails(parse(Problem, hertz(), "hertz")).estimate == np.inf
 
 
+@pytest.mark.slow
 def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
     """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel
     of the first mesh."""
@@ -555,6 +558,7 @@ def pressed_fit(pin, hole, height=10.0):
     }
 
 
+@pytest.mark.slow
 def test_a_press_fit_has_an_even_pressure_on_adaptive_panels():
     """Lamé, plane stress: p = E δ (1/b - b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose
     middles are not half way left the cylinder beside panels of other sizes: p scattered by a half,
@@ -602,6 +606,7 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
     )
 
 
+@pytest.mark.slow
 def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
     """Quadrature of the weight on curved panels of several sizes leaves 1e-7 of it along the floor,
     which nothing holds."""
@@ -631,6 +636,7 @@ def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
     )  # by axisymmetric elements
 
 
+@pytest.mark.slow
 def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
     """A hemispherical shell of thickness .2, moved by .01 on a rigid plane; 1.4272 by axisymmetric
     elements of order 2."""

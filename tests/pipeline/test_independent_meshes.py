@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from petcontact import Problem, read_result, solve
-from petcontact.commands.main import main
 from petcontact.model.base import parse
 from petcontact.pipeline.pose import facing
 from petcontact.pipeline.pose.discretise import discretise
@@ -300,47 +299,4 @@ def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overla
     told = [warning for warning in solution.info["warnings"] if "miss the curved faces" in warning]
     assert len(told) == named and all(
         f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told
-    )
-
-
-@pytest.mark.parametrize("small", ["secondary", "primary"])
-def test_results_with_nodes_that_face_nothing_are_read_by_every_command(tmp_path, small, capsys):
-    large = "primary" if small == "secondary" else "secondary"
-    space = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
-    space[1]["geometry"]["file"] = facets.box(
-        tmp_path / "above.msh", (1.1, 0.2, 1), (2.4, 1.4, 2), (2, 2, 1)
-    )
-    plane = [
-        {
-            "name": name,
-            "material": SOFT,
-            "geometry": {"shape": "rectangle", "lower_left": low, "upper_right": high},
-            "mesh": {"element_size": 0.5},
-            "boundary": [{"part": part, **held(0.0, way)}],
-        }
-        for name, low, high, part, way in (
-            ("lower", [0, 0], [2, 1], "bottom", 0.0),
-            ("upper", [1.1, 1], [2.4, 2], "top", -0.05),
-        )
-    ]
-    bodies, grid = (space, "3x3x3") if small == "secondary" else (plane, "8x8")
-    contact = {
-        "name": "pair",
-        small: "upper.bottom",
-        large: "lower.top",
-        "friction_coefficient": 0.2,
-    }
-    solution, file = solved(bodies, contact), str(tmp_path / f"{grid}.h5")
-    assert not np.all(np.isfinite(solution.last.pairs["pair"].gap))
-    solution.save(file)
-    assert main(["plot", file, "-o", str(tmp_path)]) == 0, capsys.readouterr().err
-    words = ["--grid", grid, "--boundary", str(tmp_path / "b.vtu")]
-    assert main(["field", file, "-o", str(tmp_path / "f.vtu"), *words]) == 0, (
-        capsys.readouterr().err
-    )
-    again = solution.problem.model_copy(
-        update={"method": solution.problem.method.model_copy(update={"start": file})}
-    )
-    assert solve(again).last.pairs["pair"].force == pytest.approx(
-        solution.last.pairs["pair"].force, abs=1e-9
     )

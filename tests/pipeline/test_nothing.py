@@ -46,7 +46,11 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
 
 
 @pytest.mark.parametrize(
-    ("storage", "condition", "size"), [("dense", "displacement", 2.0), ("hmatrix", "traction", 1.5)]
+    ("storage", "condition", "size"),
+    [
+        ("dense", "displacement", 2.0),
+        pytest.param("hmatrix", "traction", 1.5, marks=pytest.mark.slow),
+    ],
 )
 def test_steps_of_nothing_and_back_to_nothing(storage, condition, size):
     """Round bodies that were pressed, let go, and left alone are as they were, and can be pressed

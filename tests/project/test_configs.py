@@ -14,9 +14,9 @@ CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
-SLOW = ("space_bearing",)
-DRAWN = ("example1", "pin", "heated_disc", "fretting_specimen", "gallery_toe", "space_a")
-"""Figures take longer than most solves; those of stacks are drawn by test_every_kind and
+SLOW = ("space_bearing", "space_flange", "space_hip", "stack")
+DRAWN = ("example1", "pin")
+"""Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
 test_space_steps."""
 
 

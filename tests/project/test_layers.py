@@ -3,6 +3,7 @@ files in a circle."""
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import pytest
@@ -38,9 +39,14 @@ ANY_MODULE = {"sweep.quantities"}
 """Where a module is imported whose name a user gives."""
 
 
+@functools.cache
+def graph_of(root: Path) -> ImportGraph:
+    return ImportGraph(root)
+
+
 def violations(root: Path, layers=LAYERS) -> set[str]:
     """What breaks the rules for single imports, in a line each."""
-    graph = ImportGraph(root)
+    graph = graph_of(root)
     level = {name: number for number, names in enumerate(layers) for name in names.split()}
     tops = {name.partition(".")[0] for name in graph.files} - FRONT
     wrong = {f"{name} is in no layer" for name in tops - level.keys()}
@@ -77,7 +83,7 @@ def test_a_module_imports_from_the_left_only():
 
 
 def test_no_files_import_each_other_in_a_circle():
-    assert set(ImportGraph(ROOT).circles()) == set()
+    assert set(graph_of(ROOT).circles()) == set()
 
 
 def test_the_top_holds_the_doors_only():

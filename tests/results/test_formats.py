@@ -51,7 +51,10 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
     assert again.verdict() == solution.verdict() and list(again.pairs) == list(solution.pairs)
 
 
-@pytest.mark.parametrize("name", FROZEN)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name != "format1_space")) for name in FROZEN],
+)
 def test_every_command_takes_them(name, tmp_path, capsys):
     assert main(["plot", str(DATA / f"{name}.h5"), "-o", str(tmp_path)]) == 0
     grid = "3x3x3" if "space" in name else "8x8"
