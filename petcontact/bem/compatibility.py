@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.arcs import on_arcs
+from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
 from ..model.expressions import evaluate
 from ..model.problem import Contact, Displacement, Problem
@@ -47,6 +48,32 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
                         f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
                         f"{shown(_at(side, xi)[0])}, "
                         f"where it meets the contact part {other.part!r}, whose u_n is 0"
+                    )
+
+
+def check_axis(problem: Problem, number: int, outline: Meridian) -> None:
+    """Refuse a displacement of a body of revolution, in any step, that moves the axis along r.
+
+    Raises
+    ------
+    InputError
+        One line that names the part and the place.
+    """
+    before, after = outline.neighbours
+    own, name = np.arange(len(outline.sides)), problem.body[number].name
+    for conditions in problem.conditions(number):
+        for k, at in [
+            *((k, -1.0) for k in own[before == own]),
+            *((k, 1.0) for k in own[after == own]),
+        ]:
+            side = outline.sides[k]
+            moved = conditions.get(side.part)
+            if isinstance(moved, Displacement) and moved.value[0] != "free":
+                u = _displacement(moved, side, outline.offsets[k], at, np.zeros(2))
+                if u is not None and abs(u[0]) > 1e-12 * outline.diameter:
+                    raise InputError(
+                        f"body {name!r}: {side.part}.value[0]: is {u[0]:g} at "
+                        f"{shown(_at(side, at)[0])}, on the axis, where u_r is 0"
                     )
 
 

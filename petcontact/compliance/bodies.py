@@ -226,7 +226,10 @@ class BodiesSystem:
         surfaces half spaces, where there are not too many nodes."""
         if not self._layer:
             if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
-                self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
+                measure = np.concatenate(
+                    [self.bodies[i.body].mesh.measure[i.nodes] for i in self.interfaces]
+                )
+                self._layer.append(LayerOperator(self._strips(), self.weight, self._x, measure))
             elif max(self.size, *(len(body.contact) for body in self.bodies)) <= LARGEST:
                 alone = len(self.bodies) == 1 and all(face.held for face in self.interfaces)
                 self._layer.append(

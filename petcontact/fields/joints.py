@@ -72,6 +72,7 @@ class Joints:
         self._reach = REACH * np.minimum(mesh.length, mesh.length[after])
         first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
         runs_on = np.sum(last * first[after], axis=1) > SMOOTH
+        runs_on &= after != np.arange(mesh.n_elements)
         (u_start, u_end), (slope_start, slope_end) = _at_ends(mesh, u)
         (t_start, t_end), _ = _at_ends(mesh, traction)
         jump = t_start[after] - t_end
@@ -82,7 +83,9 @@ class Joints:
         in_truth = size > np.maximum(KEPT_JUMP * _range(mesh, traction, after), KEPT_SHARE * mean)
         # at corners and where the traction jumps in truth only u is continuous
         smooth = (runs_on[:, None] & ~in_truth)[:, None]
-        self._u = u_start[after] - u_end
+        # nothing jumps on the axis, where an element is its own neighbour
+        meets = (after != np.arange(mesh.n_elements))[:, None, None]
+        self._u = meets * (u_start[after] - u_end)
         self._slope = np.where(smooth, slope_start[after] - slope_end, 0.0)
         self._traction = np.where(smooth, jump, 0.0)
 

@@ -82,6 +82,7 @@ def corners(mesh: CurveMesh) -> tuple[Array, list[str]]:
         1, 0, 2
     )
     turns = np.sum(last[before] * first, axis=1) < SMOOTH
+    turns &= before != np.arange(mesh.n_elements)
     found = np.flatnonzero(turns | (mesh.part != mesh.part[before]))
     names = [[mesh.part_names[mesh.part[j]] for j in (before[k], k)] for k in found]
     return mesh.start[found], [f"two sides of {a}" if a == b else f"{a} and {b}" for a, b in names]

@@ -76,7 +76,9 @@ def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
     before, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     runs_on = (mesh.part == mesh.part[after]) & (np.sum(last * first[after], axis=1) > SMOOTH)
-    return runs_on[before], runs_on, before, after
+    own = np.arange(mesh.n_elements)  # on the axis an element is its own neighbour
+    runs_on &= after != own
+    return runs_on[before] & (before != own), runs_on, before, after
 
 
 def _end_values(
@@ -126,4 +128,8 @@ def _end_values(
 
 def _continuous(ends: tuple[Array, Array], before: Index, after: Index) -> tuple[Array, Array]:
     start, end = ends
-    return 0.5 * (start + end[before]), 0.5 * (end + start[after])
+    own = np.arange(len(before))
+    return (
+        np.where((before == own)[:, None], start, 0.5 * (start + end[before])),
+        np.where((after == own)[:, None], end, 0.5 * (end + start[after])),
+    )

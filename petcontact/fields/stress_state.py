@@ -16,10 +16,12 @@ class StressState:
     ----------
     x, u : (n, d) arrays
         Points and displacement [length].
-    stress : (n, d(d+1)/2) array
-        xx, yy, xy, in space xx, yy, zz, xy, xz, yz [stress].
+    stress : (n, c) array
+        xx, yy, xy, in space xx, yy, zz, xy, xz, yz, and of bodies of revolution xx, yy, zz, xy:
+        radial, axial, hoop, shear [stress].
     sigma_zz : (n,) array
-        Also in the plane: ν(σ_xx + σ_yy) in plane strain, 0 in plane stress [stress].
+        Also in the plane: ν(σ_xx + σ_yy) in plane strain, 0 in plane stress; the hoop stress of
+        bodies of revolution [stress].
     """
 
     x: Array
@@ -32,8 +34,13 @@ class StressState:
         """xx, yy, zz, xy, xz, yz, (n, 6) [stress]."""
         if self.stress.shape[1] == 6:
             return self.stress
-        x, y, xy = self.stress.T
+        x, y, xy = self.in_plane.T
         return np.column_stack([x, y, self.sigma_zz, xy, np.zeros((len(x), 2))])
+
+    @property
+    def in_plane(self) -> Array:
+        """σ_xx, σ_yy, σ_xy of plane bodies and half sections, (n, 3) [stress]."""
+        return self.stress[:, [0, 1, -1]]
 
     @property
     def tensor(self) -> Array:
@@ -53,14 +60,14 @@ class StressState:
     def principal_in_plane(self) -> Array:
         """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy of a plane body, the larger one first
         [stress]."""
-        x, y, xy = self.stress.T
+        x, y, xy = self.in_plane.T
         mean, radius = 0.5 * (x + y), np.hypot(0.5 * (x - y), xy)
         return np.column_stack([mean + radius, mean - radius])
 
     @property
     def first_principal(self) -> Array:
         """Largest principal stress, (n,) [stress]."""
-        if self.stress.shape[1] == 3:
+        if self.stress.shape[1] < 6:
             return np.asarray(np.maximum(self.principal_in_plane[:, 0], self.sigma_zz))
         return np.asarray(self.principal[:, 0])
 

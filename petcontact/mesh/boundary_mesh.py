@@ -44,6 +44,8 @@ class BoundaryMesh(Protocol):
         curve [length^(d-1)].
     motions : Motions
         The rigid motions of such bodies.
+    stresses : tuple of str
+        Components of the stress that are reported.
     element : (n,) array
         The element of each node.
     first_node : (n_elements + 1,) array
@@ -74,6 +76,8 @@ class BoundaryMesh(Protocol):
     def measure(self) -> Array: ...
     @property
     def motions(self) -> Motions: ...
+    @property
+    def stresses(self) -> tuple[str, ...]: ...
     @property
     def element(self) -> Index: ...
     @property
@@ -132,6 +136,15 @@ class BoundaryMesh(Protocol):
         nodes of an element of a kind; of order 1 or more."""
         ...
 
+    def with_hoop(self, stress: Array, across: Array) -> Array:
+        """Stress (m, d(d+1)/2), of bodies of revolution with the normal stress `across` (m,) the
+        half section as third component."""
+        ...
+
+    def images(self, x: Array) -> list[Array]:
+        """Points (m, d), and their images from which a half section is seen as its image is."""
+        ...
+
     def hoop_strain(self, x: Array, u: Array) -> Array:
         """u_r/r (m,) of a body of revolution, else 0, by displacements (m, d) at points (m, d)
         [-]."""
@@ -168,6 +181,16 @@ class Collocated:
     def measure(self) -> Array:
         """The weights."""
         return self.weight
+
+    @staticmethod
+    def with_hoop(stress: Array, across: Array) -> Array:
+        """Stress (m, d(d+1)/2) with what is reported besides: nothing."""
+        return stress
+
+    @staticmethod
+    def images(x: Array) -> list[Array]:
+        """The points (m, d) from which the whole boundary is seen as this mesh is: themselves."""
+        return [x]
 
     @property
     def smooth_normal(self) -> Array:

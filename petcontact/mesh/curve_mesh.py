@@ -80,6 +80,7 @@ class CurveMesh(Collocated):
     dim: ClassVar[int] = 2
     weight_power: ClassVar[int] = 1
     motions: ClassVar[Motions] = PLANE
+    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "xy")
     x: Array = field(init=False)
     normal: Array = field(init=False)
     weight: Array = field(init=False)
@@ -294,6 +295,7 @@ class RingMesh(CurveMesh):
 
     weight_power: ClassVar[int] = 2
     motions: ClassVar[Motions] = REVOLUTION
+    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -303,6 +305,16 @@ class RingMesh(CurveMesh):
     def measure(self) -> Array:
         """Weights of integrals over the curve alone, (n,) [length]."""
         return self.weight / (2.0 * np.pi * self.x[:, 0])
+
+    @staticmethod
+    def with_hoop(stress: Array, across: Array) -> Array:
+        """rr, zz, rz with the hoop stress as third component."""
+        return np.insert(stress, 2, across, axis=1)
+
+    @staticmethod
+    def images(x: Array) -> list[Array]:
+        """Points (m, 2), and their images beyond the axis."""
+        return [x, x * [-1.0, 1.0]]
 
     @staticmethod
     def hoop_strain(x: Array, u: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import fields
 from typing import Any
 
 import h5py
@@ -10,7 +11,7 @@ import numpy as np
 
 from ..errors import ResultError
 from .boundary_mesh import BoundaryMesh
-from .curve_mesh import CurveMesh
+from .curve_mesh import CurveMesh, RingMesh
 from .panels import HIGHEST_ORDER
 from .surface_mesh import SurfaceMesh
 
@@ -26,6 +27,8 @@ def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
         "part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype()
     )
     group.attrs["unit_length"] = mesh.unit_length
+    if isinstance(mesh, RingMesh):
+        group.attrs["symmetry"] = "axial"
 
 
 @functools.singledispatch
@@ -93,6 +96,8 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
     mesh: BoundaryMesh = build(
         vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
     )
+    if isinstance(mesh, CurveMesh) and group.attrs.get("symmetry") == "axial":
+        return RingMesh(**{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init})
     return mesh
 
 

@@ -52,6 +52,7 @@ class SurfaceMesh(Collocated):
     dim: ClassVar[int] = 3
     weight_power: ClassVar[int] = 2
     motions: ClassVar[Motions] = SPACE
+    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
     x: Array = field(init=False)
     normal: Array = field(init=False)
     weight: Array = field(init=False)

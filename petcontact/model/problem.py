@@ -204,7 +204,15 @@ class Problem(Setting):
                 key = "material" if self.is_flat else f"body[{k}].material"
                 raise ValueError(f'{key}.plane: a body of revolution is no plate, got "stress"')
             if body.geometry.shape in ("rectangle", "polygon", "outline"):
-                self.outline(k)
+                parts = self.outline(k).parts
+                for j, condition in enumerate(body.boundary):
+                    # of a name that no side has at all the interfaces tell
+                    if condition.part in {*body.geometry.outline().parts} - {*parts}:
+                        place = "" if self.is_flat else f"body[{k}]."
+                        raise ValueError(
+                            f"{place}boundary[{j}].part: {condition.part!r} lies on the axis x = "
+                            f"0, which takes no condition; parts are {', '.join(parts)}"
+                        )
         return self
 
     @pydantic.model_validator(mode="after")

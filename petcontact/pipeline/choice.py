@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh
 from ..model.problem import Problem
 from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
@@ -201,6 +201,13 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     InputError
         If the compression of curves is asked for in space, or that of surfaces in the plane.
     """
+    if isinstance(mesh, RingMesh):
+        if bem.mat_type in ("hodlr", "hmatrix"):
+            raise InputError(
+                f'bem.mat_type: "{bem.mat_type}" does not compress bodies of revolution, whose '
+                'curves are short; choose "auto" or "dense"'
+            )
+        return False
     curve = isinstance(mesh, CurveMesh)
     if bem.mat_type == "hodlr" and not curve:
         raise InputError(

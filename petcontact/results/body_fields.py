@@ -159,7 +159,7 @@ class BodyFields:
         stress = stress + loads[1]
         material = self.problem.body[self.number].material
         across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
-        return StressState(x, u + loads[0], stress, across)
+        return StressState(x, u + loads[0], self.mesh.with_hoop(stress, across), across)
 
 
 def states_at(

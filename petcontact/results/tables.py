@@ -21,11 +21,6 @@ from .records import StepResult
 Table = dict[str, Any]
 """Columns by name, all of one length."""
 AXES = "xyz"
-STRESSES = {
-    2: ("sigma_xx", "sigma_yy", "sigma_xy"),
-    3: ("sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_xz", "sigma_yz"),
-}
-"""Components of the stress by the number of dimensions."""
 
 
 def named(name: str, values: Any) -> Table:
@@ -72,7 +67,7 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
     stress."""
     parts: list[Table] = []
     for name, mesh in solution.meshes.items():
-        found = step.bodies[name]
+        found, stress = step.bodies[name], solution.stress_on_boundary(name, step)
         parts.append(
             {
                 "body": np.full(mesh.n_nodes, name),
@@ -83,9 +78,7 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
                 "weight": mesh.weight,
                 **named("u", found.u),
                 **named("t", found.traction),
-                **dict(
-                    zip(STRESSES[mesh.dim], solution.stress_on_boundary(name, step).T, strict=True)
-                ),
+                **{f"sigma_{c}": s for c, s in zip(mesh.stresses, stress.T, strict=True)},
             }
         )
     return _below(parts)

@@ -35,10 +35,8 @@ SEED = 2019
 def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
     """Points (m, d) of a body: of a grid, dense at the sides of its box, those inside; and nodes of
     the boundary."""
-    d = mesh.dim
-    line = np.cos(np.pi * (np.arange(GRID[d]) + 0.5) / GRID[d])
-    grid = np.stack(np.meshgrid(*[line] * d, indexing="ij"), axis=-1).reshape(-1, d)
-    grid = box.centre + (grid * box.half) @ box.axes
+    count = GRID[mesh.dim]
+    grid = box.grid(np.cos(np.pi * (np.arange(count) + 0.5) / count))
     step = max(1, PAIRS // mesh.n_nodes)
     inside = np.concatenate(
         [_wound(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)]
@@ -47,12 +45,14 @@ def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
 
 
 def _wound(mesh: BoundaryMesh, x: Array) -> Array:
-    """The part of the full angle under which the boundary is seen from x, by the weights of the
-    nodes: 1 inside."""
-    away = mesh.x - x[:, None]
-    distance = np.linalg.norm(away, axis=2)
-    seen = np.einsum("mnd,nd->mn", away, mesh.normal) / np.maximum(distance, 1e-300) ** mesh.dim
-    return np.asarray(seen @ mesh.weight / (2.0 * np.pi * (mesh.dim - 1)))
+    """The part of the full angle under which the boundary, of a half section with its image, is
+    seen from x, by the weights of the nodes: 1 inside."""
+    seen = np.zeros(len(x))
+    for place in mesh.images(x):
+        away = mesh.x - place[:, None]
+        distance = np.maximum(np.linalg.norm(away, axis=2), 1e-300)
+        seen += np.einsum("mnd,nd->mn", away, mesh.normal) / distance**mesh.dim @ mesh.measure
+    return seen / (2.0 * np.pi * (mesh.dim - 1))
 
 
 def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> tuple[Array, float]:
@@ -75,7 +75,7 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]
     mixed = np.random.default_rng(SEED).permutation(len(points))
     best, error = np.zeros((1,) * d), np.inf
-    for degree in TRIED[d]:
+    for degree in [n for n in TRIED[d] if n <= box.highest]:
         exponents = total_degrees(degree, d)
         used = mixed[: min(OVERSAMPLED * exponents.shape[1], 3 * len(points) // 4)]
         if len(used) < 2 * exponents.shape[1]:

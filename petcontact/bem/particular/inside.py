@@ -66,9 +66,9 @@ class InsideLoads:
         m, d = x.shape
         if not len(self.point):
             return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))
-        return self.kernel.point_displacement(x, self.point, self.force), self.kernel.point_stress(
-            x, self.point, self.force
-        )
+        stress = self.kernel.point_stress(x, self.point, self.force)
+        moved = self.kernel.point_displacement(x, self.point, self.force)
+        return moved, stress[:, : d * (d + 1) // 2]
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
         """The same of volume loads alone, which is what `without` leaves out on the boundary."""

@@ -8,7 +8,9 @@ Operations keep the shape; the caller leaves room for what rises in degree (see 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import scipy.linalg
@@ -64,6 +66,8 @@ class BodyBox:
         ξ at nodes of the boundary, and their shares of it.
     radius : float
         The smallest of gyration of the boundary [length].
+    highest : float
+        Degrees above it are not tried.
     """
 
     centre: Array
@@ -72,6 +76,7 @@ class BodyBox:
     nodes: Array
     weight: Array
     radius: float
+    highest: ClassVar[float] = math.inf
     inverses: dict[tuple[int, tuple[int, ...]], Array] = field(default_factory=dict)
 
     @classmethod
@@ -94,6 +99,21 @@ class BodyBox:
             weight[few],
             float(np.sqrt(moments[0])),
         )
+
+    def across(self, axis: Sequence[float] | None) -> Array:
+        """The part of a vector across an axis of rotation, in space that along z by default, (d,
+        d)."""
+        d = len(self.centre)
+        if d == 2:
+            return np.eye(2)
+        along = np.array(axis or (0.0, 0.0, 1.0))
+        return np.asarray(np.eye(3) - np.outer(along, along) / (along @ along))
+
+    def grid(self, line: Array) -> Array:
+        """Points (n^d, d) of the box by n places in [-1, 1] along each axis."""
+        d = len(self.half)
+        places = np.stack(np.meshgrid(*[line] * d, indexing="ij"), axis=-1).reshape(-1, d)
+        return np.asarray(self.centre + (places * self.half) @ self.axes)
 
     def local(self, x: Array) -> Array:
         """ξ (m, d) at x (m, d)."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...model.problem import Material
-from .polynomials import BodyBox, degree, padded, up_to, values
+from .polynomials import degree, padded, up_to, values
 
 STRESS_FREE = {2: np.inf, 3: 1}
 """Degrees up to which a harmonic temperature strains a free body without stress, by the number of
@@ -25,7 +26,7 @@ class ParticularSolution:
     Attributes
     ----------
     material : Material
-    box : BodyBox
+    box : BodyBox or RingBox
         In which the polynomials are.
     u, free : (d, D+1, ...) arrays
         With stress and without, along the axes of the box [length].
@@ -34,7 +35,7 @@ class ParticularSolution:
     """
 
     material: Material
-    box: BodyBox
+    box: Any
     u: Array
     free: Array
     temperature: Array
@@ -43,10 +44,8 @@ class ParticularSolution:
     def displacement(self, x: Array) -> Array:
         """At points (m, d), (m, d) [length]."""
         xi = self.box.local(x)
-        return (
-            np.stack([values(component, xi) for component in self.u + self.free], axis=1)
-            @ self.box.axes
-        )
+        along = np.stack([values(component, xi) for component in self.u + self.free], axis=1)
+        return np.asarray(along @ self.box.axes)
 
     def stress(self, x: Array) -> Array:
         """At points (m, d), (m, d, d) [stress]."""
@@ -74,8 +73,9 @@ class ParticularSolution:
         }
 
 
+@functools.singledispatch
 def particular_solution(
-    force: list[Array], temperature: Array, material: Material, box: BodyBox
+    box: Any, force: list[Array], temperature: Array, material: Material
 ) -> ParticularSolution:
     """A particular solution for polynomials on the box around a body.
 
@@ -86,12 +86,12 @@ def particular_solution(
 
     Parameters
     ----------
+    box : BodyBox
     force : d arrays
         b along the axes of the box [force/volume].
     temperature : array
         T.
     material : Material
-    box : BodyBox
     """
     d, mu, ratio = len(force), material.shear_modulus, material.plane_strain_ratio
     size = 5 + max(degree(p) for p in (*force, temperature))

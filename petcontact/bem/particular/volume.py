@@ -10,15 +10,20 @@ import numpy as np
 from ...arrays import Array
 from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import RingMesh
 from ...model.expressions import evaluate
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Material, Problem
 from .fit import fitted, points_in
 from .polynomials import BodyBox, padded
+from .rings import RingBox
 from .solution import ParticularSolution, particular_solution
 
 EXACT = 1e-10
 """Error of a polynomial, over the largest value, up to which it is not reported."""
+
+BOXES: dict[type, Any] = {RingMesh: RingBox}
+"""By the kind of a mesh, where it is not `BodyBox`."""
 
 
 @frozen
@@ -96,7 +101,7 @@ class _Posed:
     solved: dict[VolumeLoads, ParticularSolution | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.box = BodyBox.around(self.mesh)
+        self.box = BOXES.get(type(self.mesh), BodyBox).around(self.mesh)
         self._points: Array | None = None
 
     def solution(self, loads: VolumeLoads) -> ParticularSolution | None:
@@ -126,17 +131,12 @@ class _Posed:
         size = max(len(p) for part in parts for p in part)
         force = sum(np.array([padded(p, size) for p in part]) for part in parts)
         along = list(np.tensordot(self.box.axes, force, 1))
-        return particular_solution(
-            along, self._polynomial("temperature", loads.temperature), self.material, self.box
-        )
+        heat = self._polynomial("temperature", loads.temperature)
+        return particular_solution(self.box, along, heat, self.material)
 
     def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
         """ρω² times the vector from the axis, a polynomial of degree 1 a component."""
-        d = self.mesh.dim
-        across = np.eye(d)
-        if d == 3:
-            axis = np.array(loads.axis or (0.0, 0.0, 1.0))
-            across -= np.outer(axis, axis) / (axis @ axis)
+        d, across = self.mesh.dim, self.box.across(loads.axis)
         middle = across @ (self.box.centre - np.array(loads.centre or (0.0,) * d))
         result = np.zeros((d, *(2,) * d))
         result[(slice(None), *(0,) * d)] = middle

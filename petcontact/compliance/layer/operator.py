@@ -20,6 +20,9 @@ class LayerOperator:
     """T on Γ_C, block by block over the contact parts, times an overall factor that a method adapts
     to S.
 
+    On rings, whose weights are those of curves times R = 2πr, it is R^-½ T R^½ with T of the
+    curves: symmetric in these weights, and T where the radius hardly varies.
+
     Attributes
     ----------
     scale : float
@@ -32,15 +35,19 @@ class LayerOperator:
 
     coupled = False
 
-    def __init__(self, strips: Sequence[Strip], weight: Array, x: Array) -> None:
+    def __init__(
+        self, strips: Sequence[Strip], weight: Array, x: Array, measure: Array | None = None
+    ) -> None:
         self.scale, self.rtol, self.size, self._weight = 1.0, TIGHT, len(weight), weight
+        measure = weight if measure is None else measure
+        self._root = np.sqrt(weight / measure)
         self._parts: list[tuple[Index, int, StripOperator]] = []
         last: tuple[Strip, StripOperator] | None = None
         for strip in strips:
             # the directions of a stretch come one after another, and share an operator where their
             # ends agree
             if last is None or strip.component == 0 or last[0].ends != strip.ends:
-                last = strip, strip_operator(strip, weight[strip.nodes], x[strip.nodes])
+                last = strip, strip_operator(strip, measure[strip.nodes], x[strip.nodes])
             self._parts.append((strip.nodes, strip.component, last[1]))
         self.fast = all(isinstance(part, FourierStrip) for *_, part in self._parts)
 
@@ -76,8 +83,8 @@ class LayerOperator:
         k = 1 + max(component for _, component, _ in self._parts)
         result = np.zeros((k * len(self._weight), k * len(self._weight)))
         for nodes, component, part in self._parts:
-            rows = k * nodes + component
-            result[rows[:, None], rows] = self.scale * part.matrix()
+            rows, root = k * nodes + component, self._root[nodes]
+            result[rows[:, None], rows] = self.scale * part.matrix() * root / root[:, None]
         return result
 
     def _by_part(
@@ -86,8 +93,8 @@ class LayerOperator:
         """What `work` makes of each component on each part."""
         result = np.zeros_like(x)
         for nodes, component, part in self._parts:
-            place = nodes, component
-            result[place] = work(part, x[place], place)
+            place, root = (nodes, component), self._root[nodes]
+            result[place] = work(part, root * x[place], place) / root
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:

@@ -43,6 +43,7 @@ class CurveSlopes:
             values = np.hstack([values, x])
         runs_on = _runs_on(mesh, label, after)
         joined_before, joined_after = runs_on[before], runs_on
+        joined_before &= before != np.arange(mesh.n_elements)
         count, half = mesh.n_elements, 0.5 * mesh.length
         self._s = np.full((count, MOST + 2 * BEYOND), np.nan)
         self._slope = np.zeros((*self._s.shape, values.shape[1]))
@@ -110,4 +111,5 @@ def _runs_on(mesh: CurveMesh, label: Index, after: Index) -> Mask:
     """Whether the slope is smooth from each element to the one after it."""
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     same = (mesh.part == mesh.part[after]) & (label == label[after])
+    same &= after != np.arange(mesh.n_elements)
     return np.asarray(same & (np.sum(last * first[after], axis=1) > SMOOTH))

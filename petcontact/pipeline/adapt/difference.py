@@ -4,7 +4,7 @@ parts."""
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,8 +48,15 @@ class Difference:
         return {"error_with_ends": self.whole, "singular": self.singular}
 
 
+class Ends(NamedTuple):
+    """Arc lengths along a part at which tractions may be infinite, and its length [length]."""
+
+    places: Array
+    length: float
+
+
 def difference(
-    coarse: Solution, fine: Solution, places: dict[str, Array] | None = None
+    coarse: Solution, fine: Solution, places: dict[str, Ends] | None = None
 ) -> Difference:
     """Of two solutions at the nodes of the finer one; `places` as `fading_places` finds them."""
     places = fading_places(fine.problem) if places is None else places
@@ -73,7 +80,7 @@ def difference(
             inside = max(inside, float(np.sqrt((fade**2 @ square).max())) / size)
             whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
             at_old = _fading(old, places[name])
-            for k, s in enumerate(places[name].tolist()):
+            for k, s in enumerate(places[name].places.tolist()):
                 here, there = (near == k) & (fade < 1.0), (at_old[0] == k) & (at_old[1] < 1.0)
                 peaks = [
                     float(np.abs(values).max(initial=0.0)) for values in (before[there], now[here])
@@ -113,25 +120,26 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
     return worst
 
 
-def fading_places(problem: Problem) -> dict[str, Array]:
-    """By interface of a plane problem, arc lengths along the secondary at which tractions may be
-    infinite [length]."""
+def fading_places(problem: Problem) -> dict[str, Ends]:
+    """By interface of a plane problem, where tractions may be infinite along the secondary."""
     outlines = [as_outline(boundary, "the error").joined for boundary in problem.boundaries]
     pressed = pressed_sides(outlines, problem.interfaces)
     return {
-        side.name: singular_places(outlines[side.body], side.part, pressed[side.body])
+        side.name: Ends(
+            singular_places(outlines[side.body], side.part, pressed[side.body]),
+            sum(one.length for one in outlines[side.body].sides if one.part == side.part),
+        )
         for side in problem.interfaces
     }
 
 
-def _fading(pair: PairResult, places: Array) -> tuple[Index, Array]:
+def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
     """The nearest place of each node, and its factor, which falls from 1 to 0 towards it over FADE
     of the part."""
-    if len(places) == 0:
+    if len(ends.places) == 0:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
-    apart = np.abs(pair.arc_length[:, None] - places[None])
-    near = apart.argmin(axis=1)
-    return near, np.minimum(1.0, apart.min(axis=1) / (FADE * float(pair.weight.sum())))
+    apart = np.abs(pair.arc_length[:, None] - ends.places[None])
+    return apart.argmin(axis=1), np.minimum(1.0, apart.min(axis=1) / (FADE * ends.length))
 
 
 def _tractions(pair: PairResult) -> Array:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sized
 from typing import Any
 
+from ...bem.compatibility import check_axis
 from ...errors import InputError
+from ...geometry.meridian import Meridian
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
@@ -29,6 +31,8 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
                 f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}"
             )
         _check_loads(problem, number, boundary)
+        if isinstance(boundary, Meridian):
+            check_axis(problem, number, boundary)
     for side in problem.interfaces:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)
@@ -56,7 +60,8 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
             raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
         if d == 2 and loads.axis is not None:
             raise InputError(
-                f"body {body.name!r}: loads.axis: a plane body turns about its normal; leave it out"
+                f"body {body.name!r}: loads.axis: a plane body turns about its normal, one of "
+                f"revolution about its axis; leave it out"
             )
         for key, value in loads.vectors():
             _check_components(f"body {body.name!r}: loads.{key}", value, d)

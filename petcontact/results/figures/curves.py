@@ -163,16 +163,16 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
         carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)
         energy = _without_noise(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
-    units, dim = solution.problem.units, next(iter(solution.meshes.values())).dim
+    units, power = solution.problem.units, next(iter(solution.meshes.values())).weight_power
     way = (
         ""
         if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values())
         else " along the largest slip"
     )
-    up = label("tangential force on the primary", units.stress_times(dim - 1))
+    up = label("tangential force on the primary", units.stress_times(power))
     left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=up, title="force over slip")
     figure.suptitle(headed(solution, "hysteresis"), fontsize="large")
-    right.set(xlabel="increment", title=label("energy dissipated", units.stress_times(dim)))
+    right.set(xlabel="increment", title=label("energy dissipated", units.stress_times(power + 1)))
     right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
     legend_below(left, 2)

@@ -127,7 +127,7 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
 
 def _forces(solution: SolutionData) -> list[str]:
     """Resultants on the parts that hold the body, and how much of the contact pulls."""
-    unit = solution.problem.units.stress_times(next(iter(solution.meshes.values())).dim - 1)
+    unit = solution.problem.units.stress_times(next(iter(solution.meshes.values())).weight_power)
     held = {
         condition.part
         for condition in solution.problem.body[0].boundary
@@ -150,14 +150,13 @@ def _forces(solution: SolutionData) -> list[str]:
 def _displaced(solution: SolutionData) -> list[str]:
     """Of each body its largest displacement, and the resultants on the parts that hold it, after
     the last increment."""
-    units, lines, dim = (
+    units, lines, power = (
         solution.problem.units,
         list[str](),
-        next(iter(solution.meshes.values())).dim,
+        next(iter(solution.meshes.values())).weight_power,
     )
     length, unit = (
-        f" {printable(text)}" if text else ""
-        for text in (units.length, units.stress_times(dim - 1))
+        f" {printable(text)}" if text else "" for text in (units.length, units.stress_times(power))
     )
     for body in solution.problem.body:
         mesh, u = solution.meshes[body.name], solution.bodies[body.name].u

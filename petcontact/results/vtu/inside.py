@@ -61,7 +61,7 @@ def inside_cells(field: Field) -> meshio.Mesh:
     if field.x.shape[1] == 3:
         kind, points, data["stress"] = "hexahedron", field.x, field.stress[:, [0, 1, 2, 3, 5, 4]]
     else:
-        kind, points, (x, y, xy) = "triangle", in_space(field.x), field.stress.T
+        kind, points, (x, y, xy) = "triangle", in_space(field.x), field.in_plane.T
         data |= {
             "displacement": in_space(field.u),
             "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),

@@ -1,0 +1,167 @@
+"""A displacement that is in equilibrium with a force and a temperature in a body of revolution.
+
+Both are polynomials in r and z, of odd powers of r too: cones of temperature are loads as any. With
+L_k = ∂²/∂r² + ∂/r∂r - k²/r² + ∂²/∂z², L_k (r^(m+2) z^n) = ((m+2)² - k²) r^m z^n + n(n-1) r^(m+2)
+z^(n-2), so that a polynomial q with L_k q = p follows from the highest power of z down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.polynomial.polynomial import polyval2d
+
+from ...arrays import Array
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.problem import Material
+from .polynomials import degree
+from .solution import ParticularSolution, particular_solution
+
+
+@dataclass(frozen=True, eq=False)
+class RingBox:
+    """Coordinates ξ = (r, z - z_0)/ℓ in which a body of revolution lies in [0, 1] x [-1, 1].
+
+    Attributes
+    ----------
+    low, high : (2,) arrays
+        Corners of the box around the half section [length].
+    """
+
+    low: Array
+    high: Array
+    axes: ClassVar[Array] = np.eye(2)
+    highest: ClassVar[int] = 12
+
+    @classmethod
+    def around(cls, mesh: BoundaryMesh) -> RingBox:
+        """Of the nodes."""
+        return cls(mesh.x.min(axis=0), mesh.x.max(axis=0))
+
+    @property
+    def centre(self) -> Array:
+        """(0, z_0) [length]."""
+        return np.array([0.0, 0.5 * (self.low[1] + self.high[1])])
+
+    @property
+    def half(self) -> Array:
+        """(ℓ, ℓ) [length]."""
+        return np.full(2, max(self.high[0], 0.5 * (self.high[1] - self.low[1])))
+
+    def across(self, axis: object) -> Array:
+        """The part of a vector across the axis, (2, 2)."""
+        return np.diag([1.0, 0.0])
+
+    def local(self, x: Array) -> Array:
+        """ξ (m, 2) at x (m, 2)."""
+        return (x - self.centre) / self.half
+
+    def grid(self, line: Array) -> Array:
+        """Points (n², 2) of the box by n places in [-1, 1] along each axis."""
+        places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        return np.asarray(self.low + 0.5 * (1.0 + places) * (self.high - self.low))
+
+
+@dataclass(frozen=True, eq=False)
+class RingSolution(ParticularSolution):
+    """As `ParticularSolution`, in (r, z); coefficients are those of powers of ξ."""
+
+    def displacement(self, x: Array) -> Array:
+        """At points (m, 2), (m, 2) [length]."""
+        return np.stack([self._at(x, component) for component in self.u + self.free], axis=1)
+
+    def stress(self, x: Array) -> Array:
+        """rr, zz, rz at points (m, 2), as (m, 2, 2) [stress]."""
+        mu, nu, size = self.material.shear_modulus, self.material.poisson_ratio, self.box.half[0]
+        (rr, rz), (zr, zz) = ((_slope(c, 0) / size, _slope(c, 1) / size) for c in self.u)
+        trace = rr + zz + _over_r(self.u[0]) / size
+        even = 2.0 * mu * nu / (1.0 - 2.0 * nu) * trace
+        even = even - self.material.thermal_stress * self.straining
+        found = np.empty((len(x), 2, 2))
+        found[:, 0, 0] = self._at(x, 2.0 * mu * rr + even)
+        found[:, 1, 1] = self._at(x, 2.0 * mu * zz + even)
+        found[:, 0, 1] = found[:, 1, 0] = self._at(x, mu * (rz + zr))
+        return found
+
+    def thermal_stress(self, x: Array) -> Array:
+        """βT at points (m, 2), (m,) [stress]."""
+        return self.material.thermal_stress * self._at(x, self.temperature)
+
+    def _at(self, x: Array, p: Array) -> Array:
+        xi = self.box.local(x)
+        return np.asarray(polyval2d(xi[:, 0], xi[:, 1], p))
+
+
+@particular_solution.register
+def ring_solution(
+    box: RingBox, force: list[Array], temperature: Array, material: Material
+) -> RingSolution:
+    """As `particular_solution`: Galerkin's for the force, grad Φ for the temperature, but for its
+    terms 1 and z, which leave a free body without stress."""
+    size = 6 + max(degree(p) for p in (*force, temperature))
+    b_r, b_z, heat = (_powers(p, size) for p in (*force, temperature))
+    length, mu, nu = box.half[0], material.shear_modulus, material.poisson_ratio
+    scale = length**2 / (nu - 1.0)
+    # lap F, then div F over the length
+    h = [scale * _inverse(b, k) for b, k in ((b_r, 1), (b_z, 0))]
+    f = [_inverse(h[0], 1), _inverse(h[1], 0)]
+    div = _slope(f[0], 0) + _over_r(f[0]) + _slope(f[1], 1)
+    u = [(2.0 * (1.0 - nu) * part - _slope(div, axis)) / (2.0 * mu) for axis, part in enumerate(h)]
+    expansion = material.thermal_stress * (1.0 - 2.0 * nu) / (2.0 * mu)
+    rest, free = heat.copy(), np.zeros((2, *heat.shape))
+    rest[0, :2] = 0.0
+    # α is this over 1 + ν
+    alpha = expansion / (1.0 + nu) * length
+    free[0][1, :2] = alpha * heat[0, :2]
+    free[1][0, 1], free[1][0, 2], free[1][2, 0] = alpha * np.array(
+        [heat[0, 0], 0.5 * heat[0, 1], -0.5 * heat[0, 1]]
+    )
+    phi = expansion / (1.0 - nu) * length * _inverse(rest, 0)
+    u = [part + _slope(phi, axis) for axis, part in enumerate(u)]
+    return RingSolution(material, box, np.array(u), free, heat, rest)
+
+
+def _powers(p: Array, size: int) -> Array:
+    """Coefficients (size, size) of powers from those of Chebyshev polynomials."""
+    result = np.zeros((size, size))
+    for (i, j), value in np.ndenumerate(p):
+        if value != 0.0:
+            one, other = (
+                chebyshev.cheb2poly(np.eye(i + 1)[i]),
+                chebyshev.cheb2poly(np.eye(j + 1)[j]),
+            )
+            result[: i + 1, : j + 1] += value * np.multiply.outer(one, other)
+    return result
+
+
+def _slope(p: Array, axis: int) -> Array:
+    """Derivative by ξ along an axis."""
+    count = np.arange(1, len(p))
+    result = np.zeros_like(p)
+    if axis == 0:
+        result[:-1] = count[:, None] * p[1:]
+    else:
+        result[:, :-1] = count * p[:, 1:]
+    return result
+
+
+def _over_r(p: Array) -> Array:
+    """p over r, of p that are 0 on the axis."""
+    result = np.zeros_like(p)
+    result[:-1] = p[1:]
+    return result
+
+
+def _inverse(p: Array, k: int) -> Array:
+    """q with L_k q = p."""
+    left, q = p.copy(), np.zeros_like(p)
+    power = np.arange(2, len(p))
+    for n in range(len(p) - 1, -1, -1):
+        found = left[:-2, n] / (power**2 - k**2)
+        q[2:, n] += found
+        if n > 1:
+            left[2:, n - 2] -= n * (n - 1) * found
+    return q
