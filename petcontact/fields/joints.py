@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..frozen import frozen
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
@@ -72,7 +72,7 @@ class Joints:
         self._reach = REACH * np.minimum(mesh.length, mesh.length[after])
         first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
         runs_on = np.sum(last * first[after], axis=1) > SMOOTH
-        runs_on &= after != np.arange(mesh.n_elements)
+        runs_on &= ~_own(after)[:, 0, 0]
         (u_start, u_end), (slope_start, slope_end) = _at_ends(mesh, u)
         (t_start, t_end), _ = _at_ends(mesh, traction)
         jump = t_start[after] - t_end
@@ -84,8 +84,7 @@ class Joints:
         # at corners and where the traction jumps in truth only u is continuous
         smooth = (runs_on[:, None] & ~in_truth)[:, None]
         # nothing jumps on the axis, where an element is its own neighbour
-        meets = (after != np.arange(mesh.n_elements))[:, None, None]
-        self._u = meets * (u_start[after] - u_end)
+        self._u = np.where(_own(after), 0.0, u_start[after] - u_end)
         self._slope = np.where(smooth, slope_start[after] - slope_end, 0.0)
         self._traction = np.where(smooth, jump, 0.0)
 
@@ -124,6 +123,11 @@ class Joints:
         return Neighbourhood(
             rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
         )
+
+
+def _own(after: Index) -> Mask:
+    """Which elements are their own neighbours, (n_elements, 1, 1)."""
+    return np.asarray(after == np.arange(len(after)))[:, None, None]
 
 
 def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:

@@ -75,7 +75,7 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]
     mixed = np.random.default_rng(SEED).permutation(len(points))
     best, error = np.zeros((1,) * d), np.inf
-    for degree in [n for n in TRIED[d] if n <= box.highest]:
+    for degree in filter(box.highest.__ge__, TRIED[d]):
         exponents = total_degrees(degree, d)
         used = mixed[: min(OVERSAMPLED * exponents.shape[1], 3 * len(points) // 4)]
         if len(used) < 2 * exponents.shape[1]:

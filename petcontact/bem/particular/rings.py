@@ -103,25 +103,35 @@ def ring_solution(
     terms 1 and z, which leave a free body without stress."""
     size = 6 + max(degree(p) for p in (*force, temperature))
     b_r, b_z, heat = (_powers(p, size) for p in (*force, temperature))
-    length, mu, nu = box.half[0], material.shear_modulus, material.poisson_ratio
-    scale = length**2 / (nu - 1.0)
-    # lap F, then div F over the length
-    h = [scale * _inverse(b, k) for b, k in ((b_r, 1), (b_z, 0))]
-    f = [_inverse(h[0], 1), _inverse(h[1], 0)]
-    div = _slope(f[0], 0) + _over_r(f[0]) + _slope(f[1], 1)
-    u = [(2.0 * (1.0 - nu) * part - _slope(div, axis)) / (2.0 * mu) for axis, part in enumerate(h)]
-    expansion = material.thermal_stress * (1.0 - 2.0 * nu) / (2.0 * mu)
-    rest, free = heat.copy(), np.zeros((2, *heat.shape))
+    expansion = material.thermal_stress * (1.0 - 2.0 * material.poisson_ratio)
+    expansion *= box.half[0] / (2.0 * material.shear_modulus)
+    free = expansion / (1.0 + material.poisson_ratio) * _freely(heat)
+    rest = heat.copy()
     rest[0, :2] = 0.0
-    # α is this over 1 + ν
-    alpha = expansion / (1.0 + nu) * length
-    free[0][1, :2] = alpha * heat[0, :2]
-    free[1][0, 1], free[1][0, 2], free[1][2, 0] = alpha * np.array(
-        [heat[0, 0], 0.5 * heat[0, 1], -0.5 * heat[0, 1]]
-    )
-    phi = expansion / (1.0 - nu) * length * _inverse(rest, 0)
+    u = _galerkin(b_r, b_z, material, box.half[0])
+    phi = expansion / (1.0 - material.poisson_ratio) * _inverse(rest, 0)
     u = [part + _slope(phi, axis) for axis, part in enumerate(u)]
     return RingSolution(material, box, np.array(u), free, heat, rest)
+
+
+def _galerkin(b_r: Array, b_z: Array, material: Material, length: float) -> list[Array]:
+    """2µ u = 2(1-ν) lap F - grad div F of a force, with lap lap F = -b/(1-ν)."""
+    nu = material.poisson_ratio
+    h = [length**2 / (nu - 1.0) * _inverse(b, k) for b, k in ((b_r, 1), (b_z, 0))]
+    f_r, f_z = _inverse(h[0], 1), _inverse(h[1], 0)
+    div = _slope(f_r, 0) + _over_r(f_r) + _slope(f_z, 1)
+    return [
+        (2.0 * (1.0 - nu) * part - _slope(div, axis)) / (2.0 * material.shear_modulus)
+        for axis, part in enumerate(h)
+    ]
+
+
+def _freely(heat: Array) -> Array:
+    """u over αℓ for the terms 1 and z of a temperature, whose strain is free of stress."""
+    u = np.zeros((2, *heat.shape))
+    u[0, 1, :2] = heat[0, :2]
+    u[1, 0, 1], u[1, 0, 2], u[1, 2, 0] = heat[0, 0], 0.5 * heat[0, 1], -0.5 * heat[0, 1]
+    return u
 
 
 def _powers(p: Array, size: int) -> Array:

@@ -233,8 +233,8 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
     compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
-    length = float(mesh.measure[contact.nodes].sum())
-    negligible = NEGLIGIBLE * displacement_scale(solution) / (compliance * length)
+    compliance *= float(mesh.measure[contact.nodes].sum())
+    negligible = NEGLIGIBLE * displacement_scale(solution) / compliance
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k
