@@ -12,6 +12,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..round_off import ROUNDED, SOLVED
 
 TINY = 1e-4
 """Size of the smallest element over that of the body, above which a motion smaller than the body
@@ -19,11 +20,6 @@ costs no digits."""
 LEFT = 0.1
 """Of known displacements, beyond their common rigid motion and over their size, from which on no
 large one is taken out."""
-ROUND_OFF = 1e-14
-"""Of the same, below which nothing is left."""
-RIGID = 1e-12
-"""Of the same, below which they are a rigid motion; and of displacements by a rotation, over their
-size, if there is one."""
 
 
 @frozen
@@ -227,10 +223,10 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
         held = np.repeat((mesh.order > 0)[mesh.element][:, None], mesh.dim, axis=1)[elsewhere].all()
         turned = (
             held
-            & (rest <= RIGID * size)
+            & (rest <= SOLVED * size)
             & (
                 np.abs(amplitudes[len(mesh.motions.along) :]).max(axis=0, initial=0.0)
-                > RIGID * size
+                > SOLVED * size
             )
         )
         if not turned.any():
@@ -239,7 +235,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
             amplitudes * turned,
             np.where(turned[:, None], 0.0, data.value[:, elsewhere]),
         )
-    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
+    value[:, elsewhere] = np.where(np.abs(left) > ROUNDED * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 

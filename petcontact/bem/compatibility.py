@@ -11,9 +11,7 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
 from ..model.expressions import evaluate
 from ..model.problem import Contact, Displacement, Problem
-
-TOLERANCE = 1e-6
-"""Of u·n, relative to u."""
+from ..round_off import SINGLE
 
 
 def check_compatible(problem: Problem, outline: Outline) -> None:
@@ -42,7 +40,7 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
                 u = _displacement(moved, side, start, xi, normal)
                 if (
                     u is not None
-                    and abs(u @ normal) > TOLERANCE * np.hypot(*u) + 1e-12 * outline.diameter
+                    and abs(u @ normal) > SINGLE * np.hypot(*u) + 1e-12 * outline.diameter
                 ):
                     raise InputError(
                         f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
@@ -101,6 +99,6 @@ def _displacement(
             except InputError:
                 # nodes lie inside elements: an expression need not be finite at their ends
                 return None
-        elif abs(normal[c]) > TOLERANCE:
+        elif abs(normal[c]) > SINGLE:
             return None
     return u

@@ -14,10 +14,9 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from ..round_off import ROUNDED
 from .boundary_data import BoundaryData
 
-ROUND_OFF = 1e-14
-"""Of volume loads that are combinations of those of other states."""
 Columns = tuple[Index, Array, Array, Array]
 """Nodes (q,), tractions over the scale and displacements (q, d), and amplitudes (q, K)."""
 
@@ -56,7 +55,7 @@ class RightHandSides:
         """Whether the columns are the same but for round-off."""
         pairs = ((self.traction, other.traction), (self.displacement, other.displacement))
         return np.array_equal(self.node, other.node) and all(
-            bool(np.all(np.abs(one - two) <= ROUND_OFF * np.abs(two).max(initial=0.0)))
+            bool(np.all(np.abs(one - two) <= ROUNDED * np.abs(two).max(initial=0.0)))
             for one, two in pairs
         )
 
@@ -124,7 +123,7 @@ def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
         for way, size, shape in zip(
             ways.T, sizes, -shapes.reshape(len(shapes), len(data.frame), -1), strict=True
         ):
-            if size > ROUND_OFF * sizes[0]:
+            if size > ROUNDED * sizes[0]:
                 d = data.frame.shape[1]
                 found.append(
                     (

@@ -14,13 +14,12 @@ from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogat
 from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.dense_solver import DenseSolver
+from ..round_off import SOLVED
 
 ROBIN_RTOL = 1e-4
 """Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold
 whatever it is, so that the iteration ends where it would with 1e-12, in as many steps, at a third
 of the price."""
-SPANNED = 1e-12
-"""Part of a solution that may lie outside of the vectors whose products with S are known."""
 MakeSurrogate = Callable[[], Surrogate | None]
 
 
@@ -249,7 +248,7 @@ class ProductCompliance(ContactCompliance):
                 np.column_stack([pair[i].ravel() for pair in self._products]) for i in (0, 1)
             )
             weights = np.linalg.lstsq(vectors, sigma.ravel(), rcond=None)[0]
-            if np.linalg.norm(vectors @ weights - sigma.ravel()) <= SPANNED * np.linalg.norm(sigma):
+            if np.linalg.norm(vectors @ weights - sigma.ravel()) <= SOLVED * np.linalg.norm(sigma):
                 return np.asarray(products @ weights).reshape(sigma.shape)
         return self.apply(sigma)
 

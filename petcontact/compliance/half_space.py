@@ -23,13 +23,12 @@ import scipy
 
 from ..arrays import Array, Index, Mask
 from ..bem.operators import BoundaryOperators
+from ..round_off import SINGLE
 from .layer.operator import fitted
 
 LARGEST = 1000
 """Contact nodes up to which there is a T: it is dense, and beyond its factorisations cost more than
 they save."""
-RECTANGLE = 1e-6
-"""Relative difference between a part's area and its bounding box that is round-off."""
 
 
 class HalfSpace:
@@ -152,7 +151,7 @@ def _sides(
     reach = corners @ tangents.T
     low, high = reach.min(axis=0), reach.max(axis=0)
     area, flat = float(np.prod(high - low)), np.abs(frame - frame[0]).max()
-    if flat > RECTANGLE or abs(mesh.weight[nodes].sum() - area) > RECTANGLE * area:
+    if flat > SINGLE or abs(mesh.weight[nodes].sum() - area) > SINGLE * area:
         return None
     middle = mesh.x[nodes[0]] + tangents.T @ (0.5 * (low + high) - tangents @ mesh.x[nodes[0]])
     others = np.flatnonzero(~np.isin(np.arange(mesh.n_nodes), nodes))

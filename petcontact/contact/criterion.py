@@ -9,16 +9,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..frozen import frozen
+from ..round_off import HALF, SOLVED, SUMMED, of_vectors
 from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
 
 Stop = Literal["both", "displacement", "residual"]
-ROUND_OFF = 1e-12
-"""Displacement over the largest below which it is round-off."""
-DIGITS = 1e-13
-"""The same of what tractions displace, and of residuals, over what v is the sum of: such tractions
-are none."""
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met
 it: a change that is small only because ρ is far off is no convergence."""
@@ -26,9 +22,6 @@ it: a change that is small only because ρ is far off is no convergence."""
 FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where
 all nodes stick."""
-STILL = 1e-8
-"""Of the displacement of all pairs: one that moves less is compared with it. Compressed operators
-leave 1e-11 where a side of a period does not move."""
 
 
 @frozen
@@ -107,24 +100,20 @@ def relative_residual(
     own measure.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
-    residual, scaled = law_residual(law, v, sigma, rho), rho * digits(system, v)
-    (left,), (of,) = group_norms(system.weight, (), residual, np.broadcast_to(scaled, v.shape))
+    residual, noise = (
+        law_residual(law, v, sigma, rho),
+        rho * of_vectors(v, system.u_0, share=SUMMED),
+    )
+    (left,), (of,) = group_norms(system.weight, (), residual, np.broadcast_to(noise, v.shape))
     return over_traction(left, of, max(traction, scale))
 
 
-def over_traction(left: float, scaled: float, traction: float) -> float:
-    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of;
-    where σ = 0 the law holds, 0, or not, 1."""
-    if left <= DIGITS * scaled:
+def over_traction(left: float, noise: float, traction: float) -> float:
+    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is no more than ρ times the round-off of v; where
+    σ = 0 the law holds, 0, or not, 1."""
+    if left <= noise:
         return 0.0
     return left / traction if traction > 0.0 else 1.0
-
-
-def digits(system: ContactSystem, v: Array) -> Array:
-    """What the vectors v are the sum of, (m, 1), whose round-off each component has: a tangential
-    one beside a normal one of .05 has that of .05, as both come from one sum over all
-    tractions."""
-    return np.asarray((np.abs(v) + np.abs(system.u_0)).sum(axis=1, keepdims=True))
 
 
 def displaced_by(
@@ -166,7 +155,7 @@ def natural_residuals(
         system.u_0 if len(law.groups) == 1 else displaced
     )  # where all nodes stick v is round-off
     rho, common, strained = np.empty(sigma.shape), None, displaced_by(system, v, sigma, pairs)
-    still = STILL * contact_norm(displaced, system.weight)
+    still = HALF * contact_norm(displaced, system.weight)
     for pair in pairs:
         four = (x[pair] for x in (sigma, displaced, strained, least))
         norms = group_norms(system.weight[pair], law.groups, *four)
@@ -175,7 +164,7 @@ def natural_residuals(
             law.groups, tractions, moving, straining, strict=True
         ):
             # under a free plate that all of a body sticks to, tangents move by round-off only
-            own = own if own > ROUND_OFF * whole else whole
+            own = own if own > SOLVED * whole else whole
             rho[pair, group] = balance = ratio(
                 max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0
             )
@@ -184,10 +173,10 @@ def natural_residuals(
                 rho[pair, group] = np.broadcast_to(common, law.k)[group]
         sizes.append(size)
     residual = law_residual(law, v, sigma, rho)
-    scaled = rho * digits(system, v)
+    noise = rho * of_vectors(v, system.u_0, share=SUMMED)
     for pair, size in zip(pairs, sizes, strict=True):
         (_, *left), (_, *of) = group_norms(
-            system.weight[pair], law.groups, residual[pair], scaled[pair]
+            system.weight[pair], law.groups, residual[pair], noise[pair]
         )
         found.append([over_traction(a, b, size) for a, b in zip(left, of, strict=True)])
     return tuple(

@@ -9,12 +9,11 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..round_off import HALF
 from .friction_law import lengths
 from .law_protocol import ContactLaw, LimitedLaw
 from .system import Modes
 
-SMALL = 1e-8
-"""Push that counts as none, relative to the loads."""
 ROUNDS = 8
 """Linear programs at most, each with the sides that the one before it asked for."""
 NEW = 4
@@ -78,7 +77,7 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
         )
         if not answer.success:
             return None
-        if answer.fun > SMALL:
+        if answer.fun > HALF:
             slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
             return np.asarray(-slack * scale * size)
         # a vertex leaves its bounds by the round-off of all tractions, and what HiGHS allows
@@ -87,7 +86,7 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
         pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
         excess = length - np.minimum(cohesion + slope * pressure, cap)
         beyond = np.argsort(-excess)[:NEW]
-        beyond = beyond[excess[beyond] > SMALL * np.abs(sigma).max(initial=0.0)]
+        beyond = beyond[excess[beyond] > HALF * np.abs(sigma).max(initial=0.0)]
         if not len(beyond):
             return None
         for way in sigma[beyond, tangential] / length[beyond, None]:

@@ -13,10 +13,10 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from ..frozen import frozen
+from ..round_off import CHAINED, SUMMED, of_vectors
 from .criterion import (
     Criterion,
     balanced,
-    digits,
     equilibrium_defect,
     moves,
     over_traction,
@@ -26,7 +26,7 @@ from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
-from .system import EQUILIBRIUM, ContactSystem, is_monolithic
+from .system import ContactSystem, is_monolithic
 
 
 @frozen
@@ -163,8 +163,12 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         known = self.judged(v, sigma)
-        scaled = np.broadcast_to(known.rho * digits(self.system, v), v.shape)
-        return over_traction(known.left, contact_norm(scaled, self.system.weight), known.traction)
+        noise = known.rho * of_vectors(v, self.system.u_0, share=SUMMED)
+        return over_traction(
+            known.left,
+            contact_norm(np.broadcast_to(noise, v.shape), self.system.weight),
+            known.traction,
+        )
 
     def within_limits(
         self, v: Array, sigma: Array, rho: float | Array, tolerance: float
@@ -180,7 +184,7 @@ class Recorder:
             v, sigma = v + self.system.apply(inside - sigma), inside
             if self.relative(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:
                 return None
-        allowed = tolerance if is_monolithic(self.system) else EQUILIBRIUM
+        allowed = tolerance if is_monolithic(self.system) else CHAINED
         return (v, sigma) if equilibrium_defect(self.system, sigma) <= allowed else None
 
     def report(

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..arrays import Array, States
 from ..frozen import frozen
+from ..round_off import HALF
 from .friction_law import lengths
 
 STICK, SLIP, OPEN = 0, 1, 2
@@ -165,9 +166,6 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
 WITHIN = 1e-6
 """(|σ_t| - g)/g, and σ outside of other limits over max|σ|, up to which tractions are within what
 the law allows."""
-SMALLEST_BOUND = 1e-8
-"""g over max|σ| from which on the excess is measured by g itself: WITHIN times less is round-off of
-the largest traction."""
 
 
 def bound_excess(law: ContactLaw, sigma: Array) -> float:
@@ -184,7 +182,7 @@ def bound_excess(law: ContactLaw, sigma: Array) -> float:
     allowed = -law.project(-sigma)
     outside, tangential = sigma - allowed, law.groups[0]
     size = float(np.abs(allowed).max(initial=0.0)) or float(np.abs(sigma).max(initial=0.0)) or 1.0
-    bound = np.maximum(lengths(allowed[:, tangential]), SMALLEST_BOUND * size)
+    bound = np.maximum(lengths(allowed[:, tangential]), HALF * size)
     along = float((lengths(outside[:, tangential]) / bound).max(initial=0.0))
     return max(
         along,

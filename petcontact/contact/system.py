@@ -15,11 +15,8 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..frozen import frozen
+from ..round_off import CHAINED
 from .linearisation import Linearisation as Linearisation
-
-EQUILIBRIUM = 1e-10
-"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it
-moves a body on."""
 
 
 @frozen
@@ -65,11 +62,6 @@ class Modes:
         return most / float(work.max()) if most > 0.0 else 0.0
 
 
-FREE = 1e-10
-"""Singular value, relative to motions of unit size, below which a rigid motion moves no component
-that is active."""
-
-
 class RigidModeConstraint:
     """Rigid motions beside a block of S, in scaled coordinates; those that move no active component
     are left out.
@@ -104,7 +96,7 @@ class RigidModeConstraint:
         factor = np.linalg.qr(modes.motion[linearised.active] / size, mode="r")
         values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
         followed = np.zeros(rank, dtype=bool)
-        followed[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
+        followed[: len(values)] = values > CHAINED * max(1.0, float(values.max(initial=0.0)))
         basis, self.free = vectors[followed].T, vectors[~followed].T
         work = np.einsum(
             "rib,ibc->ric", modes.resultant / size[:, None, None], linearised.derivative
@@ -114,7 +106,7 @@ class RigidModeConstraint:
         turned, strength, _ = np.linalg.svd(
             np.asarray(np.linalg.qr((basis.T @ work).T, mode="r")).T
         )
-        resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > FREE * float(
+        resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > CHAINED * float(
             strength.max(initial=0.0)
         )
         if not resisted.all():

@@ -6,11 +6,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from ..round_off import WRITTEN
 from .inp_file import CORNERS, InpFile
 
-FLAT = 1e-9
-"""Sine of the angle between edges, in space of the solid angle, below which a corner has no
-sign."""
 _TOP = {-6: 3, -8: 4}
 EDGES: dict[int, tuple[tuple[int, ...], ...]] = {
     3: ((0, 1, 2),),
@@ -50,12 +48,12 @@ def check_elements(file: InpFile) -> list[str]:
         signs = _signs(x, EDGES[corners])
         low, high = signs.min(axis=1), signs.max(axis=1)
         for bad, what in (
-            ((high <= FLAT) & (low >= -FLAT), f"has no {'volume' if dim == 3 else 'area'}"),
-            ((high > FLAT) & (low < -FLAT), "is folded: its corners turn both ways"),
+            ((high <= WRITTEN) & (low >= -WRITTEN), f"has no {'volume' if dim == 3 else 'area'}"),
+            ((high > WRITTEN) & (low < -WRITTEN), "is folded: its corners turn both ways"),
         ):
             if bad.any():
                 raise InputError(f"{file.path}: element {numbers[int(np.argmax(bad))]} {what}")
-        turned += [number for number, down in zip(numbers, low < -FLAT, strict=True) if down]
+        turned += [number for number, down in zip(numbers, low < -WRITTEN, strict=True) if down]
     return (
         [f"{count(turned, 'element')} numbered clockwise, or inside out; taken as they lie"]
         if turned

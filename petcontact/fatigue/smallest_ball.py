@@ -6,11 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
+from ..round_off import SOLVED
 
 STEPS = 1000
 """Steps of the iteration at most; nearly all paths need less than 50."""
-GAP = 1e-12
-"""Where it ends: the square of the radius is known this well."""
 
 
 def smallest_ball(points: Array) -> tuple[Array, Array]:
@@ -66,6 +65,6 @@ def smallest_ball(points: Array) -> tuple[Array, Array]:
         weight[going, far] += move
         weight[going, near] -= move
         centre[going] += move[:, None] * step
-        going = going[(gap > GAP * distance[own, far]) & (move > 0.0)]
+        going = going[(gap > SOLVED * distance[own, far]) & (move > 0.0)]
     radius = np.sqrt(np.max(np.sum((x - centre[:, None]) ** 2, axis=2), axis=1))
     return centre.reshape(*shape, x.shape[2]), radius.reshape(shape)

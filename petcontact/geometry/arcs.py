@@ -14,6 +14,7 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
+from ..round_off import least_pieces
 
 LARGEST_TURN = 0.5 * math.pi
 """Arcs are cut into pieces that turn by no more: near half a circle the chord says nothing about
@@ -117,7 +118,7 @@ def turn_through(start: Array, middle: Array, end: Array) -> float:
 def divided(start: Array, end: Array, alpha: float) -> Array:
     """Points (n + 1, 2) that cut an arc into n >= 1 equal pieces which turn by no more than
     LARGEST_TURN."""
-    count = max(1, math.ceil(2.0 * abs(alpha) / LARGEST_TURN - 1e-9))
+    count = int(least_pieces(2.0 * abs(alpha) / LARGEST_TURN))
     points = on_arcs(start, end, alpha, np.linspace(-1.0, 1.0, count + 1))[0]
     points[0], points[-1] = start, end
     return points

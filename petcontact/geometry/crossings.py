@@ -6,10 +6,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..round_off import WRITTEN
 
-MARGIN = 1e-9
-"""Of an edge's parameter and of barycentric coordinates: an edge that only ends on a triangle does
-not cross it."""
 WINDINGS = 100_000
 """Pairs of a point and a triangle that are seen at once."""
 
@@ -64,7 +62,7 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
             * np.linalg.norm(e_1, axis=1)
             * np.linalg.norm(e_2, axis=1)
         )
-        proper = np.abs(volume) > MARGIN * size
+        proper = np.abs(volume) > WRITTEN * size
         safe = np.where(proper, volume, 1.0)
         offset = start - origin
         u = np.sum(offset * across, axis=1) / safe
@@ -74,11 +72,11 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
         # closed: what runs through the joint of two triangles would slip between them
         inside = (
             proper
-            & (u > -MARGIN)
-            & (v > -MARGIN)
-            & (u + v < 1.0 + MARGIN)
-            & (t > MARGIN)
-            & (t < 1.0 - MARGIN)
+            & (u > -WRITTEN)
+            & (v > -WRITTEN)
+            & (u + v < 1.0 + WRITTEN)
+            & (t > WRITTEN)
+            & (t < 1.0 - WRITTEN)
         )
         if inside.any():
             n = int(np.argmax(inside))

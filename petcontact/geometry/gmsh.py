@@ -11,15 +11,13 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
+from ..round_off import CHAINED
 from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented, shown
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list
 of nodes."""
-FLAT = 1e-10
-"""Quadratic lines whose middle node lies off the chord by less than this fraction of it are
-straight."""
 
 
 def gmsh_outline(mesh: Any, file: str) -> Outline:
@@ -210,6 +208,6 @@ def _side(start: Array, middle: Array | None, end: Array, part: str) -> list[Sid
     chord = end - start
     if middle is not None:
         offset = middle - start
-        if abs(chord[0] * offset[1] - chord[1] * offset[0]) > FLAT * float(chord @ chord):
+        if abs(chord[0] * offset[1] - chord[1] * offset[0]) > CHAINED * float(chord @ chord):
             return arc(start, end, turn_through(start, middle, end), part)
     return [Side(start, end, part)]

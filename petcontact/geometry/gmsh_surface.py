@@ -10,11 +10,9 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..errors import InputError
+from ..round_off import WRITTEN
 from .surface import FacetSurface, checked_surface
 
-FLAT = 1e-9
-"""Quadrilaterals whose corners lie in one plane, and cells whose middles lie where those of flat
-ones do, but for this fraction of their size, are flat."""
 _CELLS = {"triangle": (3, 0), "triangle6": (3, 3), "quad": (4, 0), "quad8": (4, 4), "quad9": (4, 5)}
 """Corners and further nodes of the cells that are read, which are in Gmsh's order."""
 
@@ -96,7 +94,7 @@ def _crooked(points: Array, cells: Index) -> Mask:
     a, b, c, d = points[cells[quads, :4]].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
     reach = np.linalg.norm(c - a, axis=1) + np.linalg.norm(d - b, axis=1)
-    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(
+    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > WRITTEN * reach * np.linalg.norm(
         normal, axis=1
     )
     return result
@@ -127,7 +125,7 @@ def _bent(points: Array, cells: Index) -> Mask:
     usual = np.concatenate([usual, corners.mean(axis=1, keepdims=True)], axis=1)
     away = np.where(cells[:, 4:, None] >= 0, points[cells[:, 4:]] - usual, 0.0)
     size = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
-    return np.asarray(np.linalg.norm(away, axis=2).max(axis=1) > FLAT * size)
+    return np.asarray(np.linalg.norm(away, axis=2).max(axis=1) > WRITTEN * size)
 
 
 def is_surface(mesh: Any) -> bool:

@@ -12,6 +12,7 @@ import scipy
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
+from ..round_off import CHAINED
 from .arcs import check_digits
 from .crossings import first_crossing, winding
 from .quadratic import QuadraticCells
@@ -30,8 +31,6 @@ SLIVER = 1e-4
 TURNED = np.array([[2, 1, 0, 3, 4], [3, 2, 1, 0, 4]])
 """Middles of the sides of triangles and quadrilaterals whose corners are run through in the other
 direction."""
-SAME = 1e-10
-"""Points closer than this fraction of the surface's size are one point given twice."""
 
 
 class Boundary(Protocol):
@@ -175,7 +174,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
 def _check_points(points: Array, source: str) -> None:
     size = float(np.ptp(points, axis=0).max())
     tree = scipy.spatial.cKDTree(points)
-    pairs = tree.query_pairs(SAME * size, output_type="ndarray")
+    pairs = tree.query_pairs(CHAINED * size, output_type="ndarray")
     if len(pairs):
         raise InputError(
             f"{source}: {_text(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "
@@ -255,7 +254,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
         middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T
     ).T
     apart = np.linalg.norm(way[starts] - way[starts + 1], axis=1)
-    gaping = np.flatnonzero(apart > SAME * np.ptp(points, axis=0).max())
+    gaping = np.flatnonzero(apart > CHAINED * np.ptp(points, axis=0).max())
     if len(gaping):
         a, b = points[ends[starts[gaping[0]]]]
         raise InputError(

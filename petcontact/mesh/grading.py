@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..geometry.same_place import TOLERANCE, distinct
 from ..model.solver_options import MeshOptions
+from ..round_off import SOLVED, least_pieces, whole
 from .curve_mesh import CurveMesh, build_mesh
 
 T = TypeVar("T")
@@ -24,8 +25,6 @@ LARGEST_ELEMENT_TURN = math.pi / 6.0
 """Elements of graded arcs turn by no more [rad]."""
 
 
-SMALLEST_ELEMENT = 1e-12
-"""As a fraction of its side."""
 LARGEST_MESH = 1_000_000
 """Nodes; even compressed operators of more do not fit a machine."""
 
@@ -55,7 +54,7 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
         else:
             breaks.append(uniform_breaks(side, size if size is not None else side.length))
         smallest = float(np.diff(breaks[-1]).min())
-        if smallest < SMALLEST_ELEMENT:
+        if smallest < SOLVED:
             raise InputError(
                 f"mesh: an element of {smallest:.1g} of part {side.part!r} is lost in round-off; "
                 "use fewer levels or a grading nearer to 1"
@@ -80,7 +79,7 @@ def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> No
 
 def uniform_breaks(side: Side, size: float) -> Array:
     """round(l/h) >= 1 equal elements, as fractions (n + 1,) of the side."""
-    return np.linspace(0.0, 1.0, max(1, math.floor(side.length / size + 0.5)) + 1)
+    return np.linspace(0.0, 1.0, max(1, whole(side.length / size)) + 1)
 
 
 def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
@@ -160,7 +159,7 @@ def largest_turn(side: Side) -> float:
 
 def _split(points: Array, largest: float) -> Array:
     """Cut elements longer than `largest` into equal ones."""
-    counts = np.maximum(1, np.ceil(np.diff(points) / largest - 1e-9)).astype(int)
+    counts = least_pieces(np.diff(points) / largest)
     cut = [
         a + (b - a) * np.arange(n) / n
         for a, b, n in zip(points[:-1], points[1:], counts, strict=True)

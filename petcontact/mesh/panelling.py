@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..geometry.round_surfaces import RoundSurface
 from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface, face_axes
+from ..round_off import whole
 from .surface_mesh import SurfaceMesh
 
 
@@ -38,7 +39,7 @@ def box_mesh(
     """
     extent = box.upper - box.lower
     lines = [
-        graded(max(1, round(float(extent[c]) / size_of(name))), exponent)
+        graded(max(1, whole(float(extent[c]) / size_of(name))), exponent)
         for name, face in BOX_PARTS.items()
         for c in face_axes(*face)
     ]

@@ -17,14 +17,12 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from ..round_off import HALF
 
 PEAK_SAMPLES = 9
 """Points of an element at which the largest displacement is looked for, its ends included."""
 NEIGHBOURS = 3
 """Nodes borrowed on either side of an element."""
-SMALLEST_ZONE = 1e-8
-"""Width of slip zones at the end of a side, relative to the side, below which they are left
-alone."""
 
 
 @frozen
@@ -314,7 +312,7 @@ def slip_at_end(line: ContactLine, last: bool) -> float:
     if power > -0.05:
         return np.inf
     width = np.exp(-level / power) if level < 0.0 else 0.0
-    return float(width) if width > SMALLEST_ZONE * line.breaks[-1] else np.inf
+    return float(width) if width > HALF * line.breaks[-1] else np.inf
 
 
 def without_specks(sign: Index, element: Index) -> Index:

@@ -8,12 +8,10 @@ import math
 
 from ..frozen import frozen
 from ..mesh.hp_grading import Grading
+from ..round_off import SOLVED
 
 MOST_GAIN = 40.0
 """Ratio of the errors of two neighbouring levels beyond which it is chance."""
-ROUND_OFF = 1e-12
-"""Differences below it say nothing of the pace: where nothing moves on one mesh and round-off on
-the next, nothing grows."""
 MARGIN = 1.3
 """How far below the wanted error a level's typical error is when it is tried first."""
 
@@ -142,11 +140,11 @@ def believed(differences: list[float], most: float = MOST_GAIN) -> float:
     if len(differences) < 2:
         return math.inf
     before, last = differences[-2:]
-    return max(last, before / most, last**2 / max(before, ROUND_OFF))
+    return max(last, before / most, last**2 / max(before, SOLVED))
 
 
 def growing(differences: list[float]) -> bool:
     """Whether one of the last two differences is larger than the one before, and than round-off."""
     return any(
-        after > max(before, ROUND_OFF) for before, after in itertools.pairwise(differences[-3:])
+        after > max(before, SOLVED) for before, after in itertools.pairwise(differences[-3:])
     )

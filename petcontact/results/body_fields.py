@@ -13,7 +13,7 @@ from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
-from ..fields.boundary.places import ON, located, sizes
+from ..fields.boundary.places import located, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
@@ -22,6 +22,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
 from ..model.shapes.files import Superelement
+from ..round_off import SINGLE
 from .records import BodyResult
 
 
@@ -226,7 +227,7 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     )
     depth = layer[element[rows], None]
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
-    met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - ON) * layer)[0]
+    met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - SINGLE) * layer)[0]
     free = (met < 0).reshape(2, -1).all(axis=0)
     s = np.linalg.norm(x[rows] - foot, axis=1) / depth[:, 0]
     taken = free | (s < 2.0 * CLOSE)

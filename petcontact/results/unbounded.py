@@ -20,7 +20,6 @@ import scipy
 
 from ..arrays import Array, Index
 from ..contact.law_protocol import OPEN, SLIP
-from ..fields.boundary.places import ON
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -35,6 +34,7 @@ from ..refinement.corner_exponents import (
 )
 from ..refinement.panels.edges import RIGID, SMOOTH, edges
 from ..refinement.singular_points import kinds_seen
+from ..round_off import SINGLE
 from .evaluated import Evaluated
 from .records import PairResult, StepResult
 
@@ -241,7 +241,7 @@ class _Body:
         """The angle of the corner at a point, and no element; where there is none the angle of a
         smooth side, and the element of it."""
         size = float(np.ptp(self._mesh.x, axis=0).max())
-        meets = self._corners.angle[np.linalg.norm(self._corners.x - x, axis=1) < ON * size]
+        meets = self._corners.angle[np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * size]
         if len(meets):
             return round(float(meets[0]), 6), None
         node = int(np.argmin(np.linalg.norm(self._mesh.x - x, axis=1)))

@@ -170,3 +170,13 @@ def test_options_out_of_range_are_refused_in_one_line(bad):
     with pytest.raises(InputError, match=next(iter(bad))) as caught:
         MeshOptions(**bad)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1000.0])
+def test_half_an_element_is_rounded_up_however_a_body_lies(shift):
+    """l/h = 2.5 on all sides: three elements on each, turned by any angle."""
+    for angle in np.linspace(0.0, 3.0, 40):
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        corners = 1.5 * np.array([[0, 0], [1, 0], [1, 1], [0, 1]]) @ turn.T + shift
+        body = Polygon(vertices=corners.tolist(), parts=["bottom", "right", "top", "left"])
+        assert len(mesh_outline(body.outline(), MeshOptions(element_size=0.6)).x) == 12

@@ -13,7 +13,7 @@ from import_graph import ImportGraph
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
     "errors frozen arrays native manual",
-    "stored",
+    "round_off stored",
     "reference runtime geometry compression",
     "linalg model",
     "mesh contact",
@@ -96,6 +96,7 @@ def test_the_top_holds_the_doors_only():
         "arrays.py",
         "frozen.py",
         "stored.py",
+        "round_off.py",
         "py.typed",
     }
 

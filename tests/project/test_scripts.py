@@ -120,6 +120,7 @@ SMALLEST = {
     "verify_files": "--count 4",
     "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0",
+    "verify_processors": "--problems 2 --space 1 --processors Prescott",
     "mutate": "--list",
     "verification": "B10",
     "drawings": "-o {folder}",

@@ -9,14 +9,13 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.curved.panels import CurvedPanels, reference_rule
+from ...round_off import CHAINED
 from .polar import Rule, digits, polar_rule, warp
 from .rules import MOST_POINTS, fewest, point_counts
 from .tensors import Result, kernels
 
 CHUNK = 1 << 16
 """Pairs of a source point and a target at once."""
-COINCIDE = 1e-10
-"""Points this close to a node, over the size of the panel, are it."""
 
 
 def quadrature(
@@ -41,7 +40,7 @@ def quadrature(
         feet, distances = panels.take(np.full(len(near), number)).nearest(points[near])
         for row, foot, distance in zip(near.tolist(), feet, distances.tolist(), strict=True):
             apart = np.linalg.norm(nodes[number] - points[row], axis=1)
-            if apart.min() < COINCIDE * panels.chord.size[number]:
+            if apart.min() < CHAINED * panels.chord.size[number]:
                 foot, distance = panels.nodes[number, apart.argmin()], 0.0
             yield (
                 number,

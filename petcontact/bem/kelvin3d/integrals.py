@@ -22,9 +22,10 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
+from ...round_off import SOLVED
 from . import curved
 from .compiled import available, compiled_integrals
-from .moments import FLAT, Moments
+from .moments import Moments
 from .rules import MOST_POINTS, point_counts, tolerance_of
 from .tensors import Result, kernels
 
@@ -147,7 +148,7 @@ def local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Arra
         np.einsum("nij,nj->in", panels.frame[element], x - panels.centre[element])
         / panels.size[element]
     )
-    return local, np.where(np.abs(local[2]) <= FLAT, 0.0, -local[2])
+    return local, np.where(np.abs(local[2]) <= SOLVED, 0.0, -local[2])
 
 
 def to_basis(panels: Panels, element: Index, origin: Array) -> Array:

@@ -20,8 +20,6 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...frozen import frozen
 
-FLAT = 1e-12
-"""Heights over the plane below this fraction of the polygon's size are zero."""
 Table = dict[tuple[int, int], Array]
 
 

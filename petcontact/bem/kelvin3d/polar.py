@@ -24,6 +24,7 @@ from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE
 from ...mesh.basis import gauss
 from ...mesh.curved.panels import CurvedPanels
+from ...round_off import CHAINED, SINGLE
 
 MOST = 40
 """Gauss points in s or v at most."""
@@ -37,10 +38,6 @@ AROUND = 2
 """Points about a side beyond what the ellipse asks for."""
 LEAST = 3
 """Points along a ray at least."""
-STRAIGHT = 1e-6
-"""Bend of a ray over the panel's size, squared, below which it is straight."""
-ON_PANEL = 1e-10
-"""Distance over the panel's size below which a point lies on it."""
 CENTRE = 0.5
 """1 less the distance over the radius of curvature, below which that counts for the zeros of |y -
 x|²."""
@@ -48,8 +45,6 @@ TOGETHER = 4
 """Rays that take the same number of points: a vector of the compiled code."""
 Powers = tuple[Array, Array, Array]
 """Vectors along rays, (n, 3) each, by powers of ρ."""
-FLATTEST = 1e-10
-"""Height of a side over the panel's size below which the foot is on the side."""
 
 
 @frozen
@@ -123,7 +118,7 @@ def polar_rule(
     to_local, frame = np.linalg.inv(to_zeta), np.stack([e_1, e_2])
     corners = (REFERENCE[panels.n_corners] - foot) @ to_zeta.T
     size = float(np.linalg.norm(corners, axis=1).max())
-    own = distance <= ON_PANEL * size
+    own = distance <= CHAINED * size
     # what the basis and the area factor ask for
     triangle = panels.n_corners == 3
     least = 4 + (order // 2 if triangle else order)
@@ -133,7 +128,7 @@ def polar_rule(
     for k, (start, stop) in enumerate(zip(corners, np.roll(corners, -1, axis=0), strict=True)):
         side = (stop - start) / np.linalg.norm(stop - start)
         h = float(side[1] * start[0] - side[0] * start[1])
-        if h < FLATTEST * size:
+        if h < CHAINED * size:
             continue
         ends = np.array([side @ start, side @ stop])
         true = panel.at(
@@ -161,7 +156,7 @@ def polar_rule(
     ray = (np.stack([side[:, 1], -side[:, 0]], axis=1) + np.sinh(s)[:, None] * side) / cosh[:, None]
     reach, share, slope, end = h * cosh, weight / cosh, ray @ to_local.T, np.zeros(2)
     positions, normals = _along_rays(panel, foot, slope)
-    zeros = [_nearest_zero(*terms, STRAIGHT / size**2) for terms in (positions, normals)]
+    zeros = [_nearest_zero(*terms, SINGLE / size**2) for terms in (positions, normals)]
     middle = half = 0.5 * reach
     if not own:
         b = ray @ (frame @ (y[0, 0] - x))
@@ -169,7 +164,7 @@ def polar_rule(
         v_1, v_2 = np.arcsinh(b / c), np.arcsinh((reach + b) / c)
         middle, half = 0.5 * (v_1 + v_2), 0.5 * (v_2 - v_1)
         zeros = [np.full(len(c), 0.5j * np.pi), *(np.arcsinh((zero + b) / c) for zero in zeros)]
-        about = _about_centres(y[0, 0] - x, 1j * c - b, b, positions, STRAIGHT / size**2)
+        about = _about_centres(y[0, 0] - x, 1j * c - b, b, positions, SINGLE / size**2)
         zeros += list(np.arcsinh((about + b) / c))
     log_rho = np.min([ellipse(zero, middle, half) for zero in zeros], axis=0)
     local, total = [], []

@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curved.panels import CurvedPanels, reference_rule
 from ...mesh.panels import Panels
+from ...round_off import SOLVED
 
 TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}
 """Relative error of quadrature by default: of far flat panels, and of all curved ones, near or
@@ -27,9 +28,6 @@ SAFETY = 2.5
 RECTANGULAR = 0.9
 """Panels that fill less of their frame's box have slanting lines of Gauss points: the same number
 in both directions."""
-STRAIGHT = 1e-12
-"""Corners off a parallelogram or a rectangle by less than this fraction of the panel are on it:
-round-off."""
 
 
 CURVED = 1
@@ -65,7 +63,7 @@ def degrees(panels: Panels | CurvedPanels) -> Index:
     if polygon.shape[1] == 3:
         return np.tile([order, order + 1], (len(polygon), 1))
     a, b, c, d = polygon.transpose(1, 0, 2)
-    least = STRAIGHT * (polygon.max(axis=1) - polygon.min(axis=1))
+    least = SOLVED * (polygon.max(axis=1) - polygon.min(axis=1))
     twisted = np.abs(a - b + c - d) > least
     leaning = twisted[:, 0] | (np.abs(c + d - a - b)[:, 0] > least[:, 0])
     return np.stack(

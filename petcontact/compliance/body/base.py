@@ -12,26 +12,19 @@ from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import HALF, ROUNDED
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 
 PROBED = 24
 """Nodes at which the integral equations are checked."""
-SWALLOWED = 1e-8
-"""Least displacement, over a rigid motion that was taken out of the data, that residuals are
-measured by."""
 HELD = 1e-3
 """Displacement over what the mean traction would do to a body that nothing holds, below which it is
 compared with that."""
 PROBE_SEED = 20190
-ROUND_OFF = 1e-14
-"""Share of the forces on a body below which their resultant is round-off: such loads are in
-equilibrium by themselves."""
 VOLUME, CLOSED = 1e-6, 1e-4
 """The same of loads in the volume, which are polynomials that are integrated over the boundary; and
 the resultant of the normals, over that of their sizes, up to which a boundary is closed and this an
 error of quadrature."""
-NEGLIGIBLE = 1e-8
-"""Size of the solution of a body, over the largest of those solved jointly, that counts as none."""
 
 
 class ElasticBody(abc.ABC):
@@ -157,7 +150,7 @@ class ElasticBody(abc.ABC):
                 rows, np.tensordot(shares, self.data.force, 1)
             )
         # u has lost what is below the round-off of a rigid motion
-        least = SWALLOWED * float(np.abs(rigid).max(initial=0.0))
+        least = HALF * float(np.abs(rigid).max(initial=0.0))
         return float(np.abs(defect).max()) / (max(self.displaced(u, traction), least) or 1.0)
 
     def displaced(self, u: Array, traction: Array) -> float:
@@ -186,7 +179,7 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
         mesh.weight[:, None],
         _modes_at(mesh, modes, data.point) if data.point.size else modes[:0],
     )
-    loads = [(data.known_traction * weight, modes, ROUND_OFF), (data.force, at_points, ROUND_OFF)]
+    loads = [(data.known_traction * weight, modes, ROUNDED), (data.force, at_points, ROUNDED)]
     if data.volume is not None:
         left, of_sizes = _works((weight * mesh.normal)[None], modes)
         error = float((np.abs(left) / of_sizes).max())

@@ -9,11 +9,9 @@ from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ...compression.hodlr import Stretch
 from ...mesh.curve_mesh import CurveMesh
+from ...round_off import WRITTEN
 
 NONE = np.empty(0, dtype=np.int64)
-EQUAL = 1e-9
-"""Deviation of nodes from even spacing, over the length of an element: round-off of a million
-elements is 4e-11."""
 COMPARED = 8
 """Elements at both ends of a stretch whose entries are compared."""
 SHORTEST = 2 * COMPARED
@@ -23,7 +21,7 @@ SHORTEST = 2 * COMPARED
 def repeated(mesh: CurveMesh) -> Mask:
     """Whether the element after each one but the last is a translate of it, (n_elements - 1,)."""
     plain = (mesh.curvature == 0.0) & (mesh.power == 0.0)
-    same = plain[1:] & plain[:-1] & (np.abs(np.diff(mesh.length)) <= EQUAL * mesh.length[1:])
+    same = plain[1:] & plain[:-1] & (np.abs(np.diff(mesh.length)) <= WRITTEN * mesh.length[1:])
     for label in (mesh.order, mesh.line, mesh.part):
         same &= label[1:] == label[:-1]
     return np.asarray(same)
@@ -75,7 +73,7 @@ def _near(vectors: Array, following: Index) -> Mask:
     """Whether each node's vectors are those of the following one, but for round-off, (n,)."""
     difference = np.abs(vectors - vectors[following]).reshape(len(vectors), -1)
     return np.asarray(
-        difference.max(axis=1, initial=0.0) <= EQUAL * np.abs(vectors).max(initial=0.0)
+        difference.max(axis=1, initial=0.0) <= WRITTEN * np.abs(vectors).max(initial=0.0)
     )
 
 
@@ -83,7 +81,7 @@ def _even(mesh: CurveMesh, first: int, last: int) -> bool:
     """Whether elements begin at equal distances."""
     step = (mesh.end[last - 1] - mesh.start[first]) / (last - first)
     missed = mesh.start[first:last] - mesh.start[first] - np.arange(last - first)[:, None] * step
-    return bool(np.abs(missed).max() <= EQUAL * np.abs(step).max())
+    return bool(np.abs(missed).max() <= WRITTEN * np.abs(step).max())
 
 
 def _repeats(mesh: CurveMesh, operators: BoundaryOperators, first: int, last: int) -> bool:
@@ -93,4 +91,4 @@ def _repeats(mesh: CurveMesh, operators: BoundaryOperators, first: int, last: in
         np.arange(a, a + count) for a in (mesh.first_node[first], mesh.first_node[last] - count)
     )
     entries, others = operators.system_entries(one, one), operators.system_entries(two, two)
-    return bool(np.abs(entries - others).max() <= 10.0 * EQUAL * np.abs(entries).max())
+    return bool(np.abs(entries - others).max() <= 10.0 * WRITTEN * np.abs(entries).max())

@@ -26,10 +26,8 @@ from ...geometry.rotation import rigid_motions
 from ...geometry.superelement import CondensedSurface, expect
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import reference_nodes
+from ...round_off import HALF
 from .base import ElasticBody
-
-RESISTED = 1e-8
-"""Stiffness against a motion, over the largest against any, from which it is resisted."""
 
 
 @frozen
@@ -101,7 +99,7 @@ def _free_at_points(surface: CondensedSurface) -> Array:
     every = rigid_motions(away / np.abs(away).max()).reshape(surface.points.size, -1)
     values, vectors = np.linalg.eigh(every.T @ stiffness @ every)
     largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
-    free = vectors[:, np.abs(values) <= RESISTED * largest]
+    free = vectors[:, np.abs(values) <= HALF * largest]
     # translations along the axes stay what they are where they are free
     return np.asarray(every @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else every[:, :0])
 
@@ -131,7 +129,7 @@ def condensed(
         [[surface.arrays["stiffness"] / scale, motions], [motions.T, np.zeros((r, r))]]
     )
     lowest = float(np.linalg.eigvalsh(surface.arrays["stiffness"] / scale + motions @ motions.T)[0])
-    if lowest <= RESISTED / size:
+    if lowest <= HALF / size:
         raise InputError(
             f"{surface.source}: stiffness: it resists some motion that is not rigid by "
             f"{lowest:.1e} of its "

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...round_off import HALF
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
-from ..body.base import NEGLIGIBLE
 from .coupling import Coupling, Relation
 from .krylov import FlexibleKrylov
 from .posed import Balance, Posed, State
@@ -151,7 +151,7 @@ class MixedEquations:
                 self._sizes(self.whole(self._residual(posed, known, sigma, rest))),
             )
         still = (
-            sizes <= NEGLIGIBLE * sizes.max()
+            sizes <= HALF * sizes.max()
             if preconditioner is not self._open
             else np.zeros(len(sizes), dtype=bool)
         )
@@ -181,14 +181,14 @@ class MixedEquations:
         """Sizes of the bodies' displacements without rigid motions, which have no residual, but for
         their round-off: where bodies meet, that of the largest is in the equations of both."""
         strained = self._sizes(z - self.motions @ (self._dual.T @ z))
-        return np.maximum(strained, NEGLIGIBLE * self._sizes(z).max(initial=0.0))
+        return np.maximum(strained, HALF * self._sizes(z).max(initial=0.0))
 
     def _weighed(
         self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array
     ) -> tuple[Array, float]:
         """This rank's rows of what is left and its norm: each body's over its own size, however
         stiff others are."""
-        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
+        sizes = np.maximum(sizes, HALF * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, known, sigma, x)
         return left, self._norm(left)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.system import Linearisation, Modes, RigidModeConstraint
+from ...round_off import SOLVED
 from ...runtime.petsc import stage
 from ..body.base import ElasticBody
 from ..interface import ContactMaps, Interface
@@ -25,8 +26,6 @@ AT_REST = 1e-3
 σ, too, and not in v."""
 LOOSE = 1e-2
 """The same at most, of small changes of a solution."""
-ROUND_OFF = 1e-12
-"""Relative difference of tractions that are the same."""
 
 
 class JointBodies:
@@ -91,7 +90,7 @@ class JointBodies:
         if traction.any() and np.array_equal(shares, self._shares):
             for state in filter(None, (self._last, self._corrected)):
                 known = self._maps[number].carried(state.sigma.ravel())
-                if np.abs(known - traction).max(initial=0.0) <= ROUND_OFF * np.abs(traction).max(
+                if np.abs(known - traction).max(initial=0.0) <= SOLVED * np.abs(traction).max(
                     initial=0.0
                 ):
                     return state

@@ -12,9 +12,10 @@ import numpy as np
 
 from ...arrays import Array, States
 from ...contact.system import Linearisation, Modes, RigidModeConstraint
+from ...round_off import SOLVED
 from ..composed import ComposedSystem
 from ..contact_compliance import ContactCompliance, MakeSurrogate
-from .joint import ROUND_OFF, JointBodies
+from .joint import JointBodies
 
 FORCING = 0.05
 """Residual of an inner solve of Newton's method over that before it ..."""
@@ -142,7 +143,7 @@ class MonolithicSystem(ComposedSystem):
         """S times a small change of the last σ: one solve, or none where it is the one before up to
         round-off of σ."""
         assert self._known is not None
-        least = ROUND_OFF * np.linalg.norm(self._known[0])
+        least = SOLVED * np.linalg.norm(self._known[0])
         if self._change is None or np.linalg.norm(difference - self._change[0]) > least:
             self.applications += 1
             self._change = difference, self._joint.corrected(difference) + self._soft * difference

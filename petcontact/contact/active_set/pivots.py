@@ -27,10 +27,11 @@ import numpy as np
 from ... import native
 from ...arrays import Array
 from ...frozen import frozen
+from ...round_off import CHAINED, ROUNDED, SOLVED
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
-from ..system import EQUILIBRIUM, Modes
+from ..system import Modes
 from .line_search import LineSearch
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
@@ -45,18 +46,12 @@ PATIENCE = 8
 SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which
 break all."""
-VANISHED = 1e-12
-"""|σ|, over the largest so far, below which a contact is unloaded and no measure of ρ."""
-STRAIGHT = 1e-10
-"""Relative residual of the law that is round-off: pieces on disks are not linear."""
 RUNAWAY = 1e9
 """v over what the first step strains, from which on a body slides away on the pieces that are
 tried."""
 FADED = 1e-60
 """σ over the largest so far below which its pieces are those of loads that vanish, and no step
 finds them."""
-IDLE = 1e-14
-"""The same where nothing loads what only contact holds: round-off, not loads."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it
 slips the other way."""
@@ -189,7 +184,7 @@ def pivots(
         largest = max(largest, size)
         if not np.abs(v).max(initial=0.0) <= farthest:
             return "a body that contact holds moves away"
-        if modes is not None and not modes.load.any() and size < IDLE * largest:
+        if modes is not None and not modes.load.any() and size < ROUNDED * largest:
             sigma, push = np.zeros_like(sigma), np.zeros_like(push)
         elif 0.0 < size < FADED * largest:
             return "the tractions vanish"
@@ -200,7 +195,7 @@ def pivots(
                 or np.inf
             )
         revised, rho = next_tau(
-            linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest)
+            linearised, law, sigma, v, solver.noise, SOLVED * max(begun, largest)
         )
         wrong = np.flatnonzero(law.states(revised) != linearised.states)
         step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push)
@@ -261,7 +256,7 @@ def linear_solve(
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:
     """Along which combination of some motions of unit size, (r, p), the loads push more than by
     round-off, (r,)."""
-    if modes is None or modes.defect(sigma, free) <= EQUILIBRIUM:
+    if modes is None or modes.defect(sigma, free) <= CHAINED:
         return np.zeros(len(free))
     return np.asarray(free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size)
 
@@ -273,7 +268,7 @@ def box_problem(
     tau: Array,
     sigma: Array,
     limit: int | None = None,
-    tolerance: float = STRAIGHT,
+    tolerance: float = CHAINED,
     modes: Modes | None = None,
 ) -> Pivot:
     """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.

@@ -16,6 +16,7 @@ from ...arrays import Array, Index, Mask
 from ...errors import SingularMatrixError, SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
 from ...linalg.dense_solver import DenseSolver
+from ...round_off import SOLVED
 from ...runtime.petsc import petsc
 from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
@@ -23,8 +24,6 @@ from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 _BLOCK = native.function("petcontact_active_block", "iippppipp")
 DIRECT_SIZE = 512
 """Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
-STICK_RTOL = 1e-12
-"""Of a restricted solve, relative to u_0: also where a later step has little left to solve for."""
 EPSILON, REPEATED = 1e-6, 4
 """Of a least solution, relative to the longest column, and how often it is corrected."""
 
@@ -315,10 +314,10 @@ class KrylovActiveSetSolver(_Counted):
         rhs: Array,
     ) -> tuple[Array, Array]:
         base = np.where(active, self.system.u_0, 0.0)
-        floor = STICK_RTOL * float(np.linalg.norm(self.surrogate.solve(base)))
+        floor = SOLVED * float(np.linalg.norm(self.surrogate.solve(base)))
         self.system.elastic_solves += 1
         found = krylov.solve(
-            product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL
+            product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, SOLVED
         )
         self.ksp_iterations = krylov.iterations
         return found

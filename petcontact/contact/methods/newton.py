@@ -23,6 +23,7 @@ from ...arrays import Array
 from ...errors import SolverError
 from ...frozen import frozen
 from ...model.solver_options import Method
+from ...round_off import CHAINED, WRITTEN
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, next_tau, pivots
 from ..active_set.solvers import BlockFactors, active_set_solver
@@ -44,10 +45,6 @@ TRIES = 3
 STIFF = 1e4
 """ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it
 vanishes."""
-AHEAD = 1e-9
-"""Motion of a node, over the largest, that is none."""
-ROUND_OFF = 1e-10
-"""Relative residual below which sets that still change do so by round-off."""
 
 
 @frozen
@@ -264,7 +261,7 @@ class _Run:
         law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
         assert modes is not None
         along = modes.motion @ step.push
-        moved = np.abs(along) > AHEAD * np.abs(along).max(initial=0.0)
+        moved = np.abs(along) > WRITTEN * np.abs(along).max(initial=0.0)
         if not moved.any():
             return None
         far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
@@ -304,7 +301,7 @@ class _Run:
         relative = recorder.relative(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         tolerance = self.iteration.criterion.tolerance
-        solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
+        solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= CHAINED)
         within = (
             recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance)
             if solved

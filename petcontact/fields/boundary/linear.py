@@ -19,6 +19,7 @@ import scipy
 from ...arrays import Array, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
+from ...round_off import HALF, SUMMED
 from .places import middles
 
 NEAREST = 5
@@ -27,11 +28,6 @@ top."""
 OPPOSITE = -0.5
 """Cosine of the angle between normals, below which nodes are of the other side of a slit or of a
 thin part."""
-FLAT = 1e-8
-"""Height of the nodes over a plane, over their distances, below which nothing is known of the slope
-across it."""
-ROUND_OFF = 1e-13
-"""Of positions made smooth, over their size."""
 
 
 def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
@@ -73,7 +69,7 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
         - (weight * field[nodes]).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
         for field in (x, values)
     )
-    result[elements] = (np.linalg.pinv(weight * far, rcond=FLAT) @ (weight * change)).transpose(
+    result[elements] = (np.linalg.pinv(weight * far, rcond=HALF) @ (weight * change)).transpose(
         0, 2, 1
     )
     return result
@@ -87,7 +83,7 @@ def _bent(mesh: Any, x: Array) -> Mask:
 
 @_bent.register
 def _(mesh: CurveMesh, x: Array) -> Mask:
-    moved = np.abs(x - mesh.x).max(axis=1) > ROUND_OFF * np.abs(x).max()
+    moved = np.abs(x - mesh.x).max(axis=1) > SUMMED * np.abs(x).max()
     bent = (mesh.curvature != 0.0) | np.logical_or.reduceat(moved, mesh.first_node[:-1])
     before, after = mesh.neighbours()
     return np.asarray(bent | bent[before] | bent[after])

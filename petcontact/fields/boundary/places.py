@@ -14,9 +14,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.panels import reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
-
-ON = 1e-6
-"""Points nearer to an element than this share of its size lie on it."""
+from ...round_off import SINGLE
 
 
 def located(
@@ -46,17 +44,17 @@ def located(
     if part is not None:
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
     centre, radius = _spheres(mesh)
-    reach = ON * radius if within is None else within
+    reach = SINGLE * radius if within is None else within
     found = scipy.spatial.cKDTree(points).query_ball_point(
-        centre[numbers], (1.0 + ON) * radius[numbers] + reach[numbers]
+        centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
     )
     counts = np.array([len(rows) for rows in found], dtype=np.int64)
     row = np.array([k for rows in found for k in rows], dtype=np.int64)
     element = np.repeat(numbers, counts)
     place, distance, depth = _on(mesh, element, points[row])
-    kept = np.flatnonzero((distance < reach[element]) & (depth > -ON))
+    kept = np.flatnonzero((distance < reach[element]) & (depth > -SINGLE))
     # distances on the boundary are round-off
-    far = np.where(distance[kept] < ON * radius[element[kept]], 0.0, distance[kept])
+    far = np.where(distance[kept] < SINGLE * radius[element[kept]], 0.0, distance[kept])
     kept = kept[np.lexsort((-np.minimum(depth[kept], 1e-3), far, row[kept]))]
     kept = kept[np.append(True, np.diff(row[kept]) > 0)[: len(kept)]]
     elements, places = np.full(len(points), -1), np.zeros((len(points), *place.shape[1:]))

@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
+from ...round_off import WRITTEN, least_pieces, whole
 from ..outline import Outline, Side, shown
 
 TURN = 0.25 * math.pi
@@ -19,8 +20,6 @@ TURN = 0.25 * math.pi
 TIP = 1.5
 """Length of pieces that begin on the axis over that of the others: the ones after them do not
 double their radius."""
-ON_AXIS = 1e-9
-"""Distance from the axis, over the size of the section, that counts as none."""
 
 
 @frozen
@@ -62,10 +61,10 @@ def stations(section: Outline, angle: float, size: float) -> Stations:
         first = len(part)
         for side in loop:
             count = max(
-                1, round(side.length / size), math.ceil(2.0 * abs(side.half_angle) / TURN - 1e-9)
+                1, whole(side.length / size), int(least_pieces(2.0 * abs(side.half_angle) / TURN))
             )
-            x = side.point(_fractions(side, count, ON_AXIS * section.diameter))
-            x[:, 0] = np.where(x[:, 0] < ON_AXIS * section.diameter, 0.0, x[:, 0])
+            x = side.point(_fractions(side, count, WRITTEN * section.diameter))
+            x[:, 0] = np.where(x[:, 0] < WRITTEN * section.diameter, 0.0, x[:, 0])
             at.append(np.stack([x[:-1:2], x[1::2], x[2::2]], axis=1))
             part += ["" if on_axis(side, section) else side.part] * count
         following += [*range(first + 1, len(part)), first]
@@ -88,7 +87,7 @@ def _fractions(side: Side, count: int, small: float) -> Array:
 def _sectors(r: Array, following: Index, angle: float, size: float) -> Index:
     """The fewest sectors times powers of two, twice as many at most from one station to the
     next."""
-    fewest = max(1, math.ceil(angle / TURN - 1e-9))
+    fewest = int(least_pieces(angle / TURN))
     most = max(fewest, round(angle * float(r.max()) / size))
     base = round(most / 2 ** int(math.log2(most / fewest)))
     wanted = angle * r / (size * base)
@@ -107,7 +106,7 @@ def on_axis(side: Side, section: Outline) -> bool:
     """Whether a side lies on the axis."""
     return (
         side.curvature == 0.0
-        and max(abs(side.start[0]), abs(side.end[0])) <= ON_AXIS * section.diameter
+        and max(abs(side.start[0]), abs(side.end[0])) <= WRITTEN * section.diameter
     )
 
 
@@ -119,7 +118,7 @@ def checked_section(section: Outline) -> Outline:
     InputError
         If it lies on both sides of the axis, or touches it in a point.
     """
-    small = ON_AXIS * section.diameter
+    small = WRITTEN * section.diameter
     for loop in section.loops:
         for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
             lowest = _nearest_to_axis(side)

@@ -12,12 +12,13 @@ import numpy as np
 from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
+from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
 from ..round_surfaces import RIM
 from ..surface import SolidSurface
 from .section import section_triangles
-from .stations import ON_AXIS, Stations, checked_section, on_axis, parts_of, stations
+from .stations import Stations, checked_section, on_axis, parts_of, stations
 
 FACES = ("start", "end")
 """Parts of the plane faces of a body that is turned by less than a full circle."""
@@ -170,7 +171,7 @@ class RevolvedSurface(SolidSurface):
             place = np.nan_to_num(side.nearest(at[mine].reshape(-1, 2)))
             # what lies close to an end belongs on the rim that the end is turned into
             slack = np.repeat(RIM * size[mine], at.shape[1]) / side.length
-            rims = [end[0] > ON_AXIS * self.section.diameter for end in (side.start, side.end)]
+            rims = [end[0] > WRITTEN * self.section.diameter for end in (side.start, side.end)]
             place = np.where(
                 rims[0] & (place < slack),
                 0.0,
@@ -185,7 +186,7 @@ class RevolvedSurface(SolidSurface):
             ).reshape(-1, *at.shape[1:])
             close = np.linalg.norm(near - at[flat], axis=-1) < RIM * size[flat, None]
             found[flat] = np.where(close[..., None], near, found[flat])
-        on_rim = radius > ON_AXIS * self.section.diameter
+        on_rim = radius > WRITTEN * self.section.diameter
         away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[
             ..., None
         ]

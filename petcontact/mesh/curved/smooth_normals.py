@@ -13,14 +13,13 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...round_off import SINGLE
 from ..panels import monomial_slopes, monomials
 from .panels import CurvedPanels
 
 SMOOTH = 0.9
 """Least cosine between normals of panels that meet on a smooth surface; beyond that they meet in an
 edge."""
-SAME = 1e-6
-"""Points closer than this share of the smallest panel are one."""
 MIDDLE = 0.3
 """Weight of normals in the middle of sides, where two panels meet only, over that in corners."""
 STEEP = 0.1
@@ -109,7 +108,7 @@ def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
         [group.normals(group.each(group.places)).reshape(-1, 3) for group in groups]
     )
     least = min(float(group.chord.size.min()) for group in groups)
-    i, j = scipy.spatial.cKDTree(x).query_pairs(SAME * least, output_type="ndarray").T
+    i, j = scipy.spatial.cKDTree(x).query_pairs(SINGLE * least, output_type="ndarray").T
     smooth = np.sum(normal[i] * normal[j], axis=1) > SMOOTH
     return i[smooth], j[smooth]
 

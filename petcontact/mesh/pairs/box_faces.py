@@ -9,10 +9,10 @@ from ...arrays import Array, Index
 from ...frozen import frozen
 from ...geometry.same_place import TOLERANCE
 from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
+from ...round_off import WRITTEN
 from ..panelling import box_of_lines
 from ..surface_mesh import SurfaceMesh
 from .common_breakpoints import SideMesh
-from .ray_casting import SLACK
 
 
 def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
@@ -73,7 +73,7 @@ class FaceProjection:
 
 def _within(side: int, place: Array, start: float, size: float) -> tuple[Index, Array]:
     fraction = (place - start) / size
-    met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK)
+    met = (fraction >= -WRITTEN) & (fraction <= 1.0 + WRITTEN)
     return np.where(met, side, -1), np.clip(fraction, 0.0, 1.0)
 
 

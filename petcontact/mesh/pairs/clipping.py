@@ -6,12 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array, Index
+from ...round_off import ROUNDED
 from ..basis import gauss
-
-SLIVER = 1e-14
-"""Polygons smaller than this share of the unit square are round-off."""
-ROUND = 1e-14
-"""The same of the parallelogram of an edge and a corner."""
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -86,7 +82,7 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
             apart = (own.max(axis=1) <= other.min(axis=1)) | (other.max(axis=1) <= own.min(axis=1))
             near = np.flatnonzero((signs != 0.0) & ~apart.any(axis=1))
             polygon = clip(own[near], other[near])
-            kept = area(polygon) > SLIVER
+            kept = area(polygon) > ROUNDED
             if kept.any() or not found:
                 found.append((near[kept], polygon[kept], signs[near[kept]]))
     return found
@@ -99,9 +95,9 @@ def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
     for side in range(lines.shape[1]):
         sliver = lines[:, side]
         size = area(sliver)
-        if (np.abs(size) > SLIVER).any():
+        if (np.abs(size) > ROUNDED).any():
             ordered = np.where((size < 0.0)[:, None, None], sliver[:, ::-1], sliver)
-            found.append((ordered, np.where(np.abs(size) > SLIVER, np.sign(size), 0.0)))
+            found.append((ordered, np.where(np.abs(size) > ROUNDED, np.sign(size), 0.0)))
     return found
 
 
@@ -110,7 +106,7 @@ def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
     n, v, _ = polygon.shape
     side = cross(along, polygon - start)
     # a corner on the line, and a line through two places that are one
-    side[np.abs(side) <= ROUND] = 0.0
+    side[np.abs(side) <= ROUNDED] = 0.0
     following, after = np.roll(polygon, -1, axis=1), np.roll(side, -1, axis=1)
     crosses = side * after < 0.0
     share = np.divide(side, side - after, out=np.zeros_like(side), where=crosses)

@@ -12,6 +12,7 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
+from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
 from .ray_casting import Faces, Segments, along
@@ -21,8 +22,6 @@ NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""
 CLOSE = 0.01
 """The same, within which it matters that the secondary ends within an element."""
-SHARED = 1e-6
-"""Elements that share less of the secondary's do not face one another."""
 
 
 @frozen
@@ -149,6 +148,6 @@ def _couples(segments: Segments, size: Array) -> Index:
     many = int(segments.other.max(initial=0)) + 1
     couples, number = np.unique(segments.face * many + segments.other, return_inverse=True)
     couples = couples[
-        np.bincount(number, segments.weight, len(couples)) > SHARED * size[couples // many]
+        np.bincount(number, segments.weight, len(couples)) > SINGLE * size[couples // many]
     ]
     return np.column_stack(np.divmod(couples, many))

@@ -11,8 +11,9 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
+from ...round_off import WRITTEN
 from ..basis import gauss
-from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import TOGETHER, Faces, Hits, Segments, along
 
 FEW, BLOCK = 512, 64
 """Curves from which on those that points may meet are sorted out first, for so many points at a
@@ -81,7 +82,7 @@ class Curves(Faces):
         for k, number, distance, fraction in self._met(meet, x, vector):
             if not len(number):
                 continue
-            met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK) & np.isfinite(distance)
+            met = (fraction >= -WRITTEN) & (fraction <= 1.0 + WRITTEN) & np.isfinite(distance)
             # the same point at the end of two curves belongs to the one that holds it better
             rank = np.where(met, np.abs(distance) + 1e-14 * np.abs(fraction - 0.5), np.inf)
             best, row = np.argmin(rank, axis=1), np.arange(len(distance))
@@ -146,7 +147,9 @@ class Curves(Faces):
             face = np.repeat(number[mine], points)
             x, normal = self.at(face, place)
             hits = other.cast(x, along(direction, normal))
-            facing = (hits.face >= 0) & (np.sum(along(direction, normal) * normal, axis=1) > SLACK)
+            facing = (hits.face >= 0) & (
+                np.sum(along(direction, normal) * normal, axis=1) > WRITTEN
+            )
             weights = (0.5 * weight * width).ravel() * size[face]
             parts.append(Segments(face, place, hits.face, hits.place, weights).take(facing))
         return Segments.joined(parts)
@@ -159,13 +162,13 @@ class Curves(Faces):
         away = along(direction, normal)
         found = self._met(_feet, x, away) if direction is None else self._met(_crossings, x, -away)
         for _, number, _, fraction in found:
-            inside = (fraction > SLACK) & (fraction < 1.0 - SLACK)
+            inside = (fraction > WRITTEN) & (fraction < 1.0 - WRITTEN)
             numbers.append(number[np.nonzero(inside)[1]])
             fractions.append(fraction[inside])
         number, fraction = np.concatenate(numbers), np.concatenate(fractions)
         order = np.lexsort((fraction, number))
         number, fraction = number[order], fraction[order]
-        apart = np.append(True, (np.diff(fraction) > SLACK) | (np.diff(number) > 0))
+        apart = np.append(True, (np.diff(fraction) > WRITTEN) | (np.diff(number) > 0))
         number, fraction = number[apart], fraction[apart]
         piece = np.flatnonzero(np.diff(number) == 0)
         return number[piece], fraction[piece], fraction[piece + 1]

@@ -16,11 +16,10 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...round_off import SOLVED
 from ..boundary_mesh import BoundaryMesh
 from .ray_casting import Segments
 
-ROUND = 1e-12
-"""Entries of V this close to 0 or 1 are that: matching elements pass values on as they are."""
 SMOOTH = 0.5
 """Least cosine between the normals of neighbouring elements of one smooth surface."""
 LARGEST = 1.0
@@ -116,7 +115,7 @@ def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
     but for slivers that cancel."""
     for trial in trials:
         along, size, across = np.linalg.svd(factor @ trial, full_matrices=False)
-        known = size > ROUND * size[0]
+        known = size > SOLVED * size[0]
         along, across = along[:, known], across[known].T / size[known]
         gram = along.T @ (sign[:, None] * along)
         if np.linalg.eigvalsh(gram)[0] >= STABLE:
@@ -179,7 +178,7 @@ def _affine(x: Array) -> Array:
     away = x - x.mean(axis=0)
     along, size, _ = np.linalg.svd(away / (np.abs(away).max() or 1.0), full_matrices=False)
     return np.column_stack(
-        [np.ones(len(x)), along[:, : x.shape[1] - 1][:, size[: x.shape[1] - 1] > ROUND]]
+        [np.ones(len(x)), along[:, : x.shape[1] - 1][:, size[: x.shape[1] - 1] > SOLVED]]
     )
 
 
@@ -207,7 +206,7 @@ def balanced(
     off = np.einsum("mtd,md->mt", tangent, values @ x - faced)
     entries = values.data.copy()
     for i in np.flatnonzero(
-        (np.abs(off).max(axis=1) > ROUND * np.abs(x).max()) & (np.diff(values.indptr) > 0)
+        (np.abs(off).max(axis=1) > SOLVED * np.abs(x).max()) & (np.diff(values.indptr) > 0)
     ):
         mine = slice(values.indptr[i], values.indptr[i + 1])
         nodes = values.indices[mine]
@@ -225,7 +224,7 @@ def rounded(values: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     """V with entries that are 0 or 1 to round-off made so."""
     whole = np.rint(values.data)
     values.data = np.where(
-        (np.abs(values.data - whole) < ROUND) & (np.abs(whole) <= 1.0), whole, values.data
+        (np.abs(values.data - whole) < SOLVED) & (np.abs(whole) <= 1.0), whole, values.data
     )
     values.eliminate_zeros()
     return values

@@ -13,10 +13,11 @@ from ... import native
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import position
+from ...round_off import SINGLE, WRITTEN
 from ..curved.panels import CurvedPanels
 from ..panels import Panels
 from .clipping import area, cross, fan_rule, shared
-from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import TOGETHER, Faces, Hits, Segments, along
 
 BENT = 1e-2
 """Distance over the size of a curved panel within which two lie beside one another: shadows have
@@ -26,9 +27,6 @@ REACH = 5
 PIECES, THIN = 6, 3
 """Straight pieces of a curved side, and points of the rule on what lies between it and its chord,
 along each direction."""
-ALIKE = 1e-6
-"""Distance over the size of a panel up to which corners and middles of sides are those of
-another."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how
 far they may leave it."""
@@ -127,7 +125,7 @@ class PanelFaces(Faces):
         ).min(axis=1)
         # the same point on the edge of two panels belongs to the one that holds it better
         rank = np.abs(distance) - 1e-12 * self.size[j] * np.minimum(depth, 1.0)
-        best = np.flatnonzero(depth >= -SLACK)
+        best = np.flatnonzero(depth >= -WRITTEN)
         best = best[np.lexsort((rank[best], i[best]))]
         best = best[np.append(True, np.diff(i[best]) > 0)[: len(best)]]
         face, places, far = np.full(len(x), -1), np.zeros((len(x), 2)), np.full(len(x), np.inf)
@@ -156,7 +154,7 @@ class PanelFaces(Faces):
         outward, against = (
             np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2])
         )
-        ahead = (outward > SLACK) & (against < -SLACK)
+        ahead = (outward > WRITTEN) & (against < -WRITTEN)
         i, j = i[ahead], j[ahead]
         pieces = PIECES if self.bent.any() or other.bent.any() else 1
         rim = self._projected(
@@ -220,7 +218,7 @@ class PanelFaces(Faces):
             np.concatenate([lines[:, :, 0], lines[:, :, middle]], axis=1) for lines in (rim, shadow)
         )
         apart = np.abs(marks[:, :, None] - others[:, None]).max(axis=3)
-        alike = np.all(apart.min(axis=2) < ALIKE, axis=1)
+        alike = np.all(apart.min(axis=2) < SINGLE, axis=1)
         kept = alike | ~(np.isin(i, i[alike]) | np.isin(j, j[alike]))
         shadow = np.where(alike[:, None, None, None], rim, shadow)
         return i[kept], j[kept], rim[kept], shadow[kept]
@@ -258,7 +256,7 @@ class PanelFaces(Faces):
             *map(native.pointer, (native.contiguous(number, np.int64), *arrays)),
             STEPS,
             CLOSE,
-            SLACK,
+            WRITTEN,
             BEYOND,
             native.pointer(place),
             native.pointer(distance),
@@ -278,7 +276,7 @@ class PanelFaces(Faces):
             place[bent] = self._pierced(some, x, -self.frame[some, 2])[0]
             lean = np.sum(self.at(some, place[bent])[1] * self.frame[some, 2], axis=1)
             weight[bent] = np.where(
-                lean > SLACK, weight[bent] / np.where(lean > SLACK, lean, 1.0), 0.0
+                lean > WRITTEN, weight[bent] / np.where(lean > WRITTEN, lean, 1.0), 0.0
             )
         kept = np.all(np.isfinite(place), axis=1)
         return np.where(kept[:, None], place, 0.0), np.where(kept, weight, 0.0)
@@ -294,7 +292,7 @@ class PanelFaces(Faces):
         # and panels have
         square, reach, (a, b) = (
             np.sum(c**2, axis=1),
-            np.sqrt(1.0 + SLACK) * self._reach,
+            np.sqrt(1.0 + WRITTEN) * self._reach,
             np.triu_indices(3),
         )
         panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
@@ -302,7 +300,7 @@ class PanelFaces(Faces):
             way, point = direction[k : k + step], x[k : k + step]
             past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
             thick, pairs = (
-                np.sqrt(1.0 + SLACK) * radius[k : k + step],
+                np.sqrt(1.0 + WRITTEN) * radius[k : k + step],
                 np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b],
             )
             shifted = 2.0 * (past[:, None] * way - point)
@@ -311,7 +309,7 @@ class PanelFaces(Faces):
             )
             # the squares cancel to round-off of the farthest
             i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
-            outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -SLACK)
+            outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -WRITTEN)
             found.append((k + i[outside], j[outside]))
         i, j = (np.concatenate(values) for values in zip(*found, strict=True))
         return i, j
@@ -348,7 +346,7 @@ class PanelFaces(Faces):
         x, y = self.at(found.face, found.place)[0], other.at(found.other, found.opposite)[0]
         distance = np.linalg.norm(y - x, axis=1)
         own = area(self.outline) * self.size**2
-        slack = np.where(self.bent, BENT, SLACK)
+        slack = np.where(self.bent, BENT, WRITTEN)
         covered = np.bincount(found.face, found.weight, len(self))
         far, near = np.zeros(len(self)), np.full(len(self), np.inf)
         np.maximum.at(far, found.face, distance)
@@ -361,7 +359,7 @@ class PanelFaces(Faces):
         first = other.cast(x[asked], outward if direction is None else normal[found.face[asked]])
         kept = np.ones(len(x), dtype=bool)
         slack = np.maximum(
-            slack[found.face[asked]], np.where(other.bent[found.other[asked]], BENT, SLACK)
+            slack[found.face[asked]], np.where(other.bent[found.other[asked]], BENT, WRITTEN)
         )
         kept[asked] = (
             distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
@@ -389,7 +387,7 @@ def _newton(
         matrix = np.stack([along[:, 0], along[:, 1], -direction], axis=2)
         away = y - x - distance[:, None] * direction
         # lines along the panel meet it nowhere
-        flat = np.abs(np.linalg.det(matrix)) <= SLACK * np.linalg.norm(
+        flat = np.abs(np.linalg.det(matrix)) <= WRITTEN * np.linalg.norm(
             np.cross(along[:, 0], along[:, 1]), axis=1
         )
         matrix[flat] = np.eye(3)
@@ -400,7 +398,7 @@ def _newton(
         if np.all(np.abs(step[:, :2]) < CLOSE):
             break
     y, along = position(shape, place)
-    missed = np.linalg.norm(y - x - distance[:, None] * direction, axis=1) > SLACK * size
+    missed = np.linalg.norm(y - x - distance[:, None] * direction, axis=1) > WRITTEN * size
     behind = np.sum(np.cross(along[:, 0], along[:, 1]) * direction, axis=1) >= 0.0
     return np.where((missed | behind)[:, None], np.nan, place), np.where(
         missed | behind, np.inf, distance

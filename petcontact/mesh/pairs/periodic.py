@@ -9,10 +9,8 @@ from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
 from ...geometry.outline import Outline
+from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
-
-APART = 1e-6
-"""Distance of points that are taken for one, over the length of the part."""
 
 
 @frozen
@@ -50,7 +48,7 @@ def translated_sides(number: int, outline: Outline, part: str, partner: str) -> 
         length = sum(side.length for side, _ in pairs)
         ways = np.array([(b.end - a.start, b.start - a.end) for a, b in pairs]).reshape(-1, 2)
         turned = max(abs(a.curvature + b.curvature) for a, b in pairs) * length
-        same = bool(np.ptp(ways, axis=0).max() <= APART * length and turned <= APART)
+        same = bool(np.ptp(ways, axis=0).max() <= SINGLE * length and turned <= SINGLE)
     if not same:
         raise InputError(
             f"part {partner!r} is not part {part!r} moved along, side by side; periodic parts are"

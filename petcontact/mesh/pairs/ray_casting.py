@@ -11,9 +11,8 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
+from ...round_off import WRITTEN
 
-SLACK = 1e-9
-"""Fractions beyond an end by less still meet it."""
 GRAZING = 0.05
 """Cosine between a line and the plane that it touches."""
 TOGETHER = 1 << 18
@@ -149,7 +148,7 @@ class Faces(ABC):
         behind = np.flatnonzero(result)
         half = 0.5 * distance[behind, None] * direction[behind]
         between = self._cast(x[behind] + half, -direction[behind]).distance
-        result[behind] = np.abs(between) < (0.5 - SLACK) * -distance[behind]
+        result[behind] = np.abs(between) < (0.5 - WRITTEN) * -distance[behind]
         return result
 
     def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:

@@ -6,13 +6,12 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...round_off import SINGLE
 from .ray_casting import Faces
 
 SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one curved face; beyond that they meet in an
 edge."""
-SAME = 1e-6
-"""Middles of sides closer than this fraction of the element are one."""
 
 
 def sag(faces: Faces) -> Array:
@@ -40,7 +39,7 @@ def sag(faces: Faces) -> Array:
     reach = np.linalg.norm(x - centre[number], axis=1)
     i, j = (
         scipy.spatial.cKDTree(x)
-        .query_pairs(SAME * float(reach.min(initial=np.inf)), output_type="ndarray")
+        .query_pairs(SINGLE * float(reach.min(initial=np.inf)), output_type="ndarray")
         .T
     )
     cosine = np.sum(normal[i] * normal[j], axis=1)

@@ -17,6 +17,7 @@ from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
 from ...results.solution import Solution
+from ...round_off import ROUNDED
 from ..judge.known_data import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
@@ -33,8 +34,6 @@ LARGE = 0.1
 """Estimate that is warned of."""
 MOST_INCREMENTS = 12
 """That are solved once more."""
-NOTHING = 1e-15
-"""Pressure over Young's modulus that is round-off, as of bodies that touch exactly."""
 MOST = 100
 """Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing
 of the error."""
@@ -115,7 +114,7 @@ def _warned(solution: Solution, texts: list[str]) -> Solution:
 
 def carries_something(solution: Solution) -> bool:
     """Whether there is a u_t, or a p, whose error could be known."""
-    least = NOTHING * min(body.material.young_modulus for body in solution.problem.body)
+    least = ROUNDED * min(body.material.young_modulus for body in solution.problem.body)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind == "bilateral" or any((pair.pressure > least).any() for pair in pairs)
 

@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...compliance.body.base import ElasticBody
 from ...results.records import StepResult
+from ...round_off import WRITTEN
 
 DIGITS = 1e-4
 """Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to
@@ -30,8 +31,6 @@ BLOCKS = 5.0
 """Residual of a compressed body that is accepted, over the tolerance of its compression, which
 bounds each block by itself: three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body
 alone or two blocks less than that."""
-ROUND_OFF = 1e-9
-"""Traction, over what strains of the size of the displacement take, that is none."""
 STILL = 1e-3
 """Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves:
 curved panels of different sizes, as adaptive meshes have side by side, leave slits that strain it
@@ -83,7 +82,7 @@ def imbalance(
         or len(force) > len(u)
         or np.tensordot(shares, body.data.known_traction, 1).any()
     )
-    noise = ROUND_OFF if acting else max(ROUND_OFF, _noise(body, u, motions[: len(u)]))
+    noise = WRITTEN if acting else max(WRITTEN, _noise(body, u, motions[: len(u)]))
     with np.errstate(over="ignore"):  # beside displacements of any size tiny forces are round-off
         least = (
             noise
@@ -96,7 +95,7 @@ def imbalance(
     if body.modes.shape[2]:
         strained = max(
             body.displaced(u - body.modes @ alpha, traction),
-            ROUND_OFF * float(np.abs(u).max(initial=0.0)),
+            WRITTEN * float(np.abs(u).max(initial=0.0)),
         )
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))

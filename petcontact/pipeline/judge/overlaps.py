@@ -12,12 +12,10 @@ from ...contact.criterion import displaced_by
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem, is_monolithic
+from ...round_off import CHAINED, WRITTEN
 from .between_nodes import Places
 from .increments import BETWEEN
 
-ROUND_OFF, SOLVED = 1e-11, 1e-9
-"""Of displacements that add up to a gap, and where these are solved by a Krylov method: of what
-only moves nothing else is left."""
 NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
@@ -70,7 +68,7 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
-    noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
+    noise = (WRITTEN if is_monolithic(system) else CHAINED) * (
         np.abs(system.u_0[:, -1])
         + np.abs(rigid[:, -1])
         + np.abs(moved).max(initial=0.0)

@@ -10,11 +10,10 @@ import numpy as np
 from ...bem.boundary_data import half_extent, unit_motions
 from ...contact.law_protocol import OPEN
 from ...results.records import StepResult
+from ...round_off import WRITTEN
 from ..pose.discretise import Discrete
 from .increments import OVERLAPPING
 
-STRAIGHT = 1e-9
-"""Largest difference of the normals of straight ground."""
 TURN, TRAVEL = 0.1, 1.0
 """Rotation [rad], and displacement over the size of the body, beyond which displacements are not
 small."""
@@ -62,7 +61,7 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
         for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
             mesh, pair = discrete.meshes[side.body], result.pairs[side.name]
-            if side.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < STRAIGHT:
+            if side.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < WRITTEN:
                 continue  # along fixed straight ground nothing changes, however far it slips
             area = np.bincount(mesh.element, mesh.measure)[mesh.element[interface.nodes]]
             way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)

@@ -14,11 +14,10 @@ from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
+from ...round_off import WRITTEN
 
 CURVED = 0.1
 """Change of the normals over a face that is curved."""
-OUTWARD = 1e-9
-"""Cosine between a direction and some outward normal from which on it points outward."""
 
 FINER = 0.9
 """Elements of the secondary smaller than this, over those of the primary, are finer ones."""
@@ -37,7 +36,7 @@ def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None
     mesh, direction = meshes[side.body], side.direction
     if (
         direction is not None
-        and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > OUTWARD
+        and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > WRITTEN
     ):
         raise InputError(
             f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to "

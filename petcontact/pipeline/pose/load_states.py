@@ -28,9 +28,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
 from ...model.problem import Body, Displacement, Periodic, Problem, Symmetry, Traction
-
-FLAT = 1e-9
-"""Difference of the normals of a plane face."""
+from ...round_off import WRITTEN
 
 
 def boundary_data(
@@ -91,7 +89,7 @@ def _components(
             known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
-            if np.ptp(mesh.normal[nodes], axis=0).max() > FLAT:
+            if np.ptp(mesh.normal[nodes], axis=0).max() > WRITTEN:
                 raise InputError(
                     f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a "
                     f"plane face"

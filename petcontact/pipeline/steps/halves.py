@@ -6,6 +6,7 @@ import numpy as np
 
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
+from ...round_off import SOLVED
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
@@ -20,8 +21,6 @@ BEGUN = 0.05
 """Tractions of a pair that carried nothing at the middle of an increment, over the largest of the
 step, that it may have at its end: halves agree on what moves before a pair touches, whenever that
 is."""
-SAME = 1e-12
-"""Difference of load factors that are the same."""
 
 
 def touching(increment: Increment) -> float:
@@ -64,7 +63,7 @@ class Halves:
     def __call__(self, increment: Increment) -> list[Tried] | None:
         """Both halves; the whole increment or what there is of them where a monitor stops it; None
         where it is too large."""
-        known = [each for each in self._first if abs(each[0].target - increment.target) < SAME]
+        known = [each for each in self._first if abs(each[0].target - increment.target) < SOLVED]
         whole = known[0] if known else self._solved(increment)
         self._first = []
         if not whole[1].converged:

@@ -12,20 +12,18 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
-from ...contact.criterion import DIGITS, Criterion, digits, displaced_by
+from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...geometry.rotation import Motions
 from ...model.load_steps import Obstacle, Step
+from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
 from ..judge.between_nodes import Places, places_between
 from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
 
-UNLOADED, NOTHING = 1e-11, 1e-14
-"""Tractions, displacements over those before, below which they are round-off; of a pair over all,
-overlaps over gaps."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it
 returns ends the solve."""
@@ -274,7 +272,7 @@ class Increment:
             load,
         )
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
-        together = np.where(np.abs(u_0 + shift) > NOTHING * size, u_0 + shift, 0.0)
+        together = np.where(np.abs(u_0 + shift) > ROUNDED * size, u_0 + shift, 0.0)
         return system.at(together, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
@@ -322,17 +320,18 @@ class Increment:
             float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma)
         )
         over, share = (
-            (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
+            (self.before, CHAINED) if (gone := left < CHAINED * acted) else (outcome, ROUNDED)
         )
         sigma, v, least = outcome.sigma.copy(), outcome.v.copy(), share * max(acted, left)
         pairs = self.problem.system.slices if outcome.converged else []
-        strained, of = displaced_by(self.system, v, sigma, pairs), digits(self.system, v)
+        strained = displaced_by(self.system, v, sigma, pairs)
+        noise = of_vectors(v, self.system.u_0, share=SUMMED)
         for where in pairs:
-            if np.abs(strained[where]).max(initial=0.0) < DIGITS * of[where].max(initial=0.0):
+            if np.abs(strained[where]).max(initial=0.0) < noise[where].max(initial=0.0):
                 sigma[where] = 0.0
             if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
-                noise = UNLOADED * np.abs(self.system.apply(over.sigma)).max()
-                sigma[where], v[where] = 0.0, np.where(np.abs(v[where]) < noise, 0.0, v[where])
+                still = np.abs(v[where]) < CHAINED * np.abs(self.system.apply(over.sigma)).max()
+                sigma[where], v[where] = 0.0, np.where(still, 0.0, v[where])
         return replace(outcome, sigma=sigma, v=v)
 
     def _start(self) -> Start | None:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...compliance.bodies import Interface
-from ...compliance.body.base import NEGLIGIBLE
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
@@ -17,6 +16,7 @@ from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ...round_off import HALF
 from ..eliminate import ELASTIC_LIMIT
 from ..judge.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
 from ..judge.overlaps import overlaps
@@ -78,7 +78,7 @@ def _step_result(
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no
         # more digits
-        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * max(moved)
+        still = body.is_solved_jointly and body.displaced(u, traction) < HALF * max(moved)
         if checked and not still:
             alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))

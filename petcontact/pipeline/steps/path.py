@@ -16,7 +16,8 @@ from ...contact.law_protocol import OPEN
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
-from .halves import SAME, touching
+from ...round_off import SOLVED
+from .halves import touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
 from .wear import with_wear
@@ -63,7 +64,7 @@ def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
 
 def _after(begins: float, ends: Sequence[StepResult]) -> int:
     """How many increments end after contact begins."""
-    return sum(end.load_factor > begins + SAME for end in ends)
+    return sum(end.load_factor > begins + SOLVED for end in ends)
 
 
 def _growing(
@@ -119,7 +120,7 @@ def _differences(
     for target in np.append(
         [begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count
     ):
-        near = [r for r in ends if abs(r.load_factor - target) < SAME]
+        near = [r for r in ends if abs(r.load_factor - target) < SOLVED]
         near_to, share = (state_after(problem, near), 1.0) if near else (last, target)
         assert near_to.start is not None
         v, sigma = near_to.start

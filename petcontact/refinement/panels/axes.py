@@ -9,12 +9,11 @@ from ...arrays import Array, Index, Mask
 from ...geometry.surface import BoxSurface
 from ...mesh.basis import gauss, lagrange_coefficients
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
+from ...round_off import WRITTEN
 
 SLIGHT = 0.1
 """Share of the squared tail along one coordinate over that along the other from which on both are
 halved."""
-ON_EDGE = 1e-9
-"""Distance from an edge over the size of a box within which a panel ends on it."""
 NARROWEST = {False: 8.0, True: 4.0}
 """Largest ratio of the sides of flat panels, and of curved ones. On flat ones of 32 the
 preconditioner fails."""
@@ -80,7 +79,7 @@ def at_edges(mesh: SurfaceMesh, box: BoxSurface) -> Mask:
     """Along which coordinates panels of a box end at an edge of their face, (n_elements, 2)."""
     low, high = mesh.boxes
     vectors = np.abs(sides(mesh))
-    near = ON_EDGE * (box.upper - box.lower)
+    near = WRITTEN * (box.upper - box.lower)
     ends = (low - box.lower < near) | (box.upper - high < near)
     axis = vectors.argmax(axis=2)
     return np.take_along_axis(ends, axis, axis=1)

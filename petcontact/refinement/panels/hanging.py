@@ -12,9 +12,8 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh
+from ...round_off import WRITTEN
 
-SAME = 1e-9
-"""Distance over the size of the mesh up to which points are one."""
 CLOSE = 0.1
 """Distance from a quarter of a side, over half the side, up to which a corner hangs there."""
 Place = Callable[[int, Array, Array, Array], Array]
@@ -152,7 +151,7 @@ def bent(
 def numbered(points: Array) -> Index:
     """Numbers (n,) of points (n, 3), equal ones of the same place."""
     pairs = scipy.spatial.cKDTree(points).query_pairs(
-        SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray"
+        WRITTEN * float(np.ptp(points, axis=0).max()), output_type="ndarray"
     )
     graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
     return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])

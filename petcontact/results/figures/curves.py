@@ -9,15 +9,13 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
+from ...round_off import SOLVED
 from ...runtime.figure_style import label, legend_below, plain, title
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
-NOISE = 1e-12
-"""Slip over displacements, and energy over what pressure carries times displacements, that is
-round-off."""
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
@@ -180,7 +178,7 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
 
 def _without_noise(values: Array, size: float) -> Array:
     """Zeros where values are round-off of what they are differences of."""
-    return np.where(np.abs(values) <= NOISE * size, 0.0, values)
+    return np.where(np.abs(values) <= SOLVED * size, 0.0, values)
 
 
 def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:

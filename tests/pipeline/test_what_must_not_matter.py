@@ -1,0 +1,26 @@
+"""Round-off decides nothing: problems that are the same have the same status, increments and
+numbers. More of them, and other processors: scripts/verify_processors."""
+
+from __future__ import annotations
+
+import pytest
+from variants import KINDS, SAMPLE, VARIANTS, Variant, differences, drawn, observed
+
+from petcontact import solve
+
+AS_DRAWN = Variant()
+CASES = [(number, False) for number in range(36)] + [(number, True) for number in (0, 3, 4, 5)]
+
+
+@pytest.mark.parametrize(
+    ("number", "space"), CASES, ids=[f"{KINDS[n % 8]}-{n}{'-space' * s}" for n, s in CASES]
+)
+def test_the_same_problem_posed_in_other_ways(number, space):
+    base = observed(solve(drawn(1, number, AS_DRAWN, space)), AS_DRAWN)
+    assert base["status"] == "converged"
+    told = {}
+    for name in SAMPLE:
+        # a box has no sides that are not along the axes
+        variant = VARIANTS["turned by 90 degrees" if space and "37" in name else name]
+        told[name] = differences(base, observed(solve(drawn(1, number, variant, space)), variant))
+    assert not any(told.values()), told
