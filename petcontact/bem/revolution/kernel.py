@@ -16,6 +16,7 @@ What holds for `RingKernel` (two components) and `TwistedRingKernel` (three):
 - Targets may lie on the axis: u_r = u_θ = 0, σ_θθ = σ_rr and σ_rz = σ_rθ = σ_zθ = 0 there.
 - Rigid motions: u = (0, 1) along z, and u_θ = r with torsion. For each, ½ u + Σ H u = 0 on a
   closed curve, and Σ H u = -u inside.
+- Entries are good to `tolerance`, by default `compiled.TOLERANCE`, at any distance and order.
 - The solution decays far away: no constant is free, and loads need not be in equilibrium.
 """
 

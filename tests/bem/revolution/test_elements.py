@@ -98,6 +98,18 @@ def test_nodes_of_the_element_itself(name):
                 assert error(whole[..., 0], part) < allowed, order
 
 
+def test_half_circles_from_axis_to_axis():
+    """The widest arcs, and targets that are as near to their images as to the arc."""
+    arc = Arc((0.0, -1.0), 0.0, np.pi, 1.0)
+    where = [(-0.9, 0.05), (0.8, 1e-3), (0.3, -0.4), (0.96, -0.1), (-0.2, 1e-5)]
+    targets = targets_at([arc.beside(s, h) for s, h in where])
+    for order in (0, 3, 5):
+        elements = elements_of(arc, order)
+        close = kernel(1e-12).integrals(targets, elements)
+        for found, expected in zip(kernel().integrals(targets, elements), close, strict=True):
+            assert error(found, expected) < 3e-9, order
+
+
 def test_points_on_the_axis_move_along_it_alone():
     arc = ELEMENTS["cap"]
     targets = targets_at([(0.0, 0.2), (0.0, -0.9), (0.0, -0.999)])
