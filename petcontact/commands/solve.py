@@ -125,11 +125,15 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
             for path in plot_all(solution, pictures, output.stem):
                 say(f"  figure: {path}")
     if first:
-        report_ignored(case, "accuracy" in solution.info)
+        report_ignored(case, solution.accuracy.wanted is not None)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
         # an adaptive solve begins anew
-        begin = "" if "accuracy" in solution.info else f", go on with --set method.start={output}"
+        begin = (
+            ""
+            if solution.accuracy.wanted is not None
+            else f", go on with --set method.start={output}"
+        )
         raise Interrupted(number, f"{what} is saved in {output}{begin}")
     return STATUS[solution.status]
 

@@ -19,9 +19,7 @@ from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
-from .judge.meshes import check_meshes, check_stiffness
 from .pose.discretise import Discrete
-from .pose.facing import mismatch
 
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest
@@ -62,14 +60,7 @@ def eliminated(
     SolverError
         If a body cannot be eliminated.
     """
-    bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
-    check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
-    discrete.mesh_warnings = check_meshes(
-        [body.name for body in posed], meshes, discrete.boundaries, discrete.adapted
-    )
-    if discrete.facings and not discrete.adapted:
-        for side, facing in zip(discrete.sides, discrete.facings, strict=True):
-            discrete.mesh_warnings += mismatch(side, facing)
+    bem, meshes = resolved_bem(discrete.problem.bem), discrete.meshes
     progress = _announced(discrete, bem, announce)
     if discrete.problem.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]

@@ -16,6 +16,7 @@ from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..model.problem import Problem
 from ..model.solver_options import Method
+from ..results.report import Provenance
 from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
@@ -25,13 +26,13 @@ from ..runtime.terminal import printable
 from ..runtime.world import world
 from .eliminate import Announce, eliminated
 from .judge.increments import rough_step
+from .judge.solutions import findings_of, reached
 from .pose.discretise import Discrete, discretise
 from .steps.cycles import wear_history
-from .steps.diagnosis import reached, warnings_of
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.path import path_warnings
+from .steps.path import path_findings
 from .steps.start import finished_before, first_iterate
 
 
@@ -176,38 +177,29 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     discrete, system = problem.discrete, problem.system
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
-    info = {
-        "solver": system.describe(),
-        "ksp_reason": reason_name(operator.ksp_reason) if operator.ksp_reason else "",
-        "method": options_.resolved_name,
-        "rule": options_.rule or "modified",
-        **problem.named,
-        "argv": printable(" ".join(sys.argv)),
-        "petsc_options": petsc_options_of(discrete.problem.petsc),
-        "versions": versions(),
-        "ranks": problem.comm.getSize(),
-        "peak_memory": peak_memory(problem.comm),
-        "warnings": warnings_of(problem, solution.steps),
-        "distance": {
-            side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)
-        },
-        "motions": {
+    names_of = {"method": options_.resolved_name, "rule": options_.rule or "modified"}
+    provenance = Provenance(
+        solver=system.describe(),
+        ksp_reason=reason_name(operator.ksp_reason) if operator.ksp_reason else "",
+        **(names_of | problem.named),
+        argv=printable(" ".join(sys.argv)),
+        petsc_options=petsc_options_of(discrete.problem.petsc),
+        versions=versions(),
+        ranks=problem.comm.getSize(),
+        peak_memory=peak_memory(problem.comm),
+        distance={i.name: d for i, d in zip(discrete.sides, discrete.distance, strict=True)},
+        motions={
             name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)
         },
-    }
-    return replace(solution, info=info)
+    )
+    findings = findings_of(problem, solution.steps, solution.failed)
+    return replace(solution, provenance=provenance, findings=tuple(findings))
 
 
 def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution that is reported of, with what is to be said of the path of its loads; the
     operators are still needed."""
-    return replace(
-        solution,
-        info={
-            **solution.info,
-            "warnings": [*solution.info["warnings"], *path_warnings(problem, solution)],
-        },
-    )
+    return solution.with_findings(path_findings(problem, solution))
 
 
 def petsc_options_of(table: Mapping[str, Any]) -> str:

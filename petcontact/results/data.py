@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from dataclasses import field, replace
 from typing import Any, Self
 
@@ -20,6 +21,7 @@ from ..model.problem import Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
 from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
+from .report import Accuracy, Finding, Provenance
 
 
 @frozen
@@ -41,8 +43,12 @@ class SolutionData(Evaluated):
     reason : str
     timings : dict of str to float
         Wall seconds by stage.
-    info : dict
-        argv, PETSc options, versions and whatever else is reported of the solve.
+    accuracy : Accuracy
+        The estimated error, and how it is known.
+    provenance : Provenance
+        How the solution was made: method, solver, command, versions.
+    findings : tuple of Finding
+        What checks found of it.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     wear : WearHistory, optional
@@ -59,7 +65,9 @@ class SolutionData(Evaluated):
     status: str
     reason: str
     timings: dict[str, float]
-    info: dict[str, Any] = field(default_factory=dict)
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    provenance: Provenance = field(default_factory=Provenance)
+    findings: tuple[Finding, ...] = ()
     failed: StepResult | None = None
     wear: WearHistory | None = None
     volumes: dict[str, VolumeSolution | None] | None = None
@@ -68,6 +76,15 @@ class SolutionData(Evaluated):
     def converged(self) -> bool:
         """Whether every step was reached with all residuals small."""
         return self.status == "converged"
+
+    @property
+    def warnings(self) -> list[str]:
+        """What a user should know of a solution that is accepted: findings in words."""
+        return [str(each) for each in self.findings if each.severity == "warning"]
+
+    def with_findings(self, findings: Iterable[Finding]) -> Self:
+        """The same with more findings."""
+        return replace(self, findings=(*self.findings, *findings))
 
     @property
     def iterations(self) -> int:
@@ -222,8 +239,8 @@ class SolutionData(Evaluated):
         """Where the contact parts of the only body stick and slip in the plane; what is open is no
         zone."""
         mesh = self.meshes[self.only_body("zones")]
-        if "zones" in self.info:  # as an adaptive solve places their ends
-            return [Zone(*zone) for zone in self.info["zones"]]
+        if self.accuracy.zones is not None:  # as an adaptive solve places their ends
+            return [Zone(*zone) for zone in self.accuracy.zones]
         found: list[Zone] = []
         for name, pair in sorted(
             self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))

@@ -30,13 +30,15 @@ from .format.checks import (
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
 from .format.format1 import read_format1
+from .format.report import read_report, write_findings
 from .format.wear import read_wear, write_wear
 from .records import BodyResult, ObstacleResult, PairResult, StepResult
+from .report import as_json
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 3
 PROVENANCE = ("argv", "petsc_options", "versions")
-"""Entries of `info` that are attributes of their own as well."""
+"""Fields of `Provenance` that are attributes of their own as well."""
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
 """Columns of the table of increments."""
 MEASURES = ("equilibrium", "elimination", "overlap", "between", "displaced")
@@ -117,6 +119,7 @@ def write_group(group: Any, solution: SolutionData) -> None:
     if solution.failed is not None:
         _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
+    write_findings(group, solution.findings)
     if solution.wear is not None:
         write_wear(group, solution.wear)
     group.attrs.update(
@@ -131,8 +134,9 @@ def write_group(group: Any, solution: SolutionData) -> None:
             "residual": solution.residual,
             "elastic_residual": solution.elastic_residual,
             "timings": json.dumps(solution.timings),
-            "info": json.dumps(solution.info),
-            **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
+            "accuracy": as_json(solution.accuracy),
+            "provenance": as_json(solution.provenance),
+            **{key: getattr(solution.provenance, key) for key in PROVENANCE},
         }
     )
     if len(solution.meshes) == 1:
@@ -356,7 +360,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
         str(attributes["status"]),
         str(attributes["reason"]),
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        read_table(attributes["info"], f"{source}: info"),
+        *read_report(group, attributes, source),
         failed,
         read_wear(group, nodes, source),
     )

@@ -14,6 +14,7 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
+from .report import Finding
 
 
 @frozen
@@ -193,6 +194,8 @@ class StepResult:
         Of a step of a cycle, how many cycles are done with it; else 0.
     origin : int, optional
         Number of the step at whose end the step begins, if not the one before.
+    findings : tuple of Finding
+        What checks found of it; status and reason follow from them. Files do not have them.
     """
 
     name: str
@@ -211,6 +214,7 @@ class StepResult:
     history: History = field(default_factory=History)
     cycle: int = 0
     origin: int | None = None
+    findings: tuple[Finding, ...] = ()
 
     @property
     def title(self) -> str:

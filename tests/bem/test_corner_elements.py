@@ -102,6 +102,4 @@ def test_a_mesh_of_polynomials_has_no_estimate_there(comm):
         "wedge",
     )
     solution = solve(fixed, comm=comm)
-    assert (
-        "estimated_error" not in solution.info and "nearly 180°" in solution.info["error_unknown"]
-    )
+    assert not solution.accuracy.is_known and "nearly 180°" in solution.accuracy.unknown

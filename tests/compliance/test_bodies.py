@@ -245,6 +245,6 @@ def test_solve_takes_all_that_a_file_can_say():
         Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary
     ]
     loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
-    assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 3}
+    assert isinstance(loose, Solution) and loose.provenance.motions == {"body": 3}
     stepped = solve(config("wedge"))
     assert isinstance(stepped, Solution) and stepped.status == "converged"

@@ -184,7 +184,7 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
             found.append([run_case(prepared, case) for case in cases])
             prepared.close()
         for dense, small in zip(*found, strict=True):
-            assert "hodlr" in small.info["solver"] and dense.converged and small.converged
+            assert "hodlr" in small.provenance.solver and dense.converged and small.converged
             assert dense.iterations == small.iterations
             assert (
                 np.abs(dense.contact.u_t - small.contact.u_t).max()

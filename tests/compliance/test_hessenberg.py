@@ -84,8 +84,8 @@ def test_a_case_among_many_takes_the_same_iterations(rule):
         posed.close()
     alone, together = solutions
     assert (
-        "Hessenberg" not in alone.info["solver"]
-        and "Hessenberg form of S" in together.info["solver"]
+        "Hessenberg" not in alone.provenance.solver
+        and "Hessenberg form of S" in together.provenance.solver
     )
     assert alone.converged and alone.iterations == together.iterations
     assert (

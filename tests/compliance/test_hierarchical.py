@@ -96,7 +96,7 @@ def test_options_of_petsc_reach_the_mixed_solve(comm):
     ):
         with options({"bem_mat_type": "hmatrix", **table}):
             found = solve(case, comm=comm)
-        assert found.converged and (table.get("pc_type") or "python") in found.info["solver"]
+        assert found.converged and (table.get("pc_type") or "python") in found.provenance.solver
 
 
 def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):

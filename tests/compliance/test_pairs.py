@@ -172,7 +172,10 @@ def test_bodies_are_solved_as_on_dense_operators(name):
     dense = solved(CASES[name](), bem__mat_type="dense")
     found = solved(CASES[name](), bem__mat_type="hmatrix", bem__hmatrix_tol=TOLERANCE)
     assert dense.converged and found.converged, (dense.reason, found.reason)
-    assert "hmatrix" in found.info["solver"] and found.info["motions"] == dense.info["motions"]
+    assert (
+        "hmatrix" in found.provenance.solver
+        and found.provenance.motions == dense.provenance.motions
+    )
     for step, other in zip(found.steps, dense.steps, strict=True):
         assert max(step.history.ksp_iterations) <= 20 and step.residuals["balance"] <= 1e-6
         for key, pair in other.pairs.items():
@@ -211,7 +214,7 @@ def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
     prepared.close()
     mixed = solved(data, bem__hmatrix_tol=TOLERANCE)
     dense = solved(data, bem__mat_type="dense")
-    assert "dense" in mixed.info["solver"] and "hmatrix" in mixed.info["solver"]
+    assert "dense" in mixed.provenance.solver and "hmatrix" in mixed.provenance.solver
     wanted = dense.pairs["pair"]
     assert (
         np.abs(mixed.pairs["pair"].pressure - wanted.pressure).max()
@@ -340,10 +343,7 @@ def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, un
         bem__hmatrix_tol=TOLERANCE,
     )
     assert found.converged or unbalanced
-    assert (
-        any("in equilibrium" in text for text in [found.reason, *found.info["warnings"]])
-        == unbalanced
-    )
+    assert any("in equilibrium" in text for text in [found.reason, *found.warnings]) == unbalanced
 
 
 def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):

@@ -373,7 +373,7 @@ def test_a_config_with_a_superelement_is_solved_plotted_and_told_what_it_lacks(t
     )  # it is free to follow
     assert (
         np.allclose(solution.u[:, 1], 0.01)
-        and solution.info["error_unknown"] == "contact carries nothing"
+        and solution.accuracy.unknown == "contact carries nothing"
     )
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()

@@ -148,7 +148,7 @@ def test_the_config_in_the_readme_is_solved(tmp_path):
     ((_, text),) = blocks(ROOT / "README.md", "toml")
     (tmp_path / "own.toml").write_text(text)
     solution = petcontact.solve(tmp_path / "own.toml")
-    assert solution.converged and solution.info["estimated_error"] <= 1e-2
+    assert solution.converged and solution.accuracy.error <= 1e-2
     assert solution.pairs["bottom"].state.max() < 2 and solution.reactions()["bottom"][1] > 0.0
 
 

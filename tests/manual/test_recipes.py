@@ -75,21 +75,17 @@ def limit_load(solution):
 def limit_torque(solution):
     moments = [step.pairs["fit"].moment for step in solution.steps[-3:]]
     assert moments[1:] == pytest.approx([moments[-1]] * 2, rel=1e-3)
-    assert not solution.info["warnings"]
+    assert not solution.warnings
     return -moments[-1], 2.0 * np.pi * 0.2 * 1.974
 
 
 def two_solutions(solution):
     """What jams, with a warning; from the frictionless start the one that has parted."""
-    assert any(
-        "with Coulomb's law there are two here" in text for text in solution.info["warnings"]
-    )
+    assert any("with Coulomb's law there are two here" in text for text in solution.warnings)
     parted = solve(
         load(ROOT / "configs/recipes/two_solutions.toml", {"method.start": "frictionless"})
     )
-    assert (
-        parted.converged and not parted.pairs["bottom"].force.any() and not parted.info["warnings"]
-    )
+    assert parted.converged and not parted.pairs["bottom"].force.any() and not parted.warnings
     return solution.pairs["bottom"].force, [-0.00120, 0.00153]
 
 

@@ -392,7 +392,7 @@ def test_two_ranks_solve_a_case_together(tmp_path, options):
     assert "2 teams of 2 ranks each" in done.stdout
     for id_ in rows(tmp_path / "alone"):
         a, b = load_case(tmp_path / "alone", id_), load_case(tmp_path / "teams", id_)
-        assert b.info["ranks"] == 2
+        assert b.provenance.ranks == 2
         np.testing.assert_allclose(
             b.contact.u_t, a.contact.u_t, atol=1e-7 * np.abs(a.contact.u_t).max()
         )

@@ -73,14 +73,10 @@ def test_estimate_is_honest(number, accuracy, best, comm):
     error = np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) / NORM[number]
     assert solution.converged
     assert error <= accuracy
-    assert solution.info["estimated_error"] <= accuracy
+    assert solution.accuracy.error <= accuracy
     # where a rough one is wanted two meshes are believed, whose difference is the error of the
     # first
-    assert (
-        0.5
-        < solution.info["estimated_error"] / error
-        < (30.0 if accuracy < SLIP_LADDER.rough else 400.0)
-    )
+    assert 0.5 < solution.accuracy.error / error < (30.0 if accuracy < SLIP_LADDER.rough else 400.0)
     # the transition points too, the one that is 0.00015 from the end among them, without being
     # given
     found = [zone.end for zone in solution.zones[:-1]]
@@ -109,10 +105,12 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
 def test_a_mesh_that_is_left_open_is_found(comm):
     """Newton, or the method that the case names; the error is reported."""
     newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
-    assert newton.converged and newton.info["estimated_error"] <= newton.info["accuracy"] == 1e-3
+    assert newton.converged and newton.accuracy.error <= newton.accuracy.wanted == 1e-3
     paper = solve(example(1, mesh=MeshOptions(accuracy=1e-3), rule="modified"), comm=comm)
     assert (
-        paper.converged and paper.info["method"] == "projection" and "estimated" in paper.verdict()
+        paper.converged
+        and paper.provenance.method == "projection"
+        and "estimated" in paper.verdict()
     )
     assert paper.contact.u_t == pytest.approx(
         newton.contact.u_t, abs=1e-5 * np.abs(newton.contact.u_t).max()
@@ -127,8 +125,8 @@ def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
     assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
     s = np.array([0.0])
     peak = abs(displacement(line_of(best[1]), s)[0])
-    assert solution.info["largest_slip"] == pytest.approx(peak, rel=2e-4)
-    assert solution.info["largest_slip"] > np.abs(solution.contact.u_t).max()
+    assert solution.accuracy.largest_slip == pytest.approx(peak, rel=2e-4)
+    assert solution.accuracy.largest_slip > np.abs(solution.contact.u_t).max()
     printed = next(
         word
         for line in text.splitlines()
@@ -160,7 +158,7 @@ def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
         assert np.all(state[inside] == abs(zone.sign))
     assert len(solution.zones) == len(fine.zones)
     for zone, other, errors in zip(
-        solution.zones, fine.zones, solution.info["zone_errors"], strict=True
+        solution.zones, fine.zones, solution.accuracy.zone_errors, strict=True
     ):
         assert abs(zone.end - other.end) <= 3.0 * errors[1] + 1e-9
 
@@ -175,7 +173,7 @@ def test_what_the_own_method_leaves_is_in_the_estimate(comm):
         and loose.status == "not converged"
         and "projection leaves an error of" in loose.reason
     )
-    assert loose.info["estimated_error"] == pytest.approx(left, rel=0.05)
+    assert loose.accuracy.error == pytest.approx(left, rel=0.05)
     assert newton.converged and adapt(example(1), 1e-5, comm=comm).converged
 
 
@@ -204,7 +202,7 @@ def test_variable_friction_on_a_sloping_body(comm):
     exact = displacement(line_of(fine), coarse.contact.arc_length)
     weight = coarse.contact.weight
     error = np.sqrt(weight @ (coarse.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
-    assert 0.5 < coarse.info["estimated_error"] / error < 30.0
+    assert 0.5 < coarse.accuracy.error / error < 30.0
     assert len(coarse.zones) == len(fine.zones)
 
 
@@ -451,8 +449,8 @@ def test_a_monitor_that_says_stop_ends_the_climb(comm):
         solution.status == "not converged"
         and solution.reason == "enough (on the mesh after the last)"
     )
-    assert len(solution.info["levels"]) == 2 and len(calls) > 2
-    assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
+    assert len(solution.accuracy.elements) == 2 and len(calls) > 2
+    assert solution.elastic_residual < 1e-10 and solution.accuracy.error > 1e-6
 
 
 # -- pressure and shear

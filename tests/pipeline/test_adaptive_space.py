@@ -70,7 +70,7 @@ def true_error(solution):
 
 def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact():
     solution = adapt(parse(Problem, hertz(), "hertz"), 0.15)
-    error, true = solution.info["estimated_error"], true_error(solution)
+    error, true = solution.accuracy.error, true_error(solution)
     assert solution.converged and error <= 0.15 and 1.0 < error / true < 4.0
     assert len(solution.nodes["pair"]) <= 300 and true < 0.04
     element, closed = (
@@ -87,7 +87,7 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
     monkeypatch.setattr(budget, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
     problem = parse(Problem, hertz(), "hertz")
     solution = adapt(problem, 0.05) if asked else solve(problem)
-    assert solution.info["estimated_error"] > 0.05
+    assert solution.accuracy.error > 0.05
     said = "is 300 nodes and 10 s of processor time; "
     said += (
         "a [mesh] of your own may have more"
@@ -97,7 +97,7 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
     if asked:
         assert solution.status == "not converged" and said in solution.reason
     else:
-        assert solution.converged and any(said in text for text in solution.info["warnings"])
+        assert solution.converged and any(said in text for text in solution.warnings)
 
 
 def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
@@ -135,9 +135,11 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
     }
     solution = adapt(parse(Problem, data, "blocks"), 0.01)
     assert (
-        len(solution.info["levels"]) > 1 and len(solution.steps) == 2 and "700" in solution.reason
+        len(solution.accuracy.elements) > 1
+        and len(solution.steps) == 2
+        and "700" in solution.reason
     )
-    assert not any("match" in text for text in solution.info["warnings"])
+    assert not any("match" in text for text in solution.warnings)
     assert max(step.pairs["pair"].imbalance for step in solution.steps) < 1e-11
 
 
@@ -161,12 +163,10 @@ def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
         ],
     }
     plain = solve(parse(Problem, data, "facets"))
-    assert "accuracy" not in plain.info and plain.mesh.n_elements == 80
-    wanted = 0.4 * plain.info["estimated_error"]  # on the way tails alone stand for it
+    assert plain.accuracy.wanted is None and plain.mesh.n_elements == 80
+    wanted = 0.4 * plain.accuracy.error  # on the way tails alone stand for it
     finer = solve(parse(Problem, {**data, "mesh": {"accuracy": wanted}}, "facets"))
-    assert (
-        finer.converged and finer.info["estimated_error"] <= wanted and finer.mesh.n_elements > 80
-    )
+    assert finer.converged and finer.accuracy.error <= wanted and finer.mesh.n_elements > 80
 
 
 def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
@@ -181,7 +181,7 @@ def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
     solution = adapt(parse(Problem, data, "sphere"), 0.9)
     assert (
         solution.converged
-        and len(solution.info["levels"]) > 1
+        and len(solution.accuracy.elements) > 1
         and solution.pairs["pair"].pressure.max() > 0.0
     )
 
@@ -227,7 +227,7 @@ def test_a_mesh_that_is_not_solved_on_leaves_the_solution_of_the_one_before(monk
         and solution.status == "not converged"
         and "not accepted (on the mesh after the last)" in solution.reason
     )
-    assert solution.pairs["pair"].pressure.max() > 0.9 and solution.info["estimated_error"] < 0.5
+    assert solution.pairs["pair"].pressure.max() > 0.9 and solution.accuracy.error < 0.5
 
 
 def test_each_mesh_is_reported():
@@ -235,7 +235,7 @@ def test_each_mesh_is_reported():
     solution = adapt(parse(Problem, hertz(), "hertz"), 0.2, reached=shown.append)
     assert [each.number for each in shown] == [1, 2] and [
         each.estimate for each in shown
-    ] == solution.info["estimates"]
+    ] == solution.accuracy.estimates
     assert (
         shown[-1].nodes == solution.meshes["block"].n_nodes and shown[0].seconds < shown[1].seconds
     )
@@ -309,7 +309,7 @@ def test_a_turned_half_circle_is_the_ball(ball):
     solution = adapt(problem, 0.5)
     mesh = solution.meshes["ball"]
     points = np.concatenate([mesh.corners, mesh.middles], axis=1)
-    assert solution.converged and len(solution.info["levels"]) > 1
+    assert solution.converged and len(solution.accuracy.elements) > 1
     off = np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)
     assert np.nanmedian(off) < 1e-14 and np.nanmax(off) < 5e-4
     assert solution.pairs["pair"].force[2] == pytest.approx(ball.pairs["pair"].force[2], rel=0.2)
@@ -327,7 +327,7 @@ def test_cut_curved_panels_on_compressed_operators(ball):
     finally:
         prepared.close()
     old, new = ball.pairs["pair"], solution.pairs["pair"]
-    assert solution.converged and "hmatrix" in solution.info["solver"]
+    assert solution.converged and "hmatrix" in solution.provenance.solver
     assert np.abs(new.pressure - old.pressure).max() < 1e-3 * old.pressure.max()
     assert new.force == pytest.approx(old.force, rel=1e-4, abs=1e-4 * np.abs(old.force).max())
 
@@ -354,7 +354,7 @@ def test_a_post_on_cut_panels_stands_by_its_weight():
     data["body"][1] = post
     solution = adapt(parse(Problem, data, "post"), 0.4)
     mesh, force = solution.meshes["post"], solution.pairs["pair"].force
-    assert len(solution.info["levels"]) > 1 and force[2] == pytest.approx(
+    assert len(solution.accuracy.elements) > 1 and force[2] == pytest.approx(
         0.01 * np.pi * 0.25, rel=1e-3
     )
     assert np.abs(force[:2]).max() < 1e-5 * force[2]
@@ -370,8 +370,8 @@ def test_a_large_error_is_warned_of():
     data = hertz()
     data["body"][0]["mesh"] = {"element_size": 0.5, "order": 1}
     solution = solve(parse(Problem, data, "hertz"))
-    assert solution.converged and solution.info["estimated_error"] > 0.1
-    assert any("the error is estimated to be" in text for text in solution.info["warnings"])
+    assert solution.converged and solution.accuracy.error > 0.1
+    assert any("the error is estimated to be" in text for text in solution.warnings)
 
 
 @pytest.mark.parametrize(("order", "beside"), [(1, 1), (2, 2)])
@@ -422,7 +422,7 @@ def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
         @ np.sum(apart**2, axis=1)
         / (fine.contact.weight @ np.sum(fine.contact.u_t**2, axis=1))
     )
-    assert 0.9 < coarse.info["estimated_error"] / true < 4.0
+    assert 0.9 < coarse.accuracy.error / true < 4.0
 
 
 def test_few_panels_have_no_small_error():
@@ -496,8 +496,8 @@ def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monk
     radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
     assert (
         solution.converged
-        and solution.info["estimates"][0] > 0.7
-        and solution.info["estimates"][1] < 0.3
+        and solution.accuracy.estimates[0] > 0.7
+        and solution.accuracy.estimates[1] < 0.3
     )
     assert pair.pressure.max() == pytest.approx(1500.0 / (np.pi * radius**2), rel=0.03)
     assert pair.weight[pair.pressure > 0.0].sum() == pytest.approx(np.pi * radius**2, rel=0.15)
@@ -525,7 +525,7 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
         solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
         for names in (["both"], ["0", "1"])
     )
-    assert "hmatrix" in one.info["solver"] and "hmatrix" not in two.info["solver"]
+    assert "hmatrix" in one.provenance.solver and "hmatrix" not in two.provenance.solver
     both = two.pairs["0"].pressure + two.pairs["1"].pressure
     assert (
         both == pytest.approx(one.pairs["both"].pressure, rel=1e-3, abs=1e-3 * both.max())
@@ -629,7 +629,7 @@ def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
         ),
         0.1,
     )
-    assert solution.status == "converged" and len(solution.info["levels"]) > 1
+    assert solution.status == "converged" and len(solution.accuracy.elements) > 1
     assert solution.last.pairs["pair"].force == pytest.approx([0, 0, 8.3776], abs=2e-3)
     assert solution.last.pairs["pair"].pressure.max() == pytest.approx(
         125.07, rel=0.01
@@ -663,7 +663,5 @@ def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
         Problem, {"body": [shell], "obstacle": [{"name": "floor"}], "contact": [pair]}, "shell"
     )
     solution = adapt(problem, 0.2)
-    assert solution.status == "converged" and not any(
-        "thick" in each for each in solution.info["warnings"]
-    )
+    assert solution.status == "converged" and not any("thick" in each for each in solution.warnings)
     assert solution.last.pairs["pair"].force[2] == pytest.approx(1.4272, rel=0.02)

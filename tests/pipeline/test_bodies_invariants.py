@@ -116,7 +116,7 @@ def test_bonded_blocks_are_one_block():
         '[[contact]]\nname = "glue"\nsecondary = "a.top"\nprimary = "b.bottom"\nnormal = "bonded"\n'
     )
     solution = solve(posed(text))
-    assert solution.converged and solution.info["motions"] == {"a": 1, "b": 3}
+    assert solution.converged and solution.provenance.motions == {"a": 1, "b": 3}
     pair = solution.last.pairs["glue"]
     assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
     u = solution.last.bodies["b"].u

@@ -157,7 +157,7 @@ def case(request):
 def compressed_operators(case, tmp_path):
     kind, tolerance = ("hodlr", 1e-9) if case.dim == 2 else ("hmatrix", 1e-7)
     solution = solve(case.problem(**{"bem.mat_type": kind, f"bem.{kind}_tol": tolerance}))
-    assert kind in solution.info["solver"]
+    assert kind in solution.provenance.solver
     assert_alike(case.solution, solution, 1e-6)
 
 
@@ -242,7 +242,7 @@ def rule_of_ones_own(case, tmp_path):
     solution = solve(
         case.problem(method__tolerance=1e-8, method__max_iterations=5000), rule=Counted(2.0)
     )
-    assert Counted.calls > 0 and solution.info["rule"] == "Counted"
+    assert Counted.calls > 0 and solution.provenance.rule == "Counted"
     assert_alike(case.solution, solution, 1e-3)
 
 
@@ -271,7 +271,7 @@ def held_by_friction_only(case, tmp_path):
         else {}
     )
     solution = solve(problem)
-    assert solution.converged and sum(solution.info["motions"].values()) > 0
+    assert solution.converged and sum(solution.provenance.motions.values()) > 0
     along = [pair.force[0] for pair in solution.pairs.values()]
     assert along == pytest.approx([-0.5 if case.single else -0.2], rel=1e-9)
     table = case.swept(tmp_path, problem)
@@ -298,7 +298,7 @@ def full_formulation(case, tmp_path):
     solution = solve(
         case.problem(method__formulation="full", method__rule="modified", method__tolerance=1e-9)
     )
-    assert "full" in solution.info["solver"]
+    assert "full" in solution.provenance.solver
     assert_alike(case.solution, solution, 1e-6)
 
 

@@ -67,7 +67,9 @@ def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm
     """A tolerance of 1e-7 leaves more than the integral equations may miss."""
     lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm)
     assert (
-        lost.status == "failed" and lost.elastic_residual > 1e-7 and "hodlr" in lost.info["solver"]
+        lost.status == "failed"
+        and lost.elastic_residual > 1e-7
+        and "hodlr" in lost.provenance.solver
     )
     monkeypatch.setattr(choice, "SMALLEST", 100)
     monkeypatch.setattr(choice, "UNEVEN", 0.0)
@@ -75,7 +77,7 @@ def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm
     assert (
         solution.converged
         and solution.elastic_residual < 1e-9
-        and "dense" in solution.info["solver"]
+        and "dense" in solution.provenance.solver
     )
 
 
@@ -86,7 +88,7 @@ def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
     monkeypatch.setattr(HodlrBody, "__init__", refuse)
     monkeypatch.setattr(choice, "SMALLEST", 100)
     small = case.model_copy(update={"mesh": MeshOptions(element_size=0.1)})
-    assert "dense" in solve(small, comm=comm).info["solver"]
+    assert "dense" in solve(small, comm=comm).provenance.solver
     with pytest.raises(SolverError):
         solve(small.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
 

@@ -166,7 +166,7 @@ BLOCKS = (
 
 
 @pytest.mark.parametrize(
-    ("module", "where"), [(load_steps, "step_results"), (pipeline, "warnings_of")]
+    ("module", "where"), [(load_steps, "step_results"), (pipeline, "findings_of")]
 )
 def test_a_signal_after_the_iteration_keeps_the_solution(
     tmp_path, monkeypatch, capsys, module, where

@@ -38,13 +38,13 @@ def test_error_of_constant_elements(number, h, comm, request):
     ).T
     exact, weight = CubicSpline(x, u)(solution.contact.x[:, 0]), solution.contact.weight
     true = np.sqrt(weight @ (solution.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
-    assert 0.4 < true / solution.info["estimated_error"] < 1.5
+    assert 0.4 < true / solution.accuracy.error < 1.5
     assert "against half as many elements" in solution.verdict()
 
 
 def test_large_meshes_are_left_alone(comm):
     large = solve(example(1, mesh=MeshOptions(element_size=0.019)), comm=comm)
-    assert large.mesh.n_nodes > CHEAP and "estimated_error" not in with_estimate(large, comm).info
+    assert large.mesh.n_nodes > CHEAP and not with_estimate(large, comm).accuracy.is_known
 
 
 def test_pairs_are_joined_from_both_ends_and_what_is_odd_lies_in_the_middle():
@@ -77,10 +77,10 @@ def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, 
     if not known:
         monkeypatch.setattr(fixed_mesh, "_coarser", refused)
     solution = solve(example(1, mesh=MeshOptions()), comm=comm)
-    error, said = solution.info["estimated_error"], "no second mesh"
+    error, said = solution.accuracy.error, "no second mesh"
     assert len(levels) == 2 and solution.converged == known
     if known:
-        assert 1e-4 < error < 0.1 and said in " ".join(solution.info["warnings"])
+        assert 1e-4 < error < 0.1 and said in " ".join(solution.warnings)
     else:
         assert (
             error == np.inf
@@ -112,4 +112,4 @@ def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
         ],
     )
     solution = with_estimate(solve(block, comm=comm), comm)
-    assert solution.converged and said in solution.info["error_unknown"]
+    assert solution.converged and said in solution.accuracy.unknown

@@ -97,9 +97,7 @@ def test_bonded_cubes_under_an_even_pressure(tmp_path):
     assert on(solution, "lower.top")[1].sum(axis=0) == pytest.approx([0.0, 0.0, -0.04], abs=1e-12)
     for name, mesh in solution.meshes.items():
         assert np.abs(mesh.weight @ solution.last.bodies[name].traction).max() < 1e-12
-    assert any(
-        "the coarser side is the better secondary" in text for text in solution.info["warnings"]
-    )
+    assert any("the coarser side is the better secondary" in text for text in solution.warnings)
     other = discretise(
         posed(blocks(tmp_path), {**contact, "secondary": "lower.top", "primary": "upper.bottom"})
     )
@@ -127,7 +125,7 @@ def test_a_sandwich_that_only_contact_holds(tmp_path, small):
     sign = 1.0 if small == "secondary" else -1.0
     for contact, way in zip(contacts, (sign, -sign), strict=True):
         assert balances(solution, contact) == pytest.approx([0.0, 0.0, way * 0.04], abs=1e-9)
-    assert not any("cannot be held" in warning for warning in solution.info["warnings"])
+    assert not any("cannot be held" in warning for warning in solution.warnings)
 
 
 @pytest.mark.parametrize(
@@ -250,7 +248,7 @@ def test_both_sides_are_in_the_result_and_the_file(tmp_path):
     assert pair.imbalance == pytest.approx(
         0.1 * np.linalg.norm(pair.force[:2]) / size / reach, rel=1e-6
     )
-    assert any("friction across a gap" in warning for warning in solution.info["warnings"])
+    assert any("friction across a gap" in warning for warning in solution.warnings)
     assert f"imbalance {pair.imbalance:.1e}" in " ".join(solution.verdict().split())
     solution.save(tmp_path / "result.h5")
     with h5py.File(tmp_path / "result.h5") as file:
@@ -296,7 +294,7 @@ def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overla
             {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"},
         )
     )
-    told = [warning for warning in solution.info["warnings"] if "miss the curved faces" in warning]
+    told = [warning for warning in solution.warnings if "miss the curved faces" in warning]
     assert len(told) == named and all(
         f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told
     )

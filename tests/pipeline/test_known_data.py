@@ -48,7 +48,7 @@ def block(side=0.0, bound=0.3, step=()):
 
 def warned(problem):
     found = solve(problem)
-    return [text for text in found.info.get("warnings", []) if "misses" in text]
+    return [text for text in found.warnings if "misses" in text]
 
 
 def test_a_narrow_load_between_the_nodes_is_named():
@@ -88,7 +88,7 @@ def test_in_space(pressure, count):
     solution = solve(box)
     found = missed_data(box, solution.meshes)
     assert len(found) == count and all("of the traction on top" in text for text in found)
-    assert [text for text in solution.info.get("warnings", []) if "misses" in text] == found
+    assert [text for text in solution.warnings if "misses" in text] == found
 
 
 RING = SideBySide((Circle("rim", (0, 0), 1), Circle("hole", (0, 0), 0.5)))

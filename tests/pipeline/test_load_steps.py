@@ -161,7 +161,7 @@ def test_edges_of_the_parabola_are_found_through_both_steps():
     assert press.force == pytest.approx([0.0, -0.095474262], abs=2e-7)
     assert push.force == pytest.approx([0.021672086, -0.094135542], abs=2e-7)
     wanted = [-0.49663, -0.45920, -0.37396, -0.162307, -0.01631, 0.162307, 0.44419, 0.45920]
-    found = 3.0 - np.array(solution.info["edges"]["interface"])[::-1]
+    found = 3.0 - np.array(solution.accuracy.edges["interface"])[::-1]
     assert found == pytest.approx(wanted, abs=1e-4)
 
 
@@ -442,12 +442,12 @@ def test_a_wedge_that_jams_is_told():
         .read_text()
         .replace("levels = 6, order = 3", "levels = 4, order = 2")
     )
-    told = solve(posed(text)).info["warnings"]
+    told = solve(posed(text)).warnings
     assert len(told) == 2 and all(
         "stays pressed after step 'let go'" in line and "jams" in line for line in told
     )
     held = posed(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]"))
-    assert solve(held).info["warnings"] == []
+    assert solve(held).warnings == []
 
 
 def test_parts_of_a_one_body_file_need_a_condition(tmp_path, capsys):

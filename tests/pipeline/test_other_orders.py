@@ -61,7 +61,7 @@ def test_the_error_of_coarse_sides_is_bounded():
     fine = solve(block(2, 1.0 / 3.0, beside=1.0))
     for order, beside in ((1, 2.0), (1, 4.0), (2, 2.0), (3, 2.0)):
         solution = solve(block(order, 0.5, beside=beside))
-        assert 1.0 < solution.info["estimated_error"] / apart(solution, fine) < 4.0
+        assert 1.0 < solution.accuracy.error / apart(solution, fine) < 4.0
 
 
 def test_linear_panels_and_meshes_that_cannot_be_solved_on_have_none():
@@ -77,7 +77,7 @@ def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
     sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
     assert (
         np.abs(sticks.contact.u_t).max() < 1e-12
-        and sticks.info["estimated_error"] == 0.0 < slips.info["estimated_error"]
+        and sticks.accuracy.error == 0.0 < slips.accuracy.error
     )
 
 
@@ -145,4 +145,4 @@ def test_without_contact_the_error_of_u_is_bounded(order):
         there = solution.mesh.basis_at(numbers[hits.face], hits.place) @ solution.u - fine.u[nodes]
         wrong.append(fine.mesh.weight[nodes] @ np.sum(there**2, axis=1))
     true = math.sqrt(sum(wrong) / (fine.mesh.weight @ np.sum(fine.u**2, axis=1)))
-    assert 1.0 < solution.info["estimated_error"] / true < 4.0
+    assert 1.0 < solution.accuracy.error / true < 4.0

@@ -8,6 +8,7 @@ import pytest
 from petcontact import Problem, solve
 from petcontact.model.base import parse
 from petcontact.pipeline import run
+from petcontact.pipeline.judge.findings import new_finding
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
@@ -48,7 +49,7 @@ def pressed(space, gap, increments, friction=0.3):
 def warned(solution):
     """Shares of q that are reported."""
     assert solution.converged
-    texts = [text for text in solution.info["warnings"] if "depends on the path" in text]
+    texts = [text for text in solution.warnings if "depends on the path" in text]
     return [float(text.split("differs by ")[1].split("%")[0]) / 100.0 for text in texts]
 
 
@@ -112,7 +113,9 @@ def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
 def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
     monkeypatch.setattr(
-        run, "path_warnings", lambda problem, solution: looked.append(problem) or ["looked at"]
+        run,
+        "path_findings",
+        lambda problem, solution: looked.append(problem) or [new_finding("path", "looked at")],
     )
     data = {
         "material": SOFT,
@@ -135,6 +138,6 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
         for part in ("left", "right", "front", "back")
     ]
     solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
-    assert len(solution.info["levels"]) > 1 and solution.info["warnings"] == ["looked at"]
+    assert len(solution.accuracy.elements) > 1 and solution.warnings == ["looked at"]
     ((mesh,), (last,)) = solution.meshes.values(), looked
     assert last.discrete.meshes[0] is mesh

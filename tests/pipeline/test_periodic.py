@@ -66,7 +66,7 @@ def test_westergaards_waves_wherever_the_period_begins(crest):
     pair = solution.pairs["c"]
     wave = WavyContact(0.5 * np.pi * E_STAR * HEIGHT, HEIGHT, 1.0, E_STAR)
     exact = wave.pressure((pair.x[:, 0] - crest + 0.5) % 1.0 - 0.5)
-    assert solution.converged and not solution.info["warnings"]
+    assert solution.converged and not solution.warnings
     assert np.sqrt(pair.weight @ (pair.pressure - exact) ** 2) < 5e-4 * np.sqrt(
         pair.weight @ exact**2
     )

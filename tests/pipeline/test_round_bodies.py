@@ -132,7 +132,7 @@ def test_what_a_ball_in_a_smooth_cup_turns_by_is_said_to_be_that_of_its_mesh(fri
     solution = solve(parse(Problem, cup(friction), "cup"))
     told = [
         text
-        for text in solution.info["warnings"]
+        for text in solution.warnings
         if "roughness of the mesh" in text or "nothing holds" in text
     ]
     assert solution.converged and bool(told) == (friction is None)

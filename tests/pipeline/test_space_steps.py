@@ -156,7 +156,7 @@ def test_a_block_on_the_floor_held_by_friction():
     """Six motions, no known displacement: equilibrium to round-off; mirrored loads mirror the
     answer."""
     one, other = solved(BLOCK), solved(BLOCK, step__1__boundary__0__value=[-0.15, 0.1, -1.0])
-    assert one.converged and one.info["motions"] == {"body": 6}
+    assert one.converged and one.provenance.motions == {"body": 6}
     pair, mirrored = one.last.pairs["bottom"], other.last.pairs["bottom"]
     assert pair.force == pytest.approx([-0.3, -0.2, 2.0], abs=1e-12)
     assert pair.moment == pytest.approx([1.0 + 0.2, -2.0 - 0.3, -0.05], abs=1e-12)
@@ -319,11 +319,9 @@ def test_what_to_look_at_is_told():
     smooth = solved(
         STACK, contact__0__friction_coefficient=0.0, body__1__boundary__0__value=[0.0, 0.0, -1.0]
     )
-    assert (
-        smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.info["warnings"][0]
-    )
+    assert smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.warnings[0]
     apart = solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top")
-    assert not apart.converged and "never touch" in apart.info["warnings"][0]
+    assert not apart.converged and "never touch" in apart.warnings[0]
     with pytest.raises(
         InputError, match=r"contact\[0\]: no node .* faces of a bilateral contact must meet"
     ):
@@ -343,8 +341,8 @@ def test_a_stack_files_figures_and_fields(tmp_path):
     """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was
     solved."""
     solution = solved(STACK)
-    assert solution.converged and solution.info["motions"] == {"base": 0, "block": 6}
-    (warning,) = solution.info["warnings"]
+    assert solution.converged and solution.provenance.motions == {"base": 0, "block": 6}
+    (warning,) = solution.warnings
     assert warning.startswith("the error is estimated to be 55%")  # 32 contact nodes
     pair = solution.last.pairs["pair"]
     assert pair.force == pytest.approx([-0.3, -0.2, 2.0], abs=1e-12)
@@ -415,11 +413,11 @@ def test_gaps_are_distances_along_the_direction():
         ],
     }
     straight = solved(STACK, **lifted)
-    assert straight.converged and straight.info["distance"]["pair"] == pytest.approx(0.1)
+    assert straight.converged and straight.provenance.distance["pair"] == pytest.approx(0.1)
     assert straight.last.pairs["pair"].force[2] > 0.5
     oblique = solved(STACK, **lifted, contact__0__direction=[0.0, 0.6, -0.8])
-    assert oblique.converged and oblique.info["distance"]["pair"] == pytest.approx(0.125)
-    assert not oblique.info["warnings"]
+    assert oblique.converged and oblique.provenance.distance["pair"] == pytest.approx(0.125)
+    assert not oblique.warnings
 
 
 SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12)]
@@ -535,7 +533,7 @@ def test_meshes_that_do_not_match_are_told(tmp_path):
     )
     assert (
         solution.converged
-        and "do not match" in solution.info["warnings"][0]
+        and "do not match" in solution.warnings[0]
         and "warning: " in solution.verdict()
     )
     base, traction = solution.meshes["base"], solution.last.bodies["base"].traction

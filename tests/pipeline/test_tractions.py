@@ -75,8 +75,8 @@ def test_a_corner_that_presses_inside_of_the_secondary_is_no_error_that_stays(co
     assert solution.converged and best.converged, best.reason
     assert difference(solution, best).inside <= 1e-2
     # with the ends the error is much larger, and the verdict says where
-    assert solution.info["error_with_ends"] > 0.05
-    assert solution.info["singular"]["pair"] == pytest.approx([0.28995, 2.33204], abs=1e-5)
+    assert solution.accuracy.with_ends > 0.05
+    assert solution.accuracy.singular["pair"] == pytest.approx([0.28995, 2.33204], abs=1e-5)
     assert "with the ends of parts" in verdict(solution)
     assert "tractions are singular: pair at s = 0.28995, 2.332" in " ".join(
         verdict(solution).split()
@@ -87,7 +87,7 @@ def test_a_short_stick_zone_between_opposite_slips_is_followed(comm):
     # body 71 of seed 1: the zone is .0013 of 1.77 wide; without it the differences grew to 1e-2
     solution = adapt(random_contact(1, 71), 1e-3, comm=comm)
     assert solution.converged, solution.reason
-    assert solution.info["edges"]["pair"] == pytest.approx([0.97293, 0.97551], abs=5e-5)
+    assert solution.accuracy.edges["pair"] == pytest.approx([0.97293, 0.97551], abs=5e-5)
 
 
 def test_where_slip_turns_there_is_an_edge():

@@ -179,7 +179,7 @@ def test_overlap_between_nodes_counts_at_the_end_of_a_step(loaded, increments, w
     )
     solution = solve(light(loaded, 0.0014, mesh=mesh))
     assert solution.converged and "overlap" not in solution.reason
-    assert any("before its end" in warning for warning in solution.info["warnings"]) == warned
+    assert any("before its end" in warning for warning in solution.warnings) == warned
 
 
 def test_a_step_that_only_begins_a_contact_is_judged_beside_the_others(loaded):
@@ -203,7 +203,7 @@ value = [0.0, {-push!r}]
     assert pressed.converged and [step.name for step in pressed.steps] == ["touch", "press", "away"]
     assert [
         "'touch': surfaces overlap" in warning
-        for warning in pressed.info["warnings"]
+        for warning in pressed.warnings
         if "overlap" in warning
     ] == [True]
     assert lifted.failed.name == "touch" and "by 1e-05 at (0.123457, 0)" in lifted.reason
@@ -290,7 +290,7 @@ def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
 def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, size, order):
     """The same without the look at the mesh: the elastic residual is small where p is off by its
     own size."""
-    monkeypatch.setattr("petcontact.pipeline.eliminate.check_meshes", lambda *bodies: [])
+    monkeypatch.setattr("petcontact.pipeline.pose.discretise.check_meshes", lambda *bodies: [])
     solution = solve(loaded(LOAD, width=size, height=1.0, size=size / 40.0, order=order))
     off = np.abs(solution.tried[-1].pairs["bottom"].pressure - 1.0).max()
     assert not solution.converged or off < 1e-3
@@ -345,7 +345,7 @@ def test_bending_that_is_a_tenth_off_is_warned_of(order, few):
                 "beam",
             )
         )
-        warned = any("bending comes out wrong" in warning for warning in solution.info["warnings"])
+        warned = any("bending comes out wrong" in warning for warning in solution.warnings)
         return solution.last.bodies["body"].u[:, 1].max(), warned
 
     exact, (shorter, early), (_, warned) = bent(40, 5)[0], bent(few + 1, order), bent(few, order)
@@ -497,9 +497,9 @@ def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size
     solution = solve(parse(Problem, data, "ball"))
     warned = [
         text
-        for text in solution.info["warnings"]
+        for text in solution.warnings
         if "overlap between nodes in contact: pair 'pair' by" in text
     ]
     assert solution.converged and bool(warned) == told
-    worst = solution.info["estimated_error"], solution.info["resultant_error"]
+    worst = solution.accuracy.error, solution.accuracy.resultants
     assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.1

@@ -73,8 +73,7 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
         "balls",
     )
     solution = adapt(problem, 0.7, comm=comm)
-    assert len(solution.info["levels"]) > 1
+    assert len(solution.accuracy.elements) > 1
     assert (
-        any("miss its curved faces by about" in warning for warning in solution.info["warnings"])
-        != known
+        any("miss its curved faces by about" in warning for warning in solution.warnings) != known
     )

@@ -88,7 +88,7 @@ def test_bodies_steps_and_the_error_of_u():
         assert np.allclose(u, stretched(x, pull * PULL), atol=1e-9)
     rough = solve(Problem(body=[bar(2, order=0, element_size=0.1)]))
     missed = np.linalg.norm(rough.u - stretched(rough.mesh.x)) / np.linalg.norm(rough.u)
-    assert 0.3 * missed < rough.info["estimated_error"] < 10.0 * missed
+    assert 0.3 * missed < rough.accuracy.error < 10.0 * missed
     assert "error of u:" in rough.verdict()
 
 

@@ -125,11 +125,7 @@ def test_a_point_that_is_nearly_right_does_no_harm(points, comm):
     for accuracy in (1e-2, 1e-3):
         solution = adapt(skew(graded_points=points), accuracy, comm=comm)
         true = true_error(solution, best)
-        assert (
-            solution.converged
-            and true <= accuracy
-            and true < 2.0 * solution.info["estimated_error"]
-        )
+        assert solution.converged and true <= accuracy and true < 2.0 * solution.accuracy.error
 
 
 def slab(traction: str) -> Problem:
@@ -178,7 +174,7 @@ def test_random_bodies_get_honest_estimates(number, comm):
     best = adapt(case, 1e-5, comm=comm)
     solution = adapt(case, 1e-3, comm=comm)
     assert solution.converged and true_error(solution, best) <= 2e-3
-    assert true_error(solution, best) <= 2.0 * solution.info["estimated_error"]
+    assert true_error(solution, best) <= 2.0 * solution.accuracy.error
 
 
 @pytest.mark.parametrize("bound", [80.0, "60 + 30*abs(x - 3)"])
@@ -191,12 +187,12 @@ def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
         contact, exact = solution.contact, displacement(line_of(best), solution.contact.arc_length)
         error = contact.u_t[:, 0] - exact
         true = np.sqrt(contact.weight @ error**2 / (contact.weight @ exact**2))
-        assert true <= accuracy and 0.5 < solution.info["estimated_error"] / true < 40
+        assert true <= accuracy and 0.5 < solution.accuracy.error / true < 40
 
 
 @pytest.mark.parametrize("name", ["toe", "disc", "dovetail", "plate", "bracket"])
 def test_the_gallery_can_be_solved_adaptively(name, comm):
     """Frictionless parts, arcs, holes, several contact sides."""
     solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)
-    assert solution.converged and solution.info["estimated_error"] <= 1e-4
+    assert solution.converged and solution.accuracy.error <= 1e-4
     assert solution.elastic_residual < 1e-10

@@ -20,6 +20,7 @@ from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
 from petcontact.results.format.container import write_atomically
 from petcontact.results.hdf5 import FORMAT, write_solution
+from petcontact.results.report import Provenance, as_json
 from petcontact.results.solution import read_result
 from petcontact.runtime.atomic_write import temporary_name
 
@@ -64,9 +65,11 @@ def test_round_trip_is_exact(solution, path):
         "rho",
         "residual",
         "problem",
-        "info",
+        "findings",
     ):
         assert same(getattr(solution, name), getattr(again, name)), name
+    for name in ("accuracy", "provenance"):
+        assert as_json(getattr(solution, name)) == as_json(getattr(again, name)), name
     for name in ("x", "normal", "weight", "arc_length"):
         assert np.array_equal(getattr(solution.mesh, name), getattr(again.mesh, name)), name
     assert again.verdict() == solution.verdict()
@@ -86,7 +89,8 @@ def test_h5py_alone_reads_the_layout(solution, path):
         assert {len(rows) for rows in file["history"].values()} == {file.attrs["iterations"]}
         assert file.attrs["format"] == FORMAT and "young_modulus" in file.attrs["config"]
         assert all(
-            file.attrs[key] == solution.info[key] for key in ("argv", "petsc_options", "versions")
+            file.attrs[key] == getattr(solution.provenance, key)
+            for key in ("argv", "petsc_options", "versions")
         )
 
 
@@ -139,7 +143,7 @@ def test_a_missing_member_is_damage(path, name):
     refused(path, "damaged|holds no fields")
 
 
-@pytest.mark.parametrize("name", ["config", "timings", "info"])
+@pytest.mark.parametrize("name", ["config", "timings", "accuracy", "provenance"])
 def test_a_wrong_attribute_is_damage(path, name):
     with h5py.File(path, "r+") as file:
         file.attrs[name] = "not = = this"
@@ -261,7 +265,7 @@ def small_disk(tmp_path):
 
 def test_a_full_disk(solution, small_disk):
     write_solution(small_disk / "first.h5", solution)
-    large = dataclasses.replace(solution, info=solution.info | {"ballast": "x" * 400_000})
+    large = dataclasses.replace(solution, provenance=Provenance(argv="x" * 400_000))
     for _ in range(3):
         with pytest.raises(
             OutputError, match=r"second\.h5: cannot be written \(No space left on device\)$"
@@ -395,7 +399,8 @@ def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("info", "[]", "info is not a table"),
+        ("accuracy", "[]", "accuracy is not a table"),
+        ("provenance", "[]", "provenance is not a table"),
         ("timings", "1", "timings is not a table of numbers"),
         ("timings", '{"mesh": "long"}', "timings is not a table of numbers"),
     ],

@@ -23,7 +23,8 @@ from petcontact import (
     solve,
 )
 from petcontact.model.bodies import Units
-from petcontact.results.verdict.summary import of_several_pairs
+from petcontact.results.report import Accuracy, Finding
+from petcontact.results.verdict.summary import alike
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -179,16 +180,16 @@ def test_short_and_rich_display(solution):
 
 def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
     """An adaptive solve that fails on every mesh has no difference of two solutions."""
-    failed = replace(solution, info={**solution.info, "accuracy": 1e-3, "estimated_error": np.inf})
+    failed = replace(solution, accuracy=Accuracy(wanted=1e-3, error=np.inf))
     assert "error of u_t not known: too few meshes are solved; 1.0e-03 wanted" in failed.verdict()
 
 
 def test_warnings_that_pairs_have_alike_are_one():
-    texts = [
-        "pair 'a': a rim",
-        "pair 'b': a rim",
-        "pair 'b': a gap",
-        "body 'c' turns",
-        "pair 'd' stays pressed",
+    findings = [
+        Finding("sag", "warning", "a rim", "pair 'a'"),
+        Finding("sag", "warning", "a rim", "pair 'b'"),
+        Finding("gap", "warning", "a gap", "pair 'b'"),
+        Finding("large motion", "warning", "body 'c' turns"),
+        Finding("jam", "warning", "pair 'd' stays pressed"),
     ]
-    assert of_several_pairs(texts) == ["pairs 'a', 'b': a rim", *texts[2:]]
+    assert alike(findings) == ["pairs 'a', 'b': a rim", *map(str, findings[2:])]

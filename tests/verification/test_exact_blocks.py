@@ -134,9 +134,9 @@ def test_edges_are_found(monkeypatch):
     monkeypatch.setattr(adaptive, "discretise", discretise)
     solution = adaptive.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
-    assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
+    assert errors(solution).max() < solution.accuracy.error <= 2e-4
     assert np.allclose(
-        np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6
+        np.array(solution.accuracy.edges["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6
     )
     assert max(step.iterations for step in solution.steps) <= 6
 

@@ -60,10 +60,8 @@ def error(solution, angle):
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
     solution = adapt(pin(angle), 1e-5)
-    assert solution.converged and error(solution, angle) < min(
-        2e-6, solution.info["estimated_error"]
-    )
-    edges = np.degrees(solution.info["edges"]["fit"])
+    assert solution.converged and error(solution, angle) < min(2e-6, solution.accuracy.error)
+    edges = np.degrees(solution.accuracy.edges["fit"])
     assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
 
 

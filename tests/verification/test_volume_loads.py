@@ -479,9 +479,9 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
 
 def test_a_temperature_that_no_polynomial_follows_is_reported_with_its_error():
     boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
-    notes = heated(Rectangle((0, 0), (2, 1)), "where(x < 1, 0, 5)", boundary).info["warnings"]
+    notes = heated(Rectangle((0, 0), (2, 1)), "where(x < 1, 0, 5)", boundary).warnings
     assert any("loads.temperature" in note and "misses it by" in note for note in notes)
-    smooth = heated(Rectangle((0, 0), (2, 1)), "exp(x)", boundary).info["warnings"]
+    smooth = heated(Rectangle((0, 0), (2, 1)), "exp(x)", boundary).warnings
     assert not any("misses it by" in note for note in smooth)
 
 

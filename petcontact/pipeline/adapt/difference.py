@@ -4,7 +4,7 @@ parts."""
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,10 +42,6 @@ class Difference:
     inside: float = 0.0
     whole: float = 0.0
     singular: dict[str, list[float]] = field(default_factory=dict)
-
-    def info(self) -> dict[str, Any]:
-        """What a solution reports of its ends."""
-        return {"error_with_ends": self.whole, "singular": self.singular}
 
 
 class Ends(NamedTuple):

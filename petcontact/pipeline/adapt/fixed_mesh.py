@@ -16,8 +16,10 @@ from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
+from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...round_off import ROUNDED
+from ..judge.findings import new_finding
 from ..judge.known_data import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
@@ -40,10 +42,10 @@ of the error."""
 
 
 def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
-    """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`,
-    the reason; with a warning where the meshes miss much of what is known.
+    """The solution with its estimated error where that is cheap, else with the reason why it is not
+    known; and findings where the meshes miss much of what is known.
 
-    On surfaces it comes from the solution itself, see `TailErrors`, with `resultant_error`. On
+    On surfaces it comes from the solution itself, see `TailErrors`. On
     curves what two meshes differ by is the error of the coarser one; of constant elements, whose
     error halves with h, it is that of the finer one, of elements of higher order more. It is the
     error of u_t of the paper's problem, else of p and q, without contact of u.
@@ -55,10 +57,10 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     law : optional
         As in `solve`.
     """
-    if "estimated_error" in solution.info or not solution.converged:
+    if solution.accuracy.is_known or not solution.converged:
         return solution
-    if missed := missed_data(solution.problem, solution.meshes):
-        solution = _warned(solution, missed)
+    missed = missed_data(solution.problem, solution.meshes)
+    solution = solution.with_findings(new_finding("known data", text) for text in missed)
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if not curves and not reason:
@@ -67,16 +69,16 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
-            if coarse.converged and math.isfinite(
-                (found := _difference(solution, coarse))["estimated_error"]
-            ):
-                return _estimated(solution, found)
+            if coarse.converged:
+                accuracy = _difference(solution, coarse)
+                if math.isfinite(accuracy.error):
+                    return _estimated(solution, accuracy)
             reason = "the problem on half as many elements is not solved"
         except (
             PetcontactError
         ):  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
-    return replace(solution, info={**solution.info, "error_unknown": reason})
+    return replace(solution, accuracy=replace(solution.accuracy, unknown=reason))
 
 
 def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
@@ -86,30 +88,21 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
         if math.isnan(whole):
-            return replace(
-                solution, info={**solution.info, "error_unknown": "compare with a finer mesh"}
-            )
-        return _estimated(solution, {"estimated_error": min(whole, 1.0)})
+            return replace(solution, accuracy=Accuracy(unknown="compare with a finer mesh"))
+        return _estimated(solution, Accuracy(error=min(whole, 1.0)))
     if solution.kind == "bilateral" and math.isnan(whole):
         beside = beside_error(solution, solved_on)
     error, of_resultants = TailErrors(solution).error(beside, whole)
-    return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
+    return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
 
 
-def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
-    """The solution with an estimate, and a warning where it is large."""
-    error = found["estimated_error"]
-    text = (
-        f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}: smaller "
-        f"elements, or --adapt, make it less"
-    )
-    return _warned(replace(solution, info={**solution.info, **found}), [text] * bool(error > LARGE))
-
-
-def _warned(solution: Solution, texts: list[str]) -> Solution:
-    """The solution with more warnings, if there are any."""
-    warnings = [*solution.info.get("warnings", []), *texts]
-    return replace(solution, info={**solution.info, "warnings": warnings}) if texts else solution
+def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
+    """The solution with an estimate, and a finding where it is large."""
+    error = accuracy.error
+    text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
+    advice = "smaller elements, or --adapt, make it less"
+    large = new_finding("accuracy", f"{text}: {advice}", measured=error, limit=LARGE)
+    return replace(solution, accuracy=accuracy).with_findings([large] * bool(error > LARGE))
 
 
 def carries_something(solution: Solution) -> bool:
@@ -174,17 +167,17 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
         prepared.close()
 
 
-def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
+def _difference(solution: Solution, other: Solution) -> Accuracy:
     """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports
     it."""
     if not solution.nodes:
-        return {"estimated_error": displacement_difference(other, solution)}
+        return Accuracy(error=displacement_difference(other, solution))
     if solution.kind == "bilateral":
         body = _body(solution)
         apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
-        return {"estimated_error": apart / displacement_scale(solution)}
+        return Accuracy(error=apart / displacement_scale(solution))
     apart_by = difference(other, solution)
-    return {"estimated_error": apart_by.inside, **apart_by.info()}
+    return Accuracy(error=apart_by.inside, with_ends=apart_by.whole, singular=apart_by.singular)
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:

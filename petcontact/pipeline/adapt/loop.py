@@ -22,13 +22,15 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
 from ...results.records import StepResult
+from ...results.report import Finding
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
 from ...runtime.signals import BrokenOff, answering
 from ...runtime.world import world
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
-from ..judge.first_panels import with_missed_curves
+from ..judge.findings import judged, new_finding
+from ..judge.first_panels import missed_curves
 from ..pose.discretise import Discrete, MeshMaker, discretise
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
@@ -161,10 +163,10 @@ class AdaptiveSolve:
         """The solution on the last mesh, with all that is reported of it."""
         problem, found = self._kept, self.solutions[-1]
         if problem is not None:
-            found = with_paths(problem, found if found.info else reported(problem, found))
-            found = with_missed_curves(
-                problem.discrete, found, self.solutions[0].meshes, self.quantity.wanted
-            )
+            found = found if found.provenance.versions else reported(problem, found)
+            found = with_paths(problem, found)
+            first, wanted = self.solutions[0].meshes, self.quantity.wanted
+            found = found.with_findings(missed_curves(problem.discrete, found, first, wanted))
         return replace(found, problem=self.problem)
 
     def close(self) -> None:
@@ -310,7 +312,7 @@ def adapt(
     Returns
     -------
     Solution
-        `info["accuracy"]` and `info["estimated_error"]` say what was wanted and what is estimated.
+        Its `accuracy` says what was wanted and what is estimated.
         The status is "not converged" when the finest refinement level was not enough.
 
     Raises
@@ -355,52 +357,58 @@ def adapt(
 def _finished(
     work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float
 ) -> Solution:
-    quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    status, reason, estimate = (
-        solution.status,
-        solution.reason,
-        max(quantity.estimate, work.left) if shown else math.inf,
+    quantity, shown = work.quantity, any(each.converged for each in work.solutions)
+    estimate = max(quantity.estimate, work.left) if shown else math.inf
+    if math.isinf(estimate) and solution.accuracy.is_known:
+        estimate = solution.accuracy.error
+    record = replace(
+        solution.accuracy,
+        wanted=accuracy,
+        error=estimate if carries_something(solution) else solution.accuracy.error,
+        differences=quantity.differences,
+        elements=[sum(mesh.n_elements for mesh in each.meshes.values()) for each in work.solutions],
+        **(quantity.shown() if shown else {}),
     )
-    info = {
-        **solution.info,
-        "accuracy": accuracy,
-        "differences": quantity.differences,
-        "levels": [
-            sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions
-        ],
-        **(quantity.info() if shown else {}),
-    }
-    estimate = info.get("estimated_error", estimate) if math.isinf(estimate) else estimate
-    info |= {"estimated_error": estimate} if carries_something(solution) else {}
-    reached = short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
-    if status == "converged" and work.missed > 0.0:
-        status, reason = (
-            "not converged",
-            f"no mesh resolves the given data: {work.missed:.1e} of them is missed",
-        )
-    elif status == "converged" and quantity.estimate <= accuracy < estimate:
-        status, reason = (
-            "not converged",
-            (
-                f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
-                f"which semismooth-newton solves to {quantity.estimate:.1e}"
-            ),
-        )
-    elif (
-        status == "converged"
-        and accuracy < estimate < USELESS
-        and trouble
-        and not (quantity.asked or work.broken_off)
-    ):
-        info["warnings"] = [*info.get("warnings", []), reached]
-    elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
-        reason += f"; {quantity.exhausted}"
-    elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", reached
+    reason, findings = solution.reason, list[Finding]()
+    if solution.converged:
+        reached = short_of(estimate, accuracy, trouble, quantity, record.meshes_differ)
+        findings = _shortcomings(work, solution, (estimate, accuracy), trouble, reached)
+        status, reason = judged(findings, reason)
+    else:
+        status = solution.status
+        if status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
+            reason += f"; {quantity.exhausted}"
     timings: dict[str, float] = {}
     for seconds_of in {
         id(each.timings): each.timings for each in (*work.solutions, solution)
     }.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
-    return replace(solution, info=info, status=status, reason=reason, timings=timings)
+    solution = replace(solution, accuracy=record, status=status, reason=reason, timings=timings)
+    return solution.with_findings(findings)
+
+
+def _shortcomings(
+    work: AdaptiveSolve,
+    solution: Solution,
+    errors: tuple[float, float],
+    trouble: str,
+    reached: str,
+) -> list[Finding]:
+    """Find what a converged solution lacks: data that no mesh resolves, digits of the problem's own
+    method, or the accuracy wanted (`errors` are the estimate and that)."""
+    quantity, (estimate, accuracy) = work.quantity, errors
+    if work.missed > 0.0:
+        text = f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
+        return [new_finding("missed data", text, measured=work.missed)]
+    if quantity.estimate <= accuracy < estimate:
+        text = (
+            f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "
+            f"which semismooth-newton solves to {quantity.estimate:.1e}"
+        )
+        return [new_finding("method error", text, measured=work.left, limit=accuracy)]
+    if not estimate > accuracy:
+        return []
+    tolerable = estimate < USELESS and trouble and not (quantity.asked or work.broken_off)
+    kind = "accuracy" if tolerable else "accuracy wanted"
+    return [new_finding(kind, reached, measured=estimate, limit=accuracy)]

@@ -29,7 +29,7 @@ from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
-from ..judge.increments import is_unresolved
+from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
 
 GAIN = 25.0
@@ -145,7 +145,8 @@ class Slip:
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
-        return solution.failed is not None and is_unresolved(solution.failed.residuals)
+        failed = solution.failed
+        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     def is_vague(self) -> bool:
         """Whether the same level is to be tried again."""
@@ -161,8 +162,8 @@ class Slip:
             self.differences, [self._body.truncation(level.resolved) for level in self._levels]
         )
 
-    def info(self) -> dict[str, Any]:
-        """What a solution reports of its zones."""
+    def shown(self) -> dict[str, Any]:
+        """Fields of `Accuracy`: the zones, and how far they moved."""
         assert self._body is not None
         differ = {}
         if self.differences and self.estimate > self.wanted:

@@ -25,8 +25,8 @@ from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
+from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..judge.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
-from ..judge.increments import OVERLAP, is_unresolved
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from .budget import beyond_budget, budget_of
@@ -167,17 +167,12 @@ class PanelTails:
         """Whether a solution that is not accepted asks for smaller panels: those in which surfaces
         may overlap, or all where tractions are not in equilibrium."""
         failed = solution.failed
-        if (
-            failed is None
-            or failed.status != "not converged"
-            or not failed.residuals.get("overlap", 0.0) <= OVERLAP
-        ):
+        if failed is None or any(finding.kind == "overlap" for finding in failed.findings):
             return False
-        if (
-            not (unresolved := is_unresolved(failed.residuals))
-            and "overlap between nodes" not in failed.reason
-        ):
+        kinds = wants_smaller_elements(failed.findings)
+        if failed.status != "not converged" or not kinds:
             return False
+        unresolved = bool(kinds & WHOLE_MESH)
         self._expected = small_contacts(self._problem, solution)
         if not unresolved and self._follows(solution):
             return True
@@ -379,6 +374,6 @@ class PanelTails:
         """Whether the same level is to be tried again."""
         return False
 
-    def info(self) -> dict[str, Any]:
-        """The estimates on all meshes, and that of resultants on the last."""
-        return {"estimates": self._estimates, "resultant_error": self._resultants}
+    def shown(self) -> dict[str, Any]:
+        """Fields of `Accuracy`: the estimates on all meshes, and that of resultants on the last."""
+        return {"estimates": self._estimates, "resultants": self._resultants}

@@ -22,7 +22,7 @@ from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ..judge.increments import is_unresolved
+from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
@@ -162,7 +162,8 @@ class Tractions:
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
-        return solution.failed is not None and is_unresolved(solution.failed.residuals)
+        failed = solution.failed
+        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     def is_vague(self) -> bool:
         """Whether a contact is seen by so few nodes that its edges are guesses."""
@@ -175,11 +176,11 @@ class Tractions:
         alone = CONTACT_LADDER.believes(self.differences, self.wanted)
         return max(self.differences[0], self._level.error) if alone else believed(self.differences)
 
-    def info(self) -> dict[str, Any]:
-        """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to
-        the error."""
-        edges = {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
-        return {**edges, **self._apart.info()} if self.differences else edges
+    def shown(self) -> dict[str, Any]:
+        """Fields of `Accuracy`: the edges of contact and stick, and what the ends of parts add."""
+        edges = {name: [edge.s for edge in items] for name, items in self._edges.items()}
+        ends = {"with_ends": self._apart.whole, "singular": self._apart.singular}
+        return {"edges": edges, **(ends if self.differences else {})}
 
 
 def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:

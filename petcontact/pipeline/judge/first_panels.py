@@ -4,7 +4,6 @@ is known."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -18,8 +17,10 @@ from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Problem
 from ...refinement.panels.hanging import bent
 from ...results.records import StepResult
+from ...results.report import Finding
 from ...results.solution import Solution
 from ..pose.discretise import Discrete
+from .findings import new_finding
 
 EXPLAINED = 0.1
 """Share of an overlap between nodes by which a panel is off the surface where it explains the
@@ -28,11 +29,11 @@ DEEP = 2.0
 """Of such overlaps that a gap may exceed the least one by where surfaces may overlap, too."""
 
 
-def with_missed_curves(
+def missed_curves(
     discrete: Discrete, solution: Solution, first: Mapping[str, BoundaryMesh], accuracy: float
-) -> Solution:
-    """Warned of panels in contact that miss the curved faces they stand for by more than a share of
-    what contact closes.
+) -> list[Finding]:
+    """Find panels in contact that miss the curved faces they stand for by more than a share of what
+    contact closes.
 
     Parameters
     ----------
@@ -45,7 +46,7 @@ def with_missed_curves(
     accuracy : float
         The share: p is about as far off.
     """
-    found = list[str]()
+    findings = []
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         closed = np.any(
             [step.pairs[interface.name].state != OPEN for step in solution.steps], axis=0
@@ -62,24 +63,27 @@ def with_missed_curves(
                 or not approach > 0.0
             ):
                 continue
-            mesh = first[body.name]
-            numbers, faces = mesh.faces(part)
-            near = np.full(mesh.n_elements, np.inf)
-            np.minimum.at(near, mesh.element, scipy.spatial.cKDTree(place).query(mesh.x)[0])
-            beside = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
-            height = float(sag(faces)[beside[numbers]].max(initial=0.0))
+            height = _height(first[body.name], part, place)
             if height > accuracy * approach:
-                found.append(
-                    f"pair {interface.name!r}: finer panels lie on those of the first mesh of "
-                    f"{body.name!r}, which "
-                    f"miss its curved faces by about {height:.2g}, next to {approach:.2g} that "
-                    f"contact closes: p "
-                    "is as rough, which the estimate does not see; begin with a smaller "
-                    "mesh.element_size, or a "
-                    "finer file"
+                text = (
+                    f"finer panels lie on those of the first mesh of {body.name!r}, which miss its "
+                    f"curved faces by about {height:.2g}, next to {approach:.2g} that contact "
+                    "closes: p is as rough, which the estimate does not see"
                 )
-    warnings = [*solution.info.get("warnings", []), *found]
-    return replace(solution, info={**solution.info, "warnings": warnings}) if found else solution
+                advice = "begin with a smaller mesh.element_size, or a finer file"
+                where = f"pair {interface.name!r}"
+                findings.append(new_finding("meshes", text, where, advice=advice, measured=height))
+    return findings
+
+
+def _height(mesh: BoundaryMesh, part: str, place: Array) -> float:
+    """Largest height of curved faces over the panels of a part that are beside some points
+    [length]."""
+    numbers, faces = mesh.faces(part)
+    near = np.full(mesh.n_elements, np.inf)
+    np.minimum.at(near, mesh.element, scipy.spatial.cKDTree(place).query(mesh.x)[0])
+    beside = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
+    return float(sag(faces)[beside[numbers]].max(initial=0.0))
 
 
 def bent_sides(

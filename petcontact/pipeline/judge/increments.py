@@ -10,7 +10,9 @@ import numpy as np
 from ...arrays import Array
 from ...compliance.body.base import ElasticBody
 from ...results.records import StepResult
+from ...results.report import Finding
 from ...round_off import WRITTEN
+from .findings import as_kind, judged, new_finding
 
 DIGITS = 1e-4
 """Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to
@@ -26,7 +28,11 @@ PRESSED = 0.3
 """The same between nodes of which some are in contact, from which on forces are not believed:
 rollers of 2 rows of nodes in contact had .85 and .91, their forces were a fifth of what they should
 be; of 3 rows .58 and .39; of 8 rows .04."""
-OVERLAPPING = "surfaces overlap between nodes"
+REFINE = (
+    "refine the mesh there (smaller elements, --adapt, or no [mesh] at all; in the plane "
+    "mesh.graded_points with mesh.grading)"
+)
+"""Advice on surfaces that overlap between nodes."""
 BLOCKS = 5.0
 """Residual of a compressed body that is accepted, over the tolerance of its compression, which
 bounds each block by itself: three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body
@@ -112,44 +118,47 @@ def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
     return most if np.abs(strained).max() <= most * np.abs(u).max() else 0.0
 
 
-def objection(residuals: dict[str, float], between: float, where: str) -> str:
-    """Why a converged increment is not accepted; empty where it is.
+def increment_findings(residuals: dict[str, float], between: Finding | None) -> list[Finding]:
+    """Why a converged increment is not accepted.
 
     Parameters
     ----------
     residuals : dict
         equilibrium, overlap, elimination; what is nan is not judged.
-    between, where : float, str
-        The largest overlap between nodes, over what contact displaces, and in words.
+    between : Finding, optional
+        The largest overlap between nodes where it is judged.
     """
+    findings = []
     lost, unbalanced, overlap = (
         residuals[key] for key in ("elimination", "equilibrium", "overlap")
     )
     if lost > DIGITS:
-        return (
+        text = (
             f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most "
-            f"{DIGITS:g} is accepted; "
-            "choose smaller elements"
+            f"{DIGITS:g} is accepted"
+        )
+        advice = "choose smaller elements"
+        findings.append(
+            new_finding("elimination", text, advice=advice, measured=lost, limit=DIGITS)
         )
     if unbalanced > EQUILIBRIUM:
-        return (
+        text = (
             f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is "
-            f"left, at most "
-            f"{EQUILIBRIUM:g} is accepted; choose smaller elements"
+            f"left, at most {EQUILIBRIUM:g} is accepted"
+        )
+        advice = "choose smaller elements"
+        findings.append(
+            new_finding("equilibrium", text, advice=advice, measured=unbalanced, limit=EQUILIBRIUM)
         )
     if overlap > OVERLAP:
-        return (
-            f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller "
-            f"tolerance"
+        text = f"surfaces overlap by {overlap:.1e} of what contact displaces"
+        advice = "choose a smaller tolerance"
+        findings.append(
+            new_finding("overlap", text, advice=advice, measured=overlap, limit=OVERLAP)
         )
-    return _refine(where) if between > BETWEEN else ""
-
-
-def _refine(where: str) -> str:
-    return (
-        f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
-        "[mesh] at all; in the plane mesh.graded_points with mesh.grading)"
-    )
+    if between is not None and between.measured > BETWEEN:
+        findings.append(as_kind(between, "overlap between nodes", REFINE))
+    return findings
 
 
 def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
@@ -163,23 +172,18 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
         (float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0
     )
     for k, result in enumerate(results):
-        depth, (_, told, where) = (
-            result.residuals["between"],
-            result.reason.partition(f"{OVERLAPPING}: "),
-        )
-        if (
-            told
-            and result.status == "converged"
-            and result.load_factor == 1.0
-            and depth > BETWEEN * (depth + most)
-        ):
-            return k, replace(result, status="not converged", reason=_refine(where))
+        depth = result.residuals["between"]
+        between = overlap_of(result)
+        ends = result.status == "converged" and result.load_factor == 1.0
+        if between is not None and ends and depth > BETWEEN * (depth + most):
+            decisive = as_kind(between, "overlap between nodes", REFINE)
+            status, reason = judged([decisive], "")
+            return k, replace(
+                result, status=status, reason=reason, findings=(decisive, *result.findings)
+            )
     return None
 
 
-def is_unresolved(residuals: dict[str, float]) -> bool:
-    """Whether smaller elements are what an increment lacks."""
-    return (
-        residuals.get("elimination", 0.0) > DIGITS
-        or residuals.get("equilibrium", 0.0) > EQUILIBRIUM
-    )
+def overlap_of(result: StepResult) -> Finding | None:
+    """The overlap between nodes that an increment was accepted with, if there is one."""
+    return next((each for each in result.findings if each.kind == "overlap on the way"), None)

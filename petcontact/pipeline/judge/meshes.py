@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...errors import InputError
 from ...geometry.surface import Boundary, FacetSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
+from ...model.problem import Problem
+from ...results.report import Finding
+from .findings import new_finding
 from .thickness import SHARE, slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
@@ -31,30 +33,28 @@ STIFFEST = 1e12
 
 
 def check_meshes(
-    names: Sequence[str],
+    problem: Problem,
     meshes: Sequence[BoundaryMesh],
     boundaries: Sequence[Boundary],
     adapted: bool,
-) -> list[str]:
-    """Warnings of elements that are long next to the thickness of the body behind them, and of
-    distorted ones, unless they were adapted on a surface that is known.
+) -> list[Finding]:
+    """Find elements that are long next to the thickness of the body behind them, and distorted
+    ones, unless they were adapted on a surface that is known.
 
-    Raises
-    ------
-    InputError
-        If more than a tenth of the boundary of a body has elements on which bending is not solved
-        at all.
+    A body is refused if more than a tenth of its boundary has elements on which bending is not
+    solved at all.
     """
-    warnings = []
-    for name, mesh, boundary in zip(names, meshes, boundaries, strict=True):
+    findings = []
+    for body, mesh, boundary in zip(problem.body, meshes, boundaries, strict=True):
+        name = body.name
         if not adapted or isinstance(boundary, FacetSurface):
-            warnings += _distorted(name, mesh)
+            findings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
         largest, over = float(ratio.max(initial=0.0)), ratio > limit
         text = (
-            f"mesh: elements of body {name!r} are up to {largest:.3g} times as large as the "
-            f"body is thick behind them"
+            f"elements of body {name!r} are up to {largest:.3g} times as large as the body is "
+            f"thick behind them"
         )
         if area[over].sum() > SHARE * area.sum():
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
@@ -65,18 +65,25 @@ def check_meshes(
                 else "choose an element_size"
             )
             order = f", or order {len(LARGEST) - 1}" if np.all(ratio[over] <= LARGEST[-1]) else ""
-            raise InputError(
-                f"{text}, of order {int(mesh.order[over].min())} at most {limit[over].min():g} is "
-                f"solved; "
-                f"{how} of about {size:.3g} there{order}"
+            findings.append(
+                new_finding(
+                    "thickness",
+                    f"{text}, of order {int(mesh.order[over].min())} at most "
+                    f"{limit[over].min():g} is solved",
+                    "mesh",
+                    advice=f"{how} of about {size:.3g} there{order}",
+                    measured=largest,
+                    limit=float(limit[over].min()),
+                )
             )
-        if area[ratio > np.array(STIFF)[mesh.order]].sum() > SHARE * area.sum():
-            warnings.append(f"{text}: bending comes out wrong")
-    return warnings
+        elif area[ratio > np.array(STIFF)[mesh.order]].sum() > SHARE * area.sum():
+            text += ": bending comes out wrong"
+            findings.append(new_finding("bending", text, "mesh", measured=largest))
+    return findings
 
 
-def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
-    """A warning of curved elements whose area factor varies, naming the worst one."""
+def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
+    """A finding of curved elements whose area factor varies, naming the worst one."""
     if not isinstance(mesh, SurfaceMesh):
         return []
     curved = [
@@ -101,27 +108,26 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
     index = np.concatenate([panels.index for panels in curved])[worst]
     centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
     place = ", ".join(f"{c:.4g}" for c in centre)
-    return [
-        f"mesh: the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} "
-        f"varies by more than "
-        f"{DISTORTED:g} within the element, most by {ratio[worst]:.3g} in element {int(index)} at "
-        f"({place}); "
-        "its integrals keep fewer digits"
-    ]
+    text = (
+        f"the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} "
+        f"varies by more than {DISTORTED:g} within the element, most by {ratio[worst]:.3g} in "
+        f"element {int(index)} at ({place}); its integrals keep fewer digits"
+    )
+    return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]), limit=DISTORTED)]
 
 
-def check_stiffness(names: Sequence[str], moduli: Sequence[float]) -> None:
-    """Refuse bodies whose displacements lose each other's digits.
-
-    Raises
-    ------
-    InputError
-        If Young's moduli differ by more than `STIFFEST`.
-    """
+def check_stiffness(problem: Problem) -> list[Finding]:
+    """Find bodies whose displacements lose each other's digits: Young's moduli that differ by more
+    than `STIFFEST`."""
+    names = [body.name for body in problem.body]
+    moduli = [body.material.young_modulus for body in problem.body]
     soft, stiff = int(np.argmin(moduli)), int(np.argmax(moduli))
-    if not moduli[stiff] <= STIFFEST * moduli[soft]:
-        ratio = moduli[stiff] / moduli[soft]
-        raise InputError(
-            f"body {names[stiff]!r} is {ratio:.1e} times as stiff as body {names[soft]!r}, at most "
-            f"{STIFFEST:.0e} is solved; make it a rigid [[obstacle]], or leave out the soft one"
-        )
+    if moduli[stiff] <= STIFFEST * moduli[soft]:
+        return []
+    ratio = moduli[stiff] / moduli[soft]
+    text = (
+        f"body {names[stiff]!r} is {ratio:.1e} times as stiff as body {names[soft]!r}, at most "
+        f"{STIFFEST:.0e} is solved"
+    )
+    advice = "make it a rigid [[obstacle]], or leave out the soft one"
+    return [new_finding("stiffness", text, advice=advice, measured=ratio, limit=STIFFEST)]

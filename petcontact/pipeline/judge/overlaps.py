@@ -12,8 +12,10 @@ from ...contact.criterion import displaced_by
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem, is_monolithic
+from ...results.report import Finding
 from ...round_off import CHAINED, WRITTEN
 from .between_nodes import Places
+from .findings import new_finding
 from .increments import BETWEEN
 
 NEGLIGIBLE = 1e-2
@@ -32,18 +34,18 @@ class Overlap(NamedTuple):
         Of the latter [length].
     displaced : float
         The most that tractions displace on any interface [length].
-    where : str
-        The latter overlap in words, where it is more than is accepted of an increment by itself.
+    finding : Finding, optional
+        The latter overlap, where it is more than is accepted of an increment by itself.
     pressed, pressed_where : float, str
-        As `between` and `where`, of all elements, those in contact among them, where that was asked
-        for.
+        As `between`, and its place in words, of all elements, those in contact among them, where
+        that was asked for.
     """
 
     at_nodes: float = 0.0
     between: float = 0.0
     depth: float = 0.0
     displaced: float = 0.0
-    where: str = ""
+    finding: Finding | None = None
     pressed: float = 0.0
     pressed_where: str = ""
 
@@ -80,7 +82,7 @@ def overlaps(
     rho = rho if rho > 0.0 else 1.0
     forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
     at_nodes = worst = deepest = pressed = 0.0
-    text = pressed_text = ""
+    finding, pressed_text = None, ""
     strained = displaced_by(system, outcome.v, outcome.sigma, bodies.slices)
     scale = float(np.abs(strained).max(initial=0.0))
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
@@ -89,7 +91,7 @@ def overlaps(
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, found = between.overlap(
+        depth, place = between.overlap(
             outcome.v[where, -1],
             face.gap,
             outcome.states[where],
@@ -99,21 +101,26 @@ def overlaps(
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > BETWEEN and _yields(bodies, outcome, places, face, depth):
             share, depth = 0.0, 0.0
-        if share > max(worst, BETWEEN) and found is not None:
-            text = _told(face, between, depth, found)
+        if share > max(worst, BETWEEN) and place is not None:
+            finding = new_finding(
+                "overlap on the way",
+                f"surfaces overlap between nodes: {_told(face, between, depth, place)}",
+                measured=share,
+                limit=BETWEEN,
+            )
         worst, deepest = max((worst, deepest), (share, depth))
         if closed and scale > 0.0:
-            depth, found = between.overlap(
+            depth, place = between.overlap(
                 outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale, True
             )
-            if (share := _share(depth, scale)) > pressed and found is not None:
-                pressed, pressed_text = share, _told(face, between, depth, found)
-    return Overlap(at_nodes, worst, deepest, scale, text, pressed, pressed_text)
+            if (share := _share(depth, scale)) > pressed and place is not None:
+                pressed, pressed_text = share, _told(face, between, depth, place)
+    return Overlap(at_nodes, worst, deepest, scale, finding, pressed, pressed_text)
 
 
-def _told(face: Interface, between: Places, depth: float, found: tuple[Index, Array]) -> str:
-    place = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*found))
-    return f"pair {face.name!r} by {depth:.3g} at ({place})"
+def _told(face: Interface, between: Places, depth: float, place: tuple[Index, Array]) -> str:
+    point = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*place))
+    return f"pair {face.name!r} by {depth:.3g} at ({point})"
 
 
 def _yields(

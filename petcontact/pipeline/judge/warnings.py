@@ -7,12 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...arrays import Array
 from ...bem.boundary_data import half_extent, unit_motions
 from ...contact.law_protocol import OPEN
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...results.records import StepResult
+from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..pose.discretise import Discrete
-from .increments import OVERLAPPING
+from .findings import new_finding
+from .increments import overlap_of
 
 TURN, TRAVEL = 0.1, 1.0
 """Rotation [rad], and displacement over the size of the body, beyond which displacements are not
@@ -25,9 +29,8 @@ UNEVEN = 0.02
 `increments.EQUILIBRIUM`."""
 
 
-def absurd(discrete: Discrete, largest: Sequence[float]) -> str:
-    """Why displacements of an increment are not accepted, by the body that moves farthest; empty
-    where they are.
+def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
+    """Find displacements of an increment that are not accepted, by the body that moves farthest.
 
     `largest` is the largest displacement of each body [length].
     """
@@ -35,82 +38,114 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> str:
         (u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True))
     )
     if not moved > ABSURD:
-        return ""
-    name = discrete.problem.body[number].name
-    return (
-        f"body {name!r} moves by {moved:.1e} times its size, at most {ABSURD:.0e} is accepted: "
-        f"displacements are "
-        "taken to be small; check the units of loads and moduli"
+        return []
+    text = (
+        f"body {discrete.problem.body[number].name!r} moves by {moved:.1e} times its size, at most "
+        f"{ABSURD:.0e} is accepted: displacements are taken to be small"
     )
+    advice = "check the units of loads and moduli"
+    return [new_finding("displacement", text, advice=advice, measured=moved, limit=ABSURD)]
 
 
-def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
-    """What is said of motions that are not small, and of tractions without equilibrium."""
-    turned, moved, slid = dict[str, float](), dict[str, float](), dict[str, float]()
+def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
+    """Find motions that are not small, and tractions without equilibrium."""
+    return [*_uneven(results), *_rough(discrete, results), *_motions(discrete, results)]
+
+
+def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
+    """Find bodies, obstacles and interfaces whose motions are not small."""
+    turned, moved = dict[str, float](), dict[str, float]()
     for result in results:
-        for mesh, name in zip(
-            discrete.meshes, (body.name for body in discrete.problem.body), strict=True
-        ):
-            body = result.bodies[name]
-            motions, size = unit_motions(mesh).reshape(mesh.x.size, -1), half_extent(mesh)
-            moves = np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0]
-            rotation = moves[len(mesh.motions.along) :] / size
-            _raise(turned, f"body {name!r}", np.abs(rotation).max(initial=0.0))
-            _raise(moved, f"body {name!r}", np.abs(body.u).max() / (2.0 * size))
+        for mesh, body in zip(discrete.meshes, discrete.problem.body, strict=True):
+            rotation, travel = _rigid_part(mesh, result.bodies[body.name].u)
+            _raise(turned, f"body {body.name!r}", rotation)
+            _raise(moved, f"body {body.name!r}", travel)
         for name, obstacle in result.obstacles.items():
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
-        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
-            mesh, pair = discrete.meshes[side.body], result.pairs[side.name]
-            if side.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < WRITTEN:
-                continue  # along fixed straight ground nothing changes, however far it slips
-            area = np.bincount(mesh.element, mesh.measure)[mesh.element[interface.nodes]]
+    return [
+        *_large("{} turns by {:.2g} rad", TURN, turned),
+        *_large("{} moves by {:.2g} times its size", TRAVEL, moved),
+        *_large("{} slips by {:.2g} elements", 1.0, _slips(discrete, results)),
+    ]
+
+
+def _large(text: str, limit: float, values: dict[str, float]) -> list[Finding]:
+    """Findings of motions that are larger than a limit."""
+    advice = "displacements are taken to be small"
+    return [
+        new_finding(
+            "large motion", text.format(name, value), advice=advice, measured=value, limit=limit
+        )
+        for name, value in values.items()
+        if value > limit
+    ]
+
+
+def _slips(discrete: Discrete, results: Sequence[StepResult]) -> dict[str, float]:
+    """The largest slip in contact of each interface, over the largest of its elements.
+
+    Along fixed straight ground nothing changes, however far a body slips. Elements that are graded
+    to nothing say nothing of what the surface is like further on.
+    """
+    slid = dict[str, float]()
+    for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        mesh = discrete.meshes[posed.body]
+        if posed.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < WRITTEN:
+            continue
+        area = np.bincount(mesh.element, mesh.measure)[mesh.element[interface.nodes]].max()
+        for result in results:
+            pair = result.pairs[posed.name]
             way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
-            # elements that are graded to nothing say nothing of what the surface is like further on
-            _raise(
-                slid,
-                f"pair {side.name!r}",
-                way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)),
-            )
-    small = "; displacements are taken to be small"
-    overlapping = [result for result in results if OVERLAPPING in result.reason]
+            size = area ** (1.0 / (mesh.dim - 1))
+            _raise(slid, f"pair {posed.name!r}", way.max(initial=0.0) / size)
+    return slid
+
+
+def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
+    """Largest rotation [rad] of the rigid motion nearest to a displacement (n, d), and the largest
+    displacement over the size of the body [-]."""
+    motions, size = unit_motions(mesh).reshape(mesh.x.size, -1), half_extent(mesh)
+    amplitudes = np.linalg.lstsq(motions.T @ motions, motions.T @ u.ravel(), rcond=None)[0]
+    rotation = amplitudes[len(mesh.motions.along) :] / size
+    return float(np.abs(rotation).max(initial=0.0)), float(np.abs(u).max()) / (2.0 * size)
+
+
+def _uneven(results: Sequence[StepResult]) -> list[Finding]:
+    """Find tractions that are hardly in equilibrium."""
+    left = max(
+        (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
+    )
+    text, advice = f"tractions are in equilibrium to {left:.1e} only", "choose smaller elements"
+    uneven = new_finding("uneven tractions", text, advice=advice, measured=left, limit=UNEVEN)
+    return [uneven] if left > UNEVEN else []
+
+
+def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
+    """Find steps whose increments overlap between nodes, but whose last one is accepted."""
+    overlapping = [result for result in results if overlap_of(result)]
     begun = dict.fromkeys(result.name for result in overlapping if result.load_factor == 1.0)
     rough = dict.fromkeys(
         result.name
         for result in overlapping
         if _is_asked_for(discrete, result) and result.name not in begun
     )
-    uneven = max(
-        (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
+    advice = "refine the mesh there"
+    ways = (
+        (rough, "before its end: tractions of those increments are rough"),
+        (
+            begun,
+            "by little next to what contact displaces in other steps: its own tractions are rough",
+        ),
     )
     return [
-        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"]
-        * bool(uneven > UNEVEN),
-        *(
-            f"step {name!r}: {OVERLAPPING} before its end: tractions of those increments are "
-            f"rough; refine the mesh there"
-            for name in rough
-        ),
-        *(
-            f"step {name!r}: {OVERLAPPING}, by little next to what contact displaces in other "
-            f"steps: its own tractions are "
-            "rough; refine the mesh there"
-            for name in begun
-        ),
-        *(
-            f"{name} turns by {value:.2g} rad{small}"
-            for name, value in turned.items()
-            if value > TURN
-        ),
-        *(
-            f"{name} moves by {value:.2g} times its size{small}"
-            for name, value in moved.items()
-            if value > TRAVEL
-        ),
-        *(
-            f"{name} slips by {value:.2g} elements{small}"
-            for name, value in slid.items()
-            if value > 1.0
-        ),
+        new_finding(
+            "rough increments",
+            f"surfaces overlap between nodes{', ' if names is begun else ' '}{how}",
+            f"step {name!r}",
+            advice=advice,
+        )
+        for names, how in ways
+        for name in names
     ]
 
 

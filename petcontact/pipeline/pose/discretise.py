@@ -4,7 +4,7 @@ laws."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,8 +27,11 @@ from ...model.interfaces import PosedInterface
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
+from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
-from .facing import contact_interface, facing_of, periodic_interface
+from ..judge.findings import new_finding, refuse
+from ..judge.meshes import check_meshes, check_stiffness
+from .facing import contact_interface, facing_of, mismatch, periodic_interface
 from .interfaces import as_problem, check_parts
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
@@ -60,8 +63,8 @@ class Discrete:
         The smallest distance or gap of each interface, infinite where nothing is faced [length].
     wear : (M,) array
         Coefficient of Archard's law at the nodes of all interfaces [1/stress].
-    warnings, mesh_warnings : lists of str
-        Of data and steps, and of the meshes, which are looked at when the bodies are eliminated.
+    findings, of_meshes : lists of Finding
+        What is found of interfaces and data, and of the meshes.
     facings : list of Facing
         Of each side what it faces; None where that is no body.
     volumes : list of VolumeSolution
@@ -79,8 +82,8 @@ class Discrete:
     data: list[BoundaryData]
     distance: list[float]
     wear: Array
-    warnings: list[str] = field(default_factory=list)
-    mesh_warnings: list[str] = field(default_factory=list)
+    findings: list[Finding] = field(default_factory=list)
+    of_meshes: list[Finding] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
     adapted: bool = False
@@ -134,43 +137,31 @@ def discretise(
     if like is not None and all(
         getattr(problem, key) == getattr(like.problem, key) for key in POSED
     ):
-        return replace(like, problem=problem, warnings=list(like.warnings))
+        return replace(like, problem=problem)
     boundaries, meshes = meshed(problem, make_mesh, like)
     bem = suitable_bem(problem, meshes)
     problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
         _check_size(problem, meshes)
-    sides = problem.interfaces
-    if not sides:
-        return _without_contact(problem, boundaries, meshes, like)
-    facings = [facing_of(side, meshes) for side in sides] if like is None else like.facings
-    notes: list[str] = []
-    interfaces, distance = [], []
-    for side, facing in zip(sides, facings, strict=True):
-        if side.periodic:
-            interfaces.append(periodic_interface(problem, side, meshes[side.body]))
-            distance.append(0.0)
-            continue
-        interface, smallest, never = contact_interface(side, meshes, facing, problem.holds_normals)
-        interfaces.append(interface)
-        distance.append(smallest)
-        notes += never
-    given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
-    data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    loose = (
-        list(map(body_motions, boundaries, data, meshes))
-        if given is None and isinstance(law, Tresca)
-        else []
+    refuse(check_stiffness(problem))
+    if not problem.interfaces:
+        _check_obstacles(problem)
+    facings = (
+        [facing_of(interface, meshes) for interface in problem.interfaces]
+        if like is None
+        else like.facings
     )
-    if any(free.shape[2] for free in loose):
-        _check_friction_holds(interfaces, meshes, data, loose, law.bound)
-        # equilibrium of what only contact holds is exact where all its tractions are looked for
-        interfaces = [replace(face, held=False) for face in interfaces]
-        law = law_between(sides, interfaces, meshes)
-        data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    interfaces, distance, findings = _on_meshes(problem, meshes, facings)
+    interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
     data, volumes = _with_volume_loads(problem, meshes, data, like)
-    notes += [note for volume in volumes if volume is not None for note in volume.notes]
-    wear = wear_between(sides, interfaces, meshes)
+    notes = [note for volume in volumes if volume is not None for note in volume.notes]
+    findings += [new_finding("volume loads", note) for note in notes]
+    if like is None:
+        of_meshes = check_meshes(problem, meshes, boundaries, make_mesh is not None)
+        refuse(of_meshes)
+        if make_mesh is None:
+            for interface, facing in zip(problem.interfaces, facings, strict=True):
+                of_meshes += mismatch(interface, facing)
     return Discrete(
         problem,
         boundaries,
@@ -179,49 +170,72 @@ def discretise(
         law,
         data,
         distance,
-        wear,
-        notes,
-        [] if like is None else like.mesh_warnings,
+        wear_between(problem.interfaces, interfaces, meshes),
+        findings,
+        of_meshes if like is None else like.of_meshes,
         facings,
         volumes,
         make_mesh is not None,
     )
 
 
-def _without_contact(
-    problem: Problem, boundaries: list[Boundary], meshes: list[BoundaryMesh], like: Discrete | None
-) -> Discrete:
-    """The bodies of a problem, of which no part is in contact, on meshes; there is no law.
+def _check_obstacles(problem: Problem) -> None:
+    """Refuse obstacles where no part is in contact.
 
     Raises
     ------
     InputError
-        As `discretise`; or if a body can move freely, or there is an obstacle.
     """
     for obstacle in problem.obstacle:
         raise InputError(
             f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches"
         )
-    data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
-    for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
-        if body_motions(boundary, known, mesh).shape[2]:
-            check_held(known, mesh, np.zeros(0))
-    data, volumes = _with_volume_loads(problem, meshes, data, like)
-    notes = [note for volume in volumes if volume is not None for note in volume.notes]
-    return Discrete(
-        problem,
-        boundaries,
-        meshes,
-        [],
-        Tresca(np.zeros(0), meshes[0].dim - 1),
-        data,
-        [],
-        np.zeros(0),
-        notes,
-        [] if like is None else like.mesh_warnings,
-        [],
-        volumes,
-    )
+
+
+def _on_meshes(
+    problem: Problem, meshes: list[BoundaryMesh], facings: Sequence[Facing | None]
+) -> tuple[list[Interface], list[float], list[Finding]]:
+    """The interfaces on meshes, the smallest distance or gap of each [length], and what is found
+    of them."""
+    interfaces, distance, findings = list[Interface](), list[float](), list[Finding]()
+    for posed, facing in zip(problem.interfaces, facings, strict=True):
+        if posed.periodic:
+            made = periodic_interface(problem, posed, meshes[posed.body]), 0.0, list[Finding]()
+        else:
+            made = contact_interface(posed, meshes, facing, problem.holds_normals)
+        interfaces.append(made[0])
+        distance.append(made[1])
+        findings += made[2]
+    return interfaces, distance, findings
+
+
+def _law_and_data(
+    problem: Problem,
+    boundaries: list[Boundary],
+    meshes: list[BoundaryMesh],
+    interfaces: list[Interface],
+    given: Any,
+) -> tuple[list[Interface], ContactLaw, list[BoundaryData]]:
+    """The law, the data of all bodies, and the interfaces with the directions that both need.
+
+    Raises
+    ------
+    InputError
+        If a body can move freely.
+    """
+    interfaces, law = with_law(given, problem.interfaces, interfaces, meshes)
+    data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
+    if given is not None or not isinstance(law, Tresca):
+        return interfaces, law, data
+    motions = list(map(body_motions, boundaries, data, meshes))
+    if not any(free.shape[2] for free in motions):
+        return interfaces, law, data
+    _check_friction_holds(interfaces, meshes, data, motions, law.bound)
+    # equilibrium of what only contact holds is exact where all its tractions are looked for
+    interfaces = [replace(interface, held=False) for interface in interfaces]
+    law = law_between(problem.interfaces, interfaces, meshes)
+    data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
+    return interfaces, law, data
 
 
 def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:

@@ -14,7 +14,9 @@ from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
+from ...results.report import Finding
 from ...round_off import WRITTEN
+from ..judge.findings import new_finding
 
 CURVED = 0.1
 """Change of the normals over a face that is curved."""
@@ -55,43 +57,38 @@ def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None
     return facing
 
 
-def mismatch(side: PosedInterface, facing: Facing | None) -> list[str]:
-    """A note where the elements of a pair do not match."""
+def mismatch(side: PosedInterface, facing: Facing | None) -> list[Finding]:
+    """Find an interface whose elements do not match."""
     if facing is None or facing.matched or not facing.met.any():
         return []
-    advice = (
-        "; the coarser side is the better secondary"
-        if facing.sizes[0] < FINER * facing.sizes[1]
-        else ""
+    text = (
+        "elements of the two sides do not match: forces pass exactly, the pressure is about twice "
+        "as far off as on elements that do"
     )
+    finer = facing.sizes[0] < FINER * facing.sizes[1]
+    advice = "the coarser side is the better secondary" if finer else ""
     if facing.ends_within:
-        advice = (
-            ", and more at the rim of the secondary, which lies inside elements of the "
-            "primary: let some end there"
+        text += (
+            ", and more at the rim of the secondary, which lies inside elements of the primary: "
+            "let some end there"
         )
-    return [
-        f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the "
-        f"pressure is "
-        f"about twice as far off as on elements that do{advice}"
-    ]
+        advice = ""
+    return [new_finding("matching", text, f"pair {side.name!r}", advice=advice)]
 
 
 def contact_interface(
     side: PosedInterface, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
-) -> tuple[Interface, float, list[str]]:
-    """A side on meshes, the smallest distance or gap of it [length], and notes where it never
+) -> tuple[Interface, float, list[Finding]]:
+    """An interface on meshes, its smallest distance or gap [length], and findings where it never
     touches or fits a curve."""
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
-    notes: list[str] = []
+    findings, where = list[Finding](), f"pair {side.name!r}"
     if facing is not None:
         normal, present = facing.normal, facing.met
         if not present.any():
-            notes.append(
-                f"pair {side.name!r}: no node of the secondary faces the primary along its "
-                f"normals: "
-                "they never touch"
-            )
+            text = "no node of the secondary faces the primary along its normals: they never touch"
+            findings.append(new_finding("facing", text, where))
     else:
         normal, present = (
             along(side.direction, mesh.smooth_normal[nodes]).copy(),
@@ -99,11 +96,9 @@ def contact_interface(
         )
         bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > CURVED
         if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
-            notes.append(
-                f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face "
-                f"as a cup does; "
-                "give the gap to a flat or another one as an expression"
-            )
+            text = "no gap is given, so that the obstacle fits the curved face as a cup does"
+            advice = "give the gap to a flat or another one as an expression"
+            findings.append(new_finding("fitting gap", text, where, advice=advice))
     if side.law.gap == "geometry":
         gap = (
             facing.distance
@@ -121,7 +116,7 @@ def contact_interface(
                 side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle, held=held
             ),
             smallest,
-            notes,
+            findings,
         )
     assert side.primary is not None
     sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
@@ -142,7 +137,7 @@ def contact_interface(
             sag,
         ),
         smallest,
-        notes,
+        findings,
     )
 
 

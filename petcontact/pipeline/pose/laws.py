@@ -27,6 +27,8 @@ def with_law(
 ) -> tuple[list[Interface], ContactLaw]:
     """The law, and interfaces that look for as many components as it has: a law of the user's may
     have the normal one."""
+    if not interfaces:
+        return interfaces, Tresca(np.zeros(0), meshes[0].dim - 1)
     if given is None:
         return interfaces, law_between(sides, interfaces, meshes)
     nodes = _contact_nodes(sides, interfaces, meshes)
@@ -94,12 +96,11 @@ def wear_between(
         _not_negative(side, face, meshes, "wear_coefficient")
         for side, face in zip(sides, interfaces, strict=True)
     ]
-    return np.concatenate(
-        [
-            np.zeros(len(face.nodes)) if values is None else values
-            for face, values in zip(interfaces, found, strict=True)
-        ]
-    )
+    parts = [
+        np.zeros(len(face.nodes)) if values is None else values
+        for face, values in zip(interfaces, found, strict=True)
+    ]
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def _not_negative(

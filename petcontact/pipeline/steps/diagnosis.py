@@ -1,23 +1,16 @@
-"""Why an increment failed, what nothing holds, and what else a user should hear of a solve."""
+"""Why an increment failed, and what nothing holds."""
 
 from __future__ import annotations
-
-import itertools
-import math
 
 import numpy as np
 
 from ...arrays import Array
 from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
-from ...contact.law_protocol import OPEN
 from ...contact.state import ContactState
-from ...geometry.superelement import CondensedSurface
-from ...model.load_steps import changed_obstacle
-from ...results.records import StepResult
-from ..judge.warnings import unusual
-from ..pose.discretise import Discrete
-from .increment import Increment, PreparedProblem, amplitudes
+from ...results.report import Finding
+from ..judge.findings import new_finding
+from .increment import Increment, amplitudes
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -29,21 +22,12 @@ JUMPS = (
     "friction_coefficient"
 )
 """What is added where nothing else says why there is none."""
-JAM = 1e-3
-"""Pressure, over the largest that there was, that stays where nothing jams."""
-IMBALANCE = 1e-3
-"""Of a pair (`PairResult.imbalance`), that is reported."""
-SAGGING, NEXT = 0.1, 2.0
-"""Height of curved faces over facets, over what contact closes, that is reported; where gaps are so
-many times that."""
 FAR_OFF = 1e3
 """Rigid motions over what loads and tractions strain, from which on a body is not held."""
 LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
 """How much contact resists a motion, over the one that it resists most, up to which it does not, or
 by the error of its normals only; the latter is reported where such a motion is more than a share of
 the others."""
-FAR = 0.05
-"""Initial gap or overlap, over the size of the body, that is reported."""
 
 
 def is_unbalanced(increment: Increment) -> bool:
@@ -51,9 +35,8 @@ def is_unbalanced(increment: Increment) -> bool:
     return unbalanced_load(increment.system.modes, increment.problem.discrete.law) is not None
 
 
-def second_solution(increment: Increment, outcome: ContactState) -> list[str]:
-    """What is yet to be reported where an increment with contact tractions is solved by none as
-    well.
+def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
+    """Find an increment with contact tractions that is solved by none as well.
 
     σ = 0 is a solution where the loads alone close nothing. With friction that does not depend on
     pressure there is one solution; with Coulomb's law there may be others, where friction holds
@@ -69,18 +52,16 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[str]:
         return []
     if law.project(outcome.rho * system.u_0).any():
         return []
-    note = (
-        f"step {increment.name!r}: surfaces that part everywhere are a solution, too: with "
-        f"Coulomb's law there are two "
-        'here; another start, as method.start = "frictionless", may find it'
+    text = (
+        "surfaces that part everywhere are a solution, too: with Coulomb's law there are two here"
     )
-    return [note] * (note not in increment.problem.discrete.warnings)
+    advice = 'another start, as method.start = "frictionless", may find it'
+    return [new_finding("second solution", text, f"step {increment.name!r}", advice=advice)]
 
 
-def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str]:
-    """What is yet to be reported of motions at the end of a step that closed and sticking nodes do
-    not resist, or hardly."""
-    problem, modes, law = increment.problem, increment.system.modes, increment.problem.discrete.law
+def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Finding]:
+    """Find motions at the end of a step that closed and sticking nodes do not resist, or hardly."""
+    modes, law = increment.system.modes, increment.problem.discrete.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
         return []
     # v alone may be what an iteration left of nothing
@@ -94,23 +75,23 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
     values = np.append(values, np.zeros(len(vectors) - len(values))) / max(
         1.0, values.max(initial=0.0)
     )
-    rough, found = (values > LOOSE) & (values <= ROUGH), list[str]()
+    rough, findings = (values > LOOSE) & (values <= ROUGH), list[Finding]()
+    where = f"step {increment.step.name or increment.number!r}"
     if rough.any():
         moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
         rough &= moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0)
     if rough.any():  # a ball in a cup turns by what the roughness of its panels makes of it
-        found.append(
+        text = (
             f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh "
-            f"only: what they "
-            f"come to, up to {moving[rough].max():.2g}, means nothing; friction would hold them"
+            f"only: what they come to, up to {moving[rough].max():.2g}, means nothing"
         )
+        advice = "friction would hold them"
+        findings.append(new_finding("rough motion", text, where, advice=advice, limit=ROUGH))
     if (values <= LOOSE).any():
-        found.append(
-            f"nothing holds {_named(increment, vectors[values <= LOOSE])}; chosen as the least "
-            f"there is"
-        )
-    notes = [f"step {increment.step.name or increment.number!r}: {text}" for text in found]
-    return [note for note in notes if note not in problem.discrete.warnings]
+        text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"
+        advice = "chosen as the least there is"
+        findings.append(new_finding("loose motion", text, where, advice=advice, limit=LOOSE))
+    return findings
 
 
 def _named(increment: Increment, loose: Array) -> str:
@@ -230,137 +211,3 @@ def _direction(motion: Array, weight: Array) -> str:
         f"pushes it along "
         f"({', '.join(f'{component:.3g}' for component in mean / np.linalg.norm(mean))})"
     )
-
-
-def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
-    """All that is to be reported of a solve that ended."""
-    posed = [*problem.discrete.warnings, *problem.discrete.mesh_warnings]
-    return [
-        *posed,
-        *_ignored(problem),
-        *_jammed(problem, results),
-        *_unlike(problem, results),
-        *unusual(problem.discrete, results),
-    ]
-
-
-def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
-    """Pairs whose two sides feel different forces, or differ in shape by more than is small next to
-    what contact closes."""
-    found = []
-    for interface in problem.discrete.interfaces:
-        pairs = [result.pairs[interface.name] for result in results]
-        left = max((pair.imbalance for pair in pairs), default=0.0)
-        if left > IMBALANCE:
-            found.append(
-                f"pair {interface.name!r}: the moments on its two sides differ by {left:.1e} of "
-                f"all that acts "
-                "there: friction across a gap or an overlap that is not small next to the face"
-            )
-        closed = [
-            float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs
-        ]
-        # where nothing touches, the smallest gap is what facets may hide
-        approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
-        beside = interface.gap <= NEXT * approach
-        sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
-        if sag > SAGGING * approach:
-            found.append(
-                f"pair {interface.name!r}: its elements miss the curved faces that they stand for "
-                f"by up "
-                f"to {sag:.2g}, next to {approach:.2g} that contact closes or leaves open: p is as "
-                "rough; use smaller elements, or give the gap as an expression"
-            )
-    return found
-
-
-def _ignored(problem: PreparedProblem) -> list[str]:
-    """Obstacles that touch nothing, and their loads on components whose motion is given."""
-    discrete, kind, found = problem.discrete, problem.system.motions, []
-    for k, obstacle in enumerate(discrete.problem.obstacle):
-        if all(side.obstacle != k for side in discrete.sides):
-            found.append(f"obstacle {obstacle.name!r} is in no contact")
-        states = itertools.accumulate(problem.steps, changed_obstacle, initial=obstacle)
-        if any(
-            load and motion != "free"
-            for o in states
-            for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
-        ):
-            found.append(
-                f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is "
-                f"given does nothing"
-            )
-    return found
-
-
-def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
-    """Pairs that stay pressed at the end of a step that took all loads away; an overlap of bodies
-    is a load, too."""
-    discrete, kind = problem.discrete, problem.system.motions
-    found: list[str] = []
-    if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
-        return found
-    obstacles = list(discrete.problem.obstacle)
-    for number, step in enumerate(problem.steps, 1):
-        obstacles = [changed_obstacle(o, step) for o in obstacles]
-        loaded = any(data.loaded[number] for data in discrete.data)
-        loaded = loaded or any(
-            isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries
-        )
-        given = (
-            motion if motion != "free" else load
-            for o in obstacles
-            for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
-        )
-        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
-        if loaded or any(given) or not ends:
-            continue
-        for side in discrete.sides:
-            pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
-            left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
-            if left > JAM * pressed:
-                found.append(
-                    f"pair {side.name!r} stays pressed after step {step.name!r} took all loads "
-                    f"away: it jams, and "
-                    "what stays depends on the path; unload in several increments"
-                )
-    return found
-
-
-def reached(discrete: Discrete, results: list[StepResult]) -> str:
-    """How a converged solve ended, and what to look at."""
-    if not discrete.sides:
-        defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
-        return f"nothing is in contact, elastic residual {defect:.1e}"
-    if discrete.holds_normals and not discrete.problem.step:
-        return results[-1].reason
-    worst = {
-        key: max(0.0 if math.isnan(r.residuals[key]) else float(r.residuals[key]) for r in results)
-        for key in ("normal", "tangential", "balance", "elastic", "equilibrium")
-    }
-    # a balance of 0 is none: nothing is held by contact only
-    text = "residuals " + ", ".join(
-        f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value
-    )
-    if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
-        gaps = {
-            name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf)
-            for name, pair in results[-1].pairs.items()
-        }
-        apart = "; ".join(
-            f"pair {name!r} "
-            + (
-                "faces nothing"
-                if np.isinf(gap)
-                else f"lies {gap:.3g} apart"
-                if gap > 0.0
-                else "touches without pressure"
-            )
-            for name, gap in gaps.items()
-        )
-        text += f"; no contact anywhere ({apart})"
-    for side, d in zip(discrete.sides, discrete.distance, strict=True):
-        if np.isfinite(d) and abs(d) > FAR * discrete.boundaries[side.body].diameter:
-            how = f"lies {d:.3g} apart" if d > 0.0 else f"overlaps by {-d:.3g}"
-            text += f"; pair {side.name!r} {how}, far for the theory of small displacements"
-    return text

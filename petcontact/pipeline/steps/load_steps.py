@@ -22,7 +22,7 @@ from ...runtime.signals import answering
 from ..eliminate import eliminated
 from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
-from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
+from .diagnosis import is_unbalanced
 from .halves import Halves, touching
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_results
@@ -174,8 +174,6 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
                 continue
             tried = [with_wear(following, following.solved(monitor), monitor)]
             size *= 2.0
-        for look in (zero_energy_motions, second_solution):
-            problem.discrete.warnings += look(*tried[-1][:2])
         yield from tried
         reached, state, known = target, tried[-1][2], known[1:]
         if halves is None or halves.error <= ROOM:

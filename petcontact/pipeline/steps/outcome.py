@@ -16,12 +16,14 @@ from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ...results.report import Finding
 from ...round_off import HALF
 from ..eliminate import ELASTIC_LIMIT
-from ..judge.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
-from ..judge.overlaps import overlaps
+from ..judge.findings import judged, new_finding
+from ..judge.increments import BLOCKS, PRESSED, imbalance, increment_findings
+from ..judge.overlaps import Overlap, overlaps
 from ..judge.warnings import absurd
-from .diagnosis import failure, unheld_at_the_end
+from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
 from .increment import Increment, IncrementState
 from .wear import Tried
 
@@ -95,8 +97,14 @@ def _step_result(
         "equilibrium": unbalanced if checked else np.nan,
         "elimination": problem.digits_lost,
     }
-    last = increment.target == 1.0
-    overlap = overlaps(system, increment.system, discrete.law, problem.places, outcome, closed=last)
+    overlap = overlaps(
+        system,
+        increment.system,
+        discrete.law,
+        problem.places,
+        outcome,
+        closed=increment.target == 1.0,
+    )
     residuals |= {
         "overlap": overlap.at_nodes,
         "between": overlap.depth,
@@ -104,31 +112,14 @@ def _step_result(
         "pressed": overlap.pressed,
     }
     pairs = _pairs(increment, outcome, after, bodies)
-    status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
-    if status == "converged":
-        status, reason = _balanced(increment, pairs, reason)
-    # where a contact begins to grow no mesh has its nodes; of steps before the last one
-    # `rough_step` judges
-    ends = last and increment.number == len(problem.steps)
-    if status == "converged" and (
-        doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)
-    ):
-        status, reason = "not converged", doubt
-    elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
-        status, reason = (
-            "not converged",
-            f"the law of contact is missed by {worst:.1e} of the tractions of a pair",
-        )
-    elif status == "converged" and overlap.where:
-        reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
-    if status == "converged" and overlap.pressed > PRESSED:
-        discrete.warnings.append(
-            f"step {increment.name!r}: surfaces overlap between nodes in contact: "
-            f"{overlap.pressed_where}, "
-            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces "
-            f"may be far off; refine "
-            "the mesh there"
-        )
+    findings = _findings(increment, outcome, absurd(discrete, moved), elastic, limit)
+    # an increment that is not solved has nothing else to be judged by
+    findings += (
+        increment_findings(residuals, None)
+        if findings
+        else _solved_findings(increment, outcome, pairs, residuals, overlap)
+    )
+    status, reason = judged(findings, outcome.reason)
     obstacles = {
         o.name: ObstacleResult(
             after.positions[k, :d],
@@ -158,33 +149,87 @@ def _step_result(
         outcome.history,
         increment.cycle,
         increment.origin,
+        tuple(findings),
     )
 
 
-def _judged(
-    increment: Increment, outcome: ContactState, moved: str, elastic: float, limit: float
-) -> tuple[str, str]:
-    """Status and reason; `moved`: why displacements are not accepted, whose digits no residual is
-    judged by."""
+def _findings(
+    increment: Increment,
+    outcome: ContactState,
+    displaced: list[Finding],
+    elastic: float,
+    limit: float,
+) -> list[Finding]:
+    """Why there is no solution, the first reason alone: no residual is judged by digits of
+    displacements that are not accepted (`displaced`)."""
     if outcome.error and (named := unheld_at_the_end(increment)):
-        return "not converged", f"{named} ({outcome.reason})"
+        return [new_finding("not solved", f"{named} ({outcome.reason})")]
     if outcome.stopped:
-        return "failed", outcome.reason
+        return [new_finding("stopped", outcome.reason)]
     if not outcome.converged:
-        return "not converged", failure(increment, outcome)
-    if moved:
-        return "not converged", moved
+        return [new_finding("not solved", failure(increment, outcome))]
+    if displaced:
+        return displaced
     if not elastic <= limit:
-        return "failed", f"check: elastic residual {elastic:.1e} > {limit:g}; {_remedy(increment)}"
+        text = f"check: elastic residual {elastic:.1e} > {limit:g}"
+        advice = _remedy(increment)
+        return [new_finding("elastic residual", text, advice=advice, measured=elastic, limit=limit)]
     excess = bound_excess(increment.problem.discrete.law, outcome.sigma)
     if not excess <= WITHIN:
-        return "not converged", f"tractions exceed what contact allows by {excess:.1e} of the bound"
-    return "converged", outcome.reason
+        text = f"tractions exceed what contact allows by {excess:.1e} of the bound"
+        return [new_finding("friction bound", text, measured=excess, limit=WITHIN)]
+    return []
 
 
-def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -> tuple[str, str]:
-    """Status and reason of what is converged otherwise: action is reaction, but for the couple of
-    friction across a gap."""
+def _solved_findings(
+    increment: Increment,
+    outcome: ContactState,
+    pairs: dict[str, PairResult],
+    residuals: dict[str, float],
+    overlap: Overlap,
+) -> list[Finding]:
+    """What is found of an increment whose equations are solved."""
+    last = increment.target == 1.0
+    # where a contact begins to grow no mesh has its nodes; of steps before the last one
+    # `rough_step` judges
+    ends = last and increment.number == len(increment.problem.steps)
+    findings = [
+        *_reactions(increment, pairs),
+        *increment_findings(residuals, overlap.finding if ends else None),
+    ]
+    missed = max(residuals["tangential"], residuals["normal"])
+    if not missed <= LAW:
+        text = f"the law of contact is missed by {missed:.1e} of the tractions of a pair"
+        findings.append(new_finding("contact law", text, measured=missed, limit=LAW))
+    if overlap.finding is not None:
+        findings.append(overlap.finding)
+    if overlap.pressed > PRESSED:
+        text = (
+            f"surfaces overlap between nodes in contact: {overlap.pressed_where}, "
+            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces "
+            "may be far off"
+        )
+        advice, where = "refine the mesh there", f"step {increment.name!r}"
+        findings.append(
+            new_finding(
+                "overlap under pressure",
+                text,
+                where,
+                advice=advice,
+                measured=overlap.pressed,
+                limit=PRESSED,
+            )
+        )
+    return [
+        *findings,
+        *zero_energy_motions(increment, outcome),
+        *second_solution(increment, outcome),
+    ]
+
+
+def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Finding]:
+    """Interfaces on which action is not reaction, but for the couple of friction across a gap."""
+    findings = []
     for face in increment.problem.system.interfaces:
         if face.distance is None:
             continue
@@ -196,11 +241,12 @@ def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -
         couple = increment.problem.system.motions.moment(apart, pair.weight[:, None] * shear)
         left = pair.imbalance_beyond(-couple)
         if not left <= LARGEST_IMBALANCE:
-            return "not converged", (
-                f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
-                "that acts there"
+            text = f"force or moment on its two sides differ by {left:.1e} of all that acts there"
+            where = f"pair {face.name!r}"
+            findings.append(
+                new_finding("reaction", text, where, measured=left, limit=LARGEST_IMBALANCE)
             )
-    return "converged", reason
+    return findings
 
 
 def _remedy(increment: Increment) -> str:

@@ -15,8 +15,10 @@ from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import OPEN
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
+from ...results.report import Finding
 from ...results.solution import Solution
 from ...round_off import SOLVED
+from ..judge.findings import new_finding
 from .halves import touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
@@ -34,15 +36,13 @@ MOST, PATIENT = 2000, 10
 there it costs as much as the step."""
 
 
-def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
-    """What is to be reported of steps of few increments in which a contact with friction grows.
+def path_findings(problem: PreparedProblem, solution: Solution) -> list[Finding]:
+    """Find steps of few increments in which a contact with friction grows.
 
     One increment is compared with two, more with half as many, each started from its own solution.
     Where contact begins on the way those before do not count.
     """
-    sides, found = problem.discrete.sides, []
-    turning = any(side.direction is None and side.law.gap == "geometry" for side in sides)
-    along = "; round bodies need the direction of approach of their pair for it" if turning else ""
+    findings = []
     for ends, whole in _growing(problem, solution.steps if solution.converged else []):
         begins = touching(whole)
         later = _after(begins, ends)
@@ -51,15 +51,26 @@ def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
         if share > REPORTED:
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
             touch = " after the bodies touch" if begins else ""
-            auto = f'take [[step]] increments = "auto"{along}'
-            found.append(
+            text = (
                 f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between "
-                f"{len(ends)} and "
-                f"{count} increments{touch}; if all loads grow together, {auto}; if they really "
-                f"come one after the "
-                "other, give each a [[step]], which is another path"
+                f"{len(ends)} and {count} increments{touch}"
             )
-    return found
+            advice = (
+                f"if all loads grow together, {_auto(problem)}; if they really come one after "
+                "the other, give each a [[step]], which is another path"
+            )
+            findings.append(
+                new_finding("path", text, advice=advice, measured=share, limit=REPORTED)
+            )
+    return findings
+
+
+def _auto(problem: PreparedProblem) -> str:
+    """Advice to let the path choose the increments."""
+    interfaces = problem.discrete.sides
+    turning = any(i.direction is None and i.law.gap == "geometry" for i in interfaces)
+    along = "; round bodies need the direction of approach of their pair for it"
+    return f'take [[step]] increments = "auto"{along if turning else ""}'
 
 
 def _after(begins: float, ends: Sequence[StepResult]) -> int:

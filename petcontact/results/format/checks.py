@@ -70,7 +70,9 @@ def _check_array(data: Any, source: str) -> None:
     *_, folder, name = data.name.split("/")
     text = h5py.check_string_dtype(data.dtype) is not None
     number = data.dtype.kind in "fiu" and data.dtype.itemsize <= 8 and name != "part_names"
-    if not (name in NAMES if text else number):
+    columns = [data.dtype[column] for column in data.dtype.names or ()]
+    table = name == "findings" and all(column.kind in "fO" for column in columns)
+    if not (name in NAMES if text else number or table):
         raise ResultError(
             f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are "
             f"text"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ...model.base import parse
 from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
 from ..records import BodyResult, ContactFields, PairResult, StepResult
+from ..report import Accuracy, Provenance, from_table
 from .checks import check_contact, check_fields, check_history, read_table
 
 
@@ -89,9 +91,16 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         status,
         reason,
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        {**read_table(attributes["info"], f"{source}: info"), "zones": zones},
-        None if status == "converged" else step,
+        *_report(attributes, source, zones),
+        failed=None if status == "converged" else step,
     )
+
+
+def _report(
+    attributes: dict[str, Any], source: str, zones: list[tuple[str, float, float, int]]
+) -> tuple[Accuracy, Provenance]:
+    info = read_table(attributes["info"], f"{source}: info")
+    return replace(from_table(Accuracy, info), zones=zones), from_table(Provenance, info)
 
 
 def _ground_pair(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
 from ...runtime.terminal import printable
 from ..data import SolutionData
+from ..report import Accuracy, Finding
 from .peaks import peak_lines
 from .steps import step_lines, wear_lines
 from .text import digits, vector, wrapped
@@ -37,8 +38,8 @@ def verdict(solution: SolutionData) -> str:
     lines += wrapped(
         "  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
     )
-    if "peak_memory" in solution.info:
-        lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")
+    if solution.provenance.peak_memory:
+        lines.append(f"  peak memory: {solution.provenance.peak_memory / 1e9:.2f} GB")
     return "\n".join(lines)
 
 
@@ -51,28 +52,29 @@ def _size(mesh: BoundaryMesh) -> str:
 
 
 def _free(solution: SolutionData, body: str) -> str:
-    free = solution.info.get("motions", {}).get(body, 0)
+    free = solution.provenance.motions.get(body, 0)
     return f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
 
 
 def _warnings(solution: SolutionData) -> list[str]:
-    texts = of_several_pairs(solution.info.get("warnings", []))
+    texts = alike([each for each in solution.findings if each.severity == "warning"])
     return [line for text in texts for line in wrapped("  warning: ", [text], separator=" ")]
 
 
-def of_several_pairs(warnings: Sequence[str]) -> list[str]:
-    """Warnings, those that several pairs have alike as one.
+def alike(findings: Sequence[Finding]) -> list[str]:
+    """Findings in words; what is found at several interfaces is said once.
 
-    >>> of_several_pairs(["pair 'a': facets", "pair 'b': facets", "pair 'b': a gap", "turns"])
-    ["pairs 'a', 'b': facets", "pair 'b': a gap", 'turns']
+    >>> alike([Finding("sag", "warning", "facets", f"pair {name!r}") for name in "ab"])
+    ["pairs 'a', 'b': facets"]
     """
-    names: dict[str, list[str]] = {}
-    for text in warnings:
-        pair, colon, rest = text.partition(": ") if text.startswith("pair '") else ("", "", text)
-        names.setdefault(f"{colon}{rest}", []).append(pair.removeprefix("pair "))
+    places: dict[tuple[str, bool], list[str]] = {}
+    for each in findings:
+        of_pair = each.where.startswith("pair ")
+        text = str(replace(each, where="") if of_pair else each)
+        places.setdefault((text, of_pair), []).append(each.where.removeprefix("pair "))
     return [
-        f"pair{'s' if len(each) > 1 else ''} {', '.join(each)}{text}" if each[0] else text
-        for text, each in names.items()
+        f"pair{'s' if len(names) > 1 else ''} {', '.join(names)}: {text}" if of_pair else text
+        for (text, of_pair), names in places.items()
     ]
 
 
@@ -82,7 +84,7 @@ def _steps(solution: SolutionData) -> list[str]:
     for name, mesh in solution.meshes.items():
         label = "" if name == ONE_BODY else f"body {printable(name)}: "
         lines.append(f"  {label}{_size(mesh)}{_free(solution, name)}")
-    if (solver := solution.info.get("solver", DENSE)) not in ("", DENSE):
+    if (solver := solution.provenance.solver) not in ("", DENSE):
         lines += wrapped("  ", [solver], separator=" ")
     tried = solution.tried
     ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
@@ -102,22 +104,22 @@ def _steps(solution: SolutionData) -> list[str]:
 
 def _zones_and_forces(solution: SolutionData) -> list[str]:
     """Status, method, zones, forces and error of one body in bilateral contact."""
-    contact, info = solution.contact, solution.info
+    contact, accuracy = solution.contact, solution.accuracy
     lines = [f"  {solution.status}: {solution.reason}"]
     size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
     lines += [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
     lines.append(
-        "  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", ""))))
+        "  " + ": ".join(filter(None, (solution.provenance.solver, solution.provenance.ksp_reason)))
     )
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
     lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
     lines += _accuracy(solution)
-    peak = info.get(
-        "largest_slip", np.hypot.reduce(contact.u_t, axis=1).max()
-    )  # without squares, which may overflow
+    peak = accuracy.largest_slip
+    if np.isnan(peak):  # without squares, which may overflow
+        peak = np.hypot.reduce(contact.u_t, axis=1).max()
     # the error is one in the mean over Γ_C: the largest value may be some times less certain
-    count = digits(10.0 * info["estimated_error"], 1.0) if "accuracy" in info else 6
+    count = 6 if accuracy.wanted is None else digits(10.0 * accuracy.error, 1.0)
     lines.append(
         f"  max |u_t| {peak:.{count}g}, |R_rho| {solution.residual:.2e}, elastic residual "
         f"{solution.elastic_residual:.1e}"
@@ -185,61 +187,56 @@ def _slip_areas(solution: SolutionData) -> list[str]:
 
 def _accuracy(solution: SolutionData) -> list[str]:
     """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
-    info, what = (
-        solution.info,
-        "u_t" if solution.kind == "bilateral" else "p and q" if solution.nodes else "u",
+    accuracy = solution.accuracy
+    what = {"bilateral": "u_t", "elastic": "u"}.get(solution.kind, "p and q")
+    if accuracy.unknown:
+        return wrapped(f"  error of {what} not known: ", [accuracy.unknown], separator=" ")
+    if not accuracy.is_known:
+        adaptive = accuracy.wanted is not None
+        return [f"  error of {what} not known: contact carries nothing"] * adaptive
+    wanted = "" if accuracy.wanted is None else f", {accuracy.wanted:.1e} wanted"
+    if not np.isfinite(accuracy.error):
+        return [f"  error of {what} not known: too few meshes are solved; {wanted[2:]}"]
+    error, elements = (
+        f"  error of {what}: {accuracy.error:.1e} estimated",
+        map(str, accuracy.elements),
     )
-    if "error_unknown" in info:
-        return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
-    if "estimated_error" not in info:
-        return [f"  error of {what} not known: contact carries nothing"] * ("accuracy" in info)
-    if not np.isfinite(info["estimated_error"]):
-        return [
-            f"  error of {what} not known: too few meshes are solved; {info['accuracy']:.1e} wanted"
-        ]
-    error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
-    if "resultant_error" in info:
-        error += f" in L2, of resultants {info['resultant_error']:.1e}"
-        if "accuracy" not in info:
-            return [error]
-        elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
-        return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
-    if "accuracy" not in info:
-        return [f"{error}, against half as many elements", *_ends(info)]
-    meshes = ", ".join(str(count) for count in info["levels"])
-    return [
-        *wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "),
-        *_ends(info),
-    ]
+    if not np.isnan(accuracy.resultants):  # on surfaces
+        lines = [f"{error} in L2, of resultants {accuracy.resultants:.1e}{wanted}"]
+        return [*lines, *(wrapped("  elements: ", [*elements]) if wanted else [])]
+    if not wanted:
+        return [f"{error}, against half as many elements", *_ends(accuracy)]
+    meshes = [", ".join(elements)]
+    return [*wrapped(f"{error}{wanted}; elements ", meshes, separator=" "), *_ends(accuracy)]
 
 
-def _ends(info: dict[str, Any]) -> list[str]:
-    """What the error is with the ends of parts, of which that above is without, and where tractions
-    are singular."""
-    if "error_with_ends" not in info:
+def _ends(accuracy: Accuracy) -> list[str]:
+    """The error with the ends of parts, which that above leaves out, and where tractions are
+    singular."""
+    if np.isnan(accuracy.with_ends):
         return []
-    line = f"  with the ends of parts {info['error_with_ends']:.1e}"
+    line = f"  with the ends of parts {accuracy.with_ends:.1e}"
     places = [
         f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}"
-        for name, at in info["singular"].items()
+        for name, at in accuracy.singular.items()
     ]
     return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
 
 
 def _method(solution: SolutionData) -> str:
     method, history = solution.problem.method, solution.history
-    name = solution.info.get("method", method.resolved_name)
+    name = solution.provenance.method or method.resolved_name
     iterations = f"{solution.iterations} iteration{'s' if solution.iterations != 1 else ''}"
     if name != "projection" or not history.rho:
         return f"{name}: {iterations}"
-    rule = solution.info.get("rule", method.rule or "modified")
+    rule = solution.provenance.rule or method.rule or "modified"
     return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.rho:.6g}"
 
 
 def _zones(solution: SolutionData, part: str) -> list[str]:
     """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh
     resolves."""
-    errors = solution.info.get("zone_errors") or [(0.0, 0.0)] * len(solution.zones)
+    errors = solution.accuracy.zone_errors or [(0.0, 0.0)] * len(solution.zones)
     return [
         _zone(zone, *pair)
         for zone, pair in zip(solution.zones, errors, strict=True)

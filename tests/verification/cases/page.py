@@ -120,8 +120,8 @@ def solved_line(solution) -> str:
     elements = sum(mesh.n_elements for mesh in solution.meshes.values())
     unknowns = sum(mesh.dim * mesh.n_nodes for mesh in solution.meshes.values())
     order = "-".join(map(str, dict.fromkeys((orders[0], orders[-1]))))
-    error = solution.info.get("estimated_error")
-    reported = f" Estimated error of p and q: {error:.1e}." if error is not None else ""
+    accuracy = solution.accuracy
+    reported = f" Estimated error of p and q: {accuracy.error:.1e}." if accuracy.is_known else ""
     return (
         f"{elements} elements of order {order}, {unknowns} unknowns, {len(solution.steps)} "
         f"increment{'s' if len(solution.steps) > 1 else ''}, {solution.iterations} "

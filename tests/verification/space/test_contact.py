@@ -148,7 +148,7 @@ def test_cattaneo_and_mindlin_between_two_blocks():
         ],
     }
     solution = solved(data, [lambda x: cattaneo(x, -1.0), lambda x: cattaneo(x, 1.0)])
-    assert not solution.info["warnings"]
+    assert not solution.warnings
     pair = solution.last.pairs["pair"]
     r = np.hypot(pair.x[:, 0], pair.x[:, 1])
     bodies = PointContact(2.0 * np.pi / 3.0, 1.0 / np.pi, 0.5)  # p_0 = a = 1

@@ -1,0 +1,193 @@
+"""What is found of a solve that ended: its interfaces, obstacles and loads."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.law_protocol import OPEN
+from ...geometry.rotation import Motions
+from ...geometry.superelement import CondensedSurface
+from ...model.load_steps import Obstacle, changed_obstacle
+from ...results.records import StepResult
+from ...results.report import Finding
+from ..pose.discretise import Discrete
+from ..steps.increment import PreparedProblem
+from .findings import judged, new_finding
+from .warnings import unusual
+
+JAM = 1e-3
+"""Pressure, over the largest that there was, that stays where nothing jams."""
+IMBALANCE = 1e-3
+"""Of a pair (`PairResult.imbalance`), that is reported."""
+SAGGING, NEXT = 0.1, 2.0
+"""Height of curved faces over facets, over what contact closes, that is reported; where gaps are so
+many times that."""
+FAR = 0.05
+"""Initial gap or overlap, over the size of the body, that is reported."""
+
+
+def findings_of(
+    problem: PreparedProblem, results: list[StepResult], failed: StepResult | None
+) -> list[Finding]:
+    """All that is found of a solve that ended, what several increments have alike once."""
+    tried = results if failed is None else [*results, failed]
+    findings = [
+        *problem.discrete.findings,
+        *problem.discrete.of_meshes,
+        *(each for result in tried for each in result.findings if each.severity == "warning"),
+        *_ignored(problem),
+        *_jammed(problem, results),
+        *_unlike(problem, results),
+        *unusual(problem.discrete, results),
+    ]
+    return list({str(each): each for each in findings}.values())
+
+
+def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
+    """Find interfaces whose two sides feel different forces, or differ in shape by more than is
+    small next to what contact closes."""
+    findings = []
+    for interface in problem.discrete.interfaces:
+        pairs = [result.pairs[interface.name] for result in results]
+        left = max((pair.imbalance for pair in pairs), default=0.0)
+        if left > IMBALANCE:
+            text = (
+                f"the moments on its two sides differ by {left:.1e} of all that acts there: "
+                "friction across a gap or an overlap that is not small next to the face"
+            )
+            where = f"pair {interface.name!r}"
+            findings.append(new_finding("moments", text, where, measured=left, limit=IMBALANCE))
+        closed = [
+            float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs
+        ]
+        # where nothing touches, the smallest gap is what facets may hide
+        approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
+        beside = interface.gap <= NEXT * approach
+        sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
+        if sag > SAGGING * approach:
+            text = (
+                f"its elements miss the curved faces that they stand for by up to {sag:.2g}, next "
+                f"to {approach:.2g} that contact closes or leaves open: p is as rough"
+            )
+            where = f"pair {interface.name!r}"
+            advice = "use smaller elements, or give the gap as an expression"
+            limit = SAGGING * approach
+            findings.append(
+                new_finding("sag", text, where, advice=advice, measured=sag, limit=limit)
+            )
+    return findings
+
+
+def _ignored(problem: PreparedProblem) -> list[Finding]:
+    """Find obstacles that touch nothing, and their loads on components whose motion is given."""
+    discrete, kind, findings = problem.discrete, problem.system.motions, []
+    for k, obstacle in enumerate(discrete.problem.obstacle):
+        if all(side.obstacle != k for side in discrete.sides):
+            text = f"obstacle {obstacle.name!r} is in no contact"
+            findings.append(new_finding("ignored load", text))
+        states = itertools.accumulate(problem.steps, changed_obstacle, initial=obstacle)
+        if any(
+            load and motion != "free"
+            for o in states
+            for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
+        ):
+            text = "a force or moment on a component whose motion is given does nothing"
+            findings.append(new_finding("ignored load", text, f"obstacle {obstacle.name!r}"))
+    return findings
+
+
+def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
+    """Find interfaces that stay pressed at the end of a step that took all loads away; an overlap
+    of bodies is a load, too."""
+    findings = []
+    for number in _unloaded(problem):
+        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
+        for name in ends[0].pairs if ends else ():
+            left, *pressed = (
+                float(r.pairs[name].pressure.max(initial=0.0)) for r in (ends[0], *results)
+            )
+            if left > JAM * max(pressed):
+                text = (
+                    f"pair {name!r} stays pressed after step "
+                    f"{problem.steps[number - 1].name!r} took all loads away: it jams, and what "
+                    "stays depends on the path"
+                )
+                advice = "unload in several increments"
+                findings.append(new_finding("jam", text, advice=advice, measured=left))
+    return findings
+
+
+def _unloaded(problem: PreparedProblem) -> list[int]:
+    """Numbers of the steps that take all loads away."""
+    discrete, kind = problem.discrete, problem.system.motions
+    if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
+        return []
+    if any(isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries):
+        return []
+    numbers, obstacles = [], list(discrete.problem.obstacle)
+    for number, step in enumerate(problem.steps, 1):
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
+        loaded = any(data.loaded[number] for data in discrete.data)
+        if not loaded and not any(_is_driven(o, kind) for o in obstacles):
+            numbers.append(number)
+    return numbers
+
+
+def _is_driven(obstacle: Obstacle, kind: Motions) -> bool:
+    """Whether an obstacle is displaced or loaded."""
+    pairs = zip(obstacle.motions(kind), obstacle.loads(kind), strict=True)
+    return any(load if motion == "free" else motion for motion, load in pairs)
+
+
+def reached(discrete: Discrete, results: list[StepResult]) -> str:
+    """How a converged solve ended, and what to look at."""
+    if not discrete.sides:
+        defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
+        return f"nothing is in contact, elastic residual {defect:.1e}"
+    if discrete.holds_normals and not discrete.problem.step:
+        return results[-1].reason
+    worst = {
+        key: max(0.0 if math.isnan(r.residuals[key]) else float(r.residuals[key]) for r in results)
+        for key in ("normal", "tangential", "balance", "elastic", "equilibrium")
+    }
+    # a balance of 0 is none: nothing is held by contact only
+    reason = "residuals " + ", ".join(
+        f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value
+    )
+    return judged([*_open(results), *_far(discrete)], reason)[1]
+
+
+def _open(results: list[StepResult]) -> list[Finding]:
+    """Find that nothing is in contact at the end."""
+    pairs = results[-1].pairs
+    if not all(np.all(pair.state == OPEN) for pair in pairs.values()):
+        return []
+    gaps = {
+        name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in pairs.items()
+    }
+    apart = "; ".join(f"pair {name!r} {_distance(gap)}" for name, gap in gaps.items())
+    return [new_finding("no contact", f"no contact anywhere ({apart})")]
+
+
+def _distance(gaps: Array) -> str:
+    gap = gaps[np.isfinite(gaps)].min(initial=np.inf)
+    if np.isinf(gap):
+        return "faces nothing"
+    return f"lies {gap:.3g} apart" if gap > 0.0 else "touches without pressure"
+
+
+def _far(discrete: Discrete) -> list[Finding]:
+    """Find interfaces with large initial gaps or overlaps."""
+    findings = []
+    for posed, distance in zip(discrete.sides, discrete.distance, strict=True):
+        limit = FAR * discrete.boundaries[posed.body].diameter
+        if np.isfinite(distance) and abs(distance) > limit:
+            far = distance > 0.0
+            how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"
+            text = f"pair {posed.name!r} {how}, far for the theory of small displacements"
+            findings.append(new_finding("far apart", text, measured=distance, limit=limit))
+    return findings

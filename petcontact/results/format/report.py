@@ -1,0 +1,52 @@
+"""Accuracy, provenance and findings in result files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ...mesh.storage import demand
+from ..report import Accuracy, Finding, Provenance, from_table
+from .checks import read_table
+
+FINDING = np.dtype(
+    [
+        (each.name, float if each.name in ("measured", "limit") else h5py.string_dtype())
+        for each in fields(Finding)
+    ]
+)
+"""A row of /findings."""
+
+
+def write_findings(group: Any, findings: Sequence[Finding]) -> None:
+    """/findings, a table with a row a finding and a column a field."""
+    rows = [tuple(getattr(each, name) for name in FINDING.names or ()) for each in findings]
+    group["findings"] = np.array(rows, dtype=FINDING)
+
+
+def read_report(
+    group: Any, attributes: Mapping[str, Any], source: str
+) -> tuple[Accuracy, Provenance, tuple[Finding, ...]]:
+    """What a file reports of its solve; files of 0.2.0 have one table "info" for all of it."""
+    if "info" in attributes:
+        table = read_table(attributes["info"], f"{source}: info")
+        told = [Finding("warning", "warning", str(text)) for text in table.get("warnings", [])]
+        return from_table(Accuracy, table), from_table(Provenance, table), tuple(told)
+    accuracy, provenance = (
+        read_table(attributes[key], f"{source}: {key}") for key in ("accuracy", "provenance")
+    )
+    rows = group["findings"][()]
+    demand(rows.dtype.names == FINDING.names, f"{source}: findings is another table")
+    columns = {
+        name: [value.decode() if isinstance(value, bytes) else float(value) for value in column]
+        for name, column in zip(FINDING.names or (), zip(*rows.tolist(), strict=True), strict=False)
+    }
+    findings = [
+        Finding(**dict(zip(columns, row, strict=True)))
+        for row in zip(*columns.values(), strict=True)
+    ]
+    return from_table(Accuracy, accuracy), from_table(Provenance, provenance), tuple(findings)
