@@ -256,18 +256,19 @@ def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
     # at 1e-4, 1.6e-4 true
     case = random_case(1, 191)
     work = AdaptiveSolve(case, petsc().COMM_WORLD, None, None)
-    shown, observe = [], work.quantity.observe
+    shown, observe = [], work.strategy.mark
 
     def recorded(solution, level):
-        observe(solution, level)
+        again = observe(solution, level)
         shown.append(
             (
                 contact_lines(Body.of(case, case.geometry.outline()), solution),
-                work.quantity.estimate,
+                work.strategy.estimate,
             )
         )
+        return again
 
-    work.quantity.observe = recorded
+    work.strategy.mark = recorded
     work.climb(1e-5)
     best, scale = shown[-1][0], displacement_scale(work.solutions[-1])
     assert shown[-1][1] <= 1e-5

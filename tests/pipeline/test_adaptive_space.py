@@ -15,7 +15,7 @@ from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline import choice
-from petcontact.pipeline.adapt import budget, first_mesh, loop
+from petcontact.pipeline.adapt import budget, first_mesh, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.surfaces import PanelTails
 from petcontact.pipeline.pose.discretise import discretise
@@ -188,7 +188,7 @@ def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
 
 def failing(monkeypatch, number, status, **residuals):
     """The solve on a mesh by number, from 1 on, is not accepted; the numbers of those that were."""
-    count, true_run = [], loop.unreported
+    count, true_run = [], level_solver.unreported
 
     def run(problem, monitor):
         found = true_run(problem, monitor)
@@ -200,7 +200,7 @@ def failing(monkeypatch, number, status, **residuals):
         )
         return replace(found, steps=[], failed=step, status=status, reason="not accepted")
 
-    monkeypatch.setattr(loop, "unreported", run)
+    monkeypatch.setattr(level_solver, "unreported", run)
     return count
 
 

@@ -32,7 +32,7 @@ from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
 from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.adapt import loop
+from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
@@ -302,7 +302,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
 ):
     """At once in an elimination, which may take long, and after the iteration under way: all steps
     of the mesh before."""
-    made, original = [], {"elimination": loop.prepare, "iteration": newton.linear_solve}
+    made, original = [], {"elimination": level_solver.prepare, "iteration": newton.linear_solve}
 
     def eliminated(*words, **keys):
         made.append(1)
@@ -316,7 +316,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
             os.kill(os.getpid(), signal.SIGTERM)
         return original["iteration"](*words, **keys)
 
-    monkeypatch.setattr(loop, "prepare", eliminated)
+    monkeypatch.setattr(level_solver, "prepare", eliminated)
     monkeypatch.setattr(newton, "linear_solve", solved)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "stack.toml").write_text(BLOCKS)

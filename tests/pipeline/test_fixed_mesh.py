@@ -22,7 +22,7 @@ from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.adapt import fixed_mesh
 from petcontact.pipeline.adapt.fixed_mesh import CHEAP, joined, with_estimate
-from petcontact.pipeline.adapt.loop import AdaptiveSolve
+from petcontact.pipeline.adapt.level_solver import LevelSolver
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -62,18 +62,18 @@ def test_pairs_are_joined_from_both_ends_and_what_is_odd_lies_in_the_middle():
 @pytest.mark.parametrize("known", [True, False])
 def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, comm, monkeypatch):
     """Or the verdict says in its first line that the error is not known, and why."""
-    once, levels = AdaptiveSolve._once, []
+    once, levels = LevelSolver._once, []
 
-    def first_only(self, level):
+    def first_only(self, strategy, level, last):
         levels.append(level)
         if len(levels) > 1:
             raise SolverError("iterate", "no second mesh", "no advice")
-        return once(self, level)
+        return once(self, strategy, level, last)
 
     def refused(*args):
         raise PetcontactError("no coarser mesh")
 
-    monkeypatch.setattr(AdaptiveSolve, "_once", first_only)
+    monkeypatch.setattr(LevelSolver, "_once", first_only)
     if not known:
         monkeypatch.setattr(fixed_mesh, "_coarser", refused)
     solution = solve(example(1, mesh=MeshOptions()), comm=comm)

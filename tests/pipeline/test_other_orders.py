@@ -11,8 +11,8 @@ from petcontact import Problem, solve
 from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.mesh.panelling import round_mesh
 from petcontact.model.base import parse
+from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.other_orders import beside_error, other_order, whole_error
-from petcontact.pipeline.adapt.slip_ladder import displacement_scale
 
 
 def block(order, size, bound=0.02, beside=2.0):

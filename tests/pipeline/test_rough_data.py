@@ -106,4 +106,4 @@ def test_the_logarithm_at_the_tip_of_a_wedge_is_graded_to():
     exact = tip / math.pi * np.arccosh(np.maximum(half / x, 1.0))
     error = np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2))
     assert found.status == "converged" and half == pytest.approx(1.0, rel=5e-3)
-    assert error < found.info["estimated_error"]
+    assert error < found.accuracy.error

@@ -22,7 +22,8 @@ from petcontact import (
     adapt,
     load,
 )
-from petcontact.pipeline.adapt.slip_ladder import contact_lines, displacement_scale
+from petcontact.pipeline.adapt.difference import displacement_scale
+from petcontact.pipeline.adapt.slip_ladder import contact_lines
 from petcontact.refinement.contact_line import difference, displacement
 from petcontact.refinement.marks import Body
 from petcontact.refinement.singular_points import corner_exponents

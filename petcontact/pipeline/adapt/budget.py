@@ -1,23 +1,17 @@
-"""What an adaptive solve asks of the quantity that it refines for, and what it reports of each
-mesh."""
+"""What meshes of an adaptive solve may cost, and what is told of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Sequence
 
-from ...contact.state import Start
 from ...errors import InputError
 from ...frozen import frozen
-from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import growing
-from ...refinement.marks import LevelMesh
-from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
-from ..steps.increment import PreparedProblem
+from .strategy import Strategy
 
 
 @frozen
@@ -60,47 +54,6 @@ USELESS = 0.5
 """Estimate from which on a solution is none, though nobody named an accuracy."""
 
 
-class Quantity(Protocol):
-    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in
-    space.
-
-    Attributes
-    ----------
-    differences : list of float
-        Between neighbouring meshes, where they are compared [-].
-    dense_nodes : int
-        Of a body, up to which `mat_type = "auto"` stays dense.
-    wanted, asked : float, bool
-        The accuracy, and whether somebody named it.
-    exhausted : str
-        Why there is no mesh after the last, or nothing.
-    """
-
-    differences: list[float]
-    dense_nodes: int
-    wanted: float
-    asked: bool
-    exhausted: str
-
-    @property
-    def accuracy(self) -> float: ...
-    @property
-    def levels(self) -> Sequence[Any]: ...
-    @property
-    def attempts(self) -> int: ...
-    @property
-    def estimate(self) -> float: ...
-    def mesh(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Any
-    ) -> LevelMesh: ...
-    def start(self, problem: PreparedProblem) -> Start | None: ...
-    def goes_on(self, solution: Solution) -> bool: ...
-    def observe(self, solution: Solution, level: Any) -> None: ...
-    def apart(self, solution: Solution) -> float: ...
-    def is_vague(self) -> bool: ...
-    def shown(self) -> dict[str, Any]: ...
-
-
 def budget_of(bodies: int, asked: bool) -> Budget:
     """Of some bodies."""
     pairs, given = max(1.0, 0.5 * bodies), BUDGETS[asked]
@@ -138,11 +91,11 @@ def beyond_budget(
 
 
 def short_of(
-    estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str
+    estimate: float, accuracy: float, trouble: str, strategy: Strategy, differ: str
 ) -> str:
     """What was reached and wanted, and why there is no more; `differ`: where the last meshes do
     most, if that is known."""
-    if trouble and quantity.asked and not quantity.exhausted:
+    if trouble and strategy.asked and not strategy.exhausted:
         return trouble
     known = (
         f"the error is estimated to be {estimate:.2g}"
@@ -150,10 +103,10 @@ def short_of(
         else "the error is not known"
     )
     where = trouble or "on the finest mesh"
-    if growing(quantity.differences):
+    if growing(strategy.differences):
         where += (
             f"; the differences of the meshes grow: "
-            f"{', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+            f"{', '.join(f'{d:.1e}' for d in strategy.differences[-3:])}"
         )
     where += f"; {differ}" if differ else ""
     return f"{known}, {accuracy:g} was wanted: {where}"

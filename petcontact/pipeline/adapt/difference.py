@@ -3,6 +3,7 @@ parts."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import field
 from typing import NamedTuple
 
@@ -19,6 +20,9 @@ from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from .part_ends import pressed_sides, singular_places
 
+LEAST_SLIP = 1e-3
+"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to
+that."""
 GROWS = 1.1
 """Ratio of the largest tractions beside such a place on two meshes from which on they count as
 infinite there."""
@@ -113,6 +117,37 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
                 float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change)
             )
             worst = max(worst, error / size if size > 0.0 else 0.0)
+    return worst
+
+
+def displacement_scale(solution: Solution) -> float:
+    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if
+    that is larger.
+
+    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly
+    nothing.
+    """
+    mesh, contact = solution.mesh, solution.contact
+    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
+    whole = math.sqrt(mean_square * float(contact.weight.sum()))
+    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
+    return max(slip, LEAST_SLIP * whole) or 1.0
+
+
+def apart_on_one_mesh(solution: Solution, other: Solution) -> float:
+    """Relative difference in L2 of two solutions on the same mesh: of u_t of the paper's problem,
+    else of p and q, the largest over interfaces and step ends."""
+    if other.kind == "bilateral":
+        change = other.contact.u_t - solution.contact.u_t
+        square = float(other.contact.weight @ np.sum(change**2, axis=1))
+        return math.sqrt(square) / displacement_scale(other)
+    worst = 0.0
+    for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
+        for name, pair in two.pairs.items():
+            old, size = one.pairs[name], float(np.sqrt(pair.weight @ pair.pressure**2)) or math.inf
+            shear = np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1)
+            for change in (pair.pressure - old.pressure, shear):
+                worst = max(worst, float(np.sqrt(pair.weight @ change**2)) / size)
     return worst
 
 

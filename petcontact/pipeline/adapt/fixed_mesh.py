@@ -23,9 +23,9 @@ from ..judge.findings import new_finding
 from ..judge.known_data import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
-from .difference import difference, displacement_difference
+from .difference import difference, displacement_difference, displacement_scale
 from .other_orders import beside_error, whole_error
-from .slip_ladder import contact_lines, displacement_scale
+from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
 CHEAP = 1200

@@ -1,11 +1,11 @@
-"""Adaptive solution: solve, find where the solution is singular, refine towards it, estimate,
-repeat.
+"""Adaptive solution: solve, estimate, mark, refine, repeat.
 
-Meshes come from refinement levels, each with an error about ten times smaller than the one before:
-more order and a milder grading where the solution is smooth, smaller elements of low order at
-corners and edges of contact, stick and slip. The solution of one level places these edges for the
-next one and is its start. The difference of two levels is the error of the lower one; it is the
-estimate for the upper one, which is returned. What the last step gains is not claimed.
+In the plane meshes come from refinement levels, each with an error about ten times smaller than the
+one before: more order and a milder grading where the solution is smooth, smaller elements of low
+order at corners and edges of contact, stick and slip. The solution of one level places these edges
+for the next one and is its start. The difference of two levels is the error of the lower one; it is
+the estimate for the upper one, which is returned. In space panels are cut where the tails of
+tractions say that the error is large, and these are the estimate.
 """
 
 from __future__ import annotations
@@ -16,43 +16,32 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ...errors import InaccurateOperator, InputError, SolverError
-from ...geometry.surface import Boundary
-from ...mesh.boundary_mesh import BoundaryMesh
+from ...errors import InputError, SolverError
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy
-from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
-from ...runtime.memory import release_memory
-from ...runtime.signals import BrokenOff, answering
+from ...runtime.signals import BrokenOff
 from ...runtime.world import world
-from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
-from ..pose.discretise import Discrete, MeshMaker, discretise
-from ..run import prepare, reported, run, unreported, with_paths
-from ..steps.increment import Monitor, PreparedProblem
-from ..steps.load_steps import known_factors
-from .budget import USELESS, Quantity, Reached, short_of
-from .fixed_mesh import MOST, carries_something, with_estimate
+from ..run import prepare, reported, run, with_paths
+from ..steps.increment import Monitor
+from .budget import USELESS, Reached, short_of
+from .difference import apart_on_one_mesh
+from .fixed_mesh import carries_something, with_estimate
+from .level_solver import LevelSolver
 from .slip_ladder import Slip
+from .strategy import Strategy
 from .surfaces import PanelTails
 from .traction_ladder import Tractions
 
-TIGHTER = 0.25
-"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate
-enough."""
-MANY_NODES = 1000
-"""From which on a mesh is reported of, and its operators are released, before those of the next are
-made: several GB in all. Of smaller ones only the last is reported of; what depends on the path of
-the loads is looked at on the last of all."""
+AFTER = "(on the mesh after the last)"
 
 
-def quantity_for(problem: Problem) -> Quantity:
-    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space
-    their tails.
+def strategy_for(problem: Problem) -> Strategy:
+    """In the plane u_t of the paper's problem, else p and q; in space their tails.
 
     Raises
     ------
@@ -73,14 +62,12 @@ class AdaptiveSolve:
 
     Attributes
     ----------
-    quantity : Quantity
+    strategy : Strategy
+    solver : LevelSolver
     solutions : list of Solution
         One a mesh.
-    discrete : Discrete or None
-        The problem on the last mesh.
-    missed, left : float
-        What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the
-        problem's own leaves on it, by the quantity's difference [-].
+    left : float
+        Relative difference of the last solution and that of the problem's own method [-].
     broken_off : bool
         Whether a signal, a monitor or a failure ended the last solve.
     """
@@ -94,183 +81,74 @@ class AdaptiveSolve:
         announce: Announce | None = None,
         reached: Callable[[Reached], None] | None = None,
     ) -> None:
-        self._began, self._announce, self._reached = time.perf_counter(), announce, reached
-        method = problem.method.model_copy(
-            update={
-                "name": "semismooth-newton",
-                "rule": None,
-                "start": "zero",
-                "formulation": "condensed",
-            }
-        )
-        self.problem, self.comm, self.monitor, self.law = (
-            problem.model_copy(update={"method": method}),
-            comm,
-            monitor,
-            law,
-        )
-        self.quantity = quantity_for(problem)
+        self._began, self._reached = time.perf_counter(), reached
+        self.strategy = strategy_for(problem)
+        self.solver = LevelSolver(problem, comm, monitor, law, announce)
         self.solutions: list[Solution] = []
-        self.discrete: Discrete | None = None
-        self.missed = self.left = 0.0
+        self.left = 0.0
         self.broken_off = False
-        self._tolerance = math.nan
-        self._tried: PreparedProblem | None = None
-        self._kept: PreparedProblem | None = None
 
     def climb(self, accuracy: float) -> str:
-        """Level after level until the estimate is below the accuracy; what kept a level from being
-        solved, or nothing."""
-        quantity = self.quantity
-        quantity.wanted = accuracy
-        self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
-        for level in quantity.levels:
-            for attempt in range(quantity.attempts):
+        """Solve, estimate, mark and refine until the estimate is below the accuracy; what kept a
+        mesh from being solved on, or nothing."""
+        strategy = self.strategy
+        strategy.wanted = accuracy
+        self.solver.aim(accuracy)
+        for level in strategy.levels:
+            again = True
+            while again:
+                last = self.solutions[-1] if self.solutions else None
                 try:
-                    solution = self._solved(level)
+                    solution = self.solver.solved(strategy, level, last)  # REFINE and SOLVE
                 except (SolverError, BrokenOff) as error:
                     self.broken_off = isinstance(error, BrokenOff)
-                    if not self.solutions:
+                    if last is None:
                         raise
-                    return f"{error} (on the mesh after the last)"
-                if solution.status == "failed" and self.solutions:
-                    self.broken_off = True
-                    return f"{solution.reason} (on the mesh after the last)"
-                if solution.status != "converged":
-                    more = quantity.goes_on(solution)
-                    if not more and any(each.converged for each in self.solutions):
-                        return f"{solution.reason} (on the mesh after the last)"
-                    self._keep(solution)
-                    if not more:
-                        return ""
+                    return f"{error} {AFTER}"
+                if not solution.converged:
+                    return_now, trouble = self._not_solved(solution)
+                    if return_now:
+                        return trouble
                     break
                 self._keep(solution)
-                quantity.observe(solution, level)
+                again = strategy.mark(solution, level)  # ESTIMATE and MARK
                 self._report(solution)
-                if not quantity.is_vague() or attempt == quantity.attempts - 1:
-                    break
-            if self.missed > 0.0 or quantity.estimate <= accuracy or quantity.exhausted:
+            if self.solver.missed > 0.0 or strategy.estimate <= accuracy or strategy.exhausted:
                 break
-        return quantity.exhausted
+        return strategy.exhausted
+
+    def _not_solved(self, solution: Solution) -> tuple[bool, str]:
+        """Whether a solution that is not accepted ends the solve, and what is told of it: the one
+        on the mesh before is kept where there is one, else this one."""
+        if solution.status == "failed" and self.solutions:
+            self.broken_off = True
+            return True, f"{solution.reason} {AFTER}"
+        finer = self.strategy.mark_failed(solution)
+        if not finer and any(each.converged for each in self.solutions):
+            return True, f"{solution.reason} {AFTER}"
+        self._keep(solution)
+        return not finer, ""
 
     def _keep(self, solution: Solution) -> None:
-        if self._kept is not None:
-            self._kept.close()
         self.solutions.append(solution)
-        self._kept = self._tried
+        self.solver.keep()
 
     def last(self) -> Solution:
         """The solution on the last mesh, with all that is reported of it."""
-        problem, found = self._kept, self.solutions[-1]
+        problem, solution = self.solver.kept, self.solutions[-1]
         if problem is not None:
-            found = found if found.provenance.versions else reported(problem, found)
-            found = with_paths(problem, found)
-            first, wanted = self.solutions[0].meshes, self.quantity.wanted
-            found = found.with_findings(missed_curves(problem.discrete, found, first, wanted))
-        return replace(found, problem=self.problem)
-
-    def close(self) -> None:
-        """Free every PETSc object."""
-        for problem in filter(None, (self._tried, self._kept)):
-            problem.close()
-
-    def _release(self) -> None:
-        """Free operators before the next are made: those that gave no solution, and large ones."""
-        tried, kept = self._tried, self._kept
-        if tried is not None and (tried is not kept or _is_large(tried.discrete)):
-            tried.close()
-            self._kept = None if tried is kept else kept
-        self._tried = None
+            solution = solution if solution.provenance.versions else reported(problem, solution)
+            solution = with_paths(problem, solution)
+            first, wanted = self.solutions[0].meshes, self.strategy.wanted
+            missed = missed_curves(problem.discrete, solution, first, wanted)
+            solution = solution.with_findings(missed)
+        return replace(solution, problem=self.solver.problem)
 
     def _report(self, solution: Solution) -> None:
         if self._reached is not None:
             nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
             seconds = time.perf_counter() - self._began
-            self._reached(Reached(len(self.solutions), nodes, self.quantity.estimate, seconds))
-
-    def _solved(self, level: Any) -> Solution:
-        """The solution on the mesh of a level; again with more digits where compressed operators
-        leave too few."""
-        while True:
-            may_be_tighter = self._tolerance > TIGHTEST
-            try:
-                solution = self._once(level)
-            except InaccurateOperator:
-                if not may_be_tighter:
-                    raise
-            else:
-                if self.discrete is not None and _is_large(self.discrete):
-                    release_memory()
-                if not (
-                    may_be_tighter
-                    and solution.failed is not None
-                    and self._is_too_loose(solution.failed)
-                ):
-                    return solution
-            self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
-
-    def _is_too_loose(self, failed: StepResult) -> bool:
-        """Whether an increment is not accepted for the tolerance of compressed operators."""
-        compressed = self.discrete is not None and has_compressed(
-            self.discrete.problem.bem, self.discrete.meshes
-        )
-        return (
-            compressed
-            and failed.status == "failed"
-            and failed.residuals.get("elastic", 0.0) > self._tolerance
-        )
-
-    def _once(self, level: Any) -> Solution:
-        """The solution on the mesh of a level."""
-        self.missed = 0.0
-        self._release()
-
-        def make(number: int, one: Callable[[], Problem], boundary: Boundary) -> BoundaryMesh:
-            made = self.quantity.mesh(number, one, boundary, level)
-            self.missed = max(self.missed, made.missed)
-            mesh: BoundaryMesh = made.mesh
-            return mesh
-
-        with answering(self.comm):
-            self.discrete, self._tried = self._prepared(make)
-        factors = (
-            known_factors(self.solutions[-1], self.quantity.estimate) if self.solutions else {}
-        )
-        self._tried = problem = replace(
-            self._tried, start=self.quantity.start(self._tried), factors=factors
-        )
-        solution = unreported(problem, self.monitor)
-        if _is_large(self.discrete):
-            solution = reported(problem, solution)
-        return replace(solution, problem=self.problem)
-
-    def _prepared(self, make: MeshMaker) -> tuple[Discrete, PreparedProblem]:
-        """The problem on the meshes that are made for it, eliminated."""
-        began = time.perf_counter()
-        discrete = discretise(self.problem, make, self.law)
-        largest = max(mesh.n_nodes for mesh in discrete.meshes)
-        changes: dict[str, Any] = (
-            {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
-        )
-        if discrete.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
-            changes["mat_type"] = "dense"
-        bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
-        if self.solutions:  # where sets cycle there may be no solution
-            needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
-            method = method.model_copy(
-                update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))}
-            )
-        discrete = replace(
-            discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})
-        )
-        seconds = time.perf_counter() - began
-        problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
-        problem.timings["mesh"] += seconds
-        return discrete, problem
-
-
-def _is_large(discrete: Discrete) -> bool:
-    return sum(mesh.n_nodes for mesh in discrete.meshes) > MANY_NODES
+            self._reached(Reached(len(self.solutions), nodes, self.strategy.estimate, seconds))
 
 
 def adapt(
@@ -325,28 +203,29 @@ def adapt(
     comm, began = comm if comm is not None else world(), time.perf_counter()
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
-    work.quantity.asked = accuracy is not None or bool(given)
-    accuracy = min(given, default=work.quantity.accuracy) if accuracy is None else accuracy
+    work.strategy.asked = accuracy is not None or bool(given)
+    accuracy = min(given, default=work.strategy.accuracy) if accuracy is None else accuracy
     check_accuracy(accuracy)
     try:
         trouble, solution = work.climb(accuracy), work.last()
     finally:
-        work.close()
+        work.solver.close()
     own = (
         rule is not None
         or method is not None
         or problem.method.resolved_name != "semismooth-newton"
     )
-    if own and not trouble and solution.status == "converged" and work.discrete is not None:
-        last = replace(work.discrete, problem=problem)
+    if own and not trouble and solution.status == "converged" and work.solver.discrete is not None:
+        last = replace(work.solver.discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
         try:
             solution = run(prepared, monitor=monitor)
         finally:
             prepared.close()
-        work.left = work.quantity.apart(solution) if solution.converged else 0.0
+        if solution.converged:
+            work.left = apart_on_one_mesh(work.solutions[-1], solution)
     if (
-        trouble and math.isinf(work.quantity.estimate) and not work.broken_off
+        trouble and math.isinf(work.strategy.estimate) and not work.broken_off
     ):  # as of a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
     return _finished(
@@ -357,27 +236,27 @@ def adapt(
 def _finished(
     work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float
 ) -> Solution:
-    quantity, shown = work.quantity, any(each.converged for each in work.solutions)
-    estimate = max(quantity.estimate, work.left) if shown else math.inf
+    strategy, shown = work.strategy, any(each.converged for each in work.solutions)
+    estimate = max(strategy.estimate, work.left) if shown else math.inf
     if math.isinf(estimate) and solution.accuracy.is_known:
         estimate = solution.accuracy.error
     record = replace(
         solution.accuracy,
         wanted=accuracy,
         error=estimate if carries_something(solution) else solution.accuracy.error,
-        differences=quantity.differences,
+        differences=strategy.differences,
         elements=[sum(mesh.n_elements for mesh in each.meshes.values()) for each in work.solutions],
-        **(quantity.shown() if shown else {}),
+        **(strategy.shown() if shown else {}),
     )
     reason, findings = solution.reason, list[Finding]()
     if solution.converged:
-        reached = short_of(estimate, accuracy, trouble, quantity, record.meshes_differ)
+        reached = short_of(estimate, accuracy, trouble, strategy, record.meshes_differ)
         findings = _shortcomings(work, solution, (estimate, accuracy), trouble, reached)
         status, reason = judged(findings, reason)
     else:
         status = solution.status
-        if status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
-            reason += f"; {quantity.exhausted}"
+        if status == "not converged" and strategy.exhausted and not (shown or strategy.asked):
+            reason += f"; {strategy.exhausted}"
     timings: dict[str, float] = {}
     for seconds_of in {
         id(each.timings): each.timings for each in (*work.solutions, solution)
@@ -397,18 +276,18 @@ def _shortcomings(
 ) -> list[Finding]:
     """Find what a converged solution lacks: data that no mesh resolves, digits of the problem's own
     method, or the accuracy wanted (`errors` are the estimate and that)."""
-    quantity, (estimate, accuracy) = work.quantity, errors
-    if work.missed > 0.0:
-        text = f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
-        return [new_finding("missed data", text, measured=work.missed)]
-    if quantity.estimate <= accuracy < estimate:
+    strategy, (estimate, accuracy) = work.strategy, errors
+    if work.solver.missed > 0.0:
+        text = f"no mesh resolves the given data: {work.solver.missed:.1e} of them is missed"
+        return [new_finding("missed data", text, measured=work.solver.missed)]
+    if strategy.estimate <= accuracy < estimate:
         text = (
             f"{solution.provenance.method} leaves an error of {work.left:.1e} on the last mesh, "
-            f"which semismooth-newton solves to {quantity.estimate:.1e}"
+            f"which semismooth-newton solves to {strategy.estimate:.1e}"
         )
         return [new_finding("method error", text, measured=work.left, limit=accuracy)]
     if not estimate > accuracy:
         return []
-    tolerable = estimate < USELESS and trouble and not (quantity.asked or work.broken_off)
+    tolerable = estimate < USELESS and trouble and not (strategy.asked or work.broken_off)
     kind = "accuracy" if tolerable else "accuracy wanted"
     return [new_finding(kind, reached, measured=estimate, limit=accuracy)]

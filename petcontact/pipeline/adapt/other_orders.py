@@ -19,7 +19,7 @@ from ...refinement.panels.edges import edge_exponent
 from ...results.records import step_ends
 from ...results.solution import Solution
 from ..pose.discretise import MeshMaker
-from .slip_ladder import displacement_scale
+from .difference import displacement_scale
 
 HIGHEST = 3
 """Order of panels."""

@@ -31,13 +31,11 @@ from ...refinement.zones import Zone
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
+from .difference import displacement_scale
 
 GAIN = 25.0
 """Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance:
 that of the first two."""
-LEAST_SLIP = 1e-3
-"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to
-that."""
 NEGLIGIBLE = 1e-5
 """What friction moves a half space by, of that, below which the signs of slip are those of
 round-off."""
@@ -57,15 +55,13 @@ class Slip:
     ----------
     levels : tuple of Level
         Meshes to climb, each with an error about ten times smaller than that of the one before.
-    attempts : int
-        How often one level is tried.
     accuracy : float
         That is wanted by default [-].
     differences : list of float
         Relative differences of u_t between neighbouring meshes.
     """
 
-    attempts, accuracy, dense_nodes, exhausted = 1, 1e-4, DENSE_NODES, ""
+    accuracy, dense_nodes, exhausted = 1e-4, DENSE_NODES, ""
 
     def __init__(self) -> None:
         self.differences: list[float] = []
@@ -80,7 +76,7 @@ class Slip:
         """Those of `SLIP_LADDER` that the wanted accuracy needs."""
         return SLIP_LADDER.to(self.wanted)
 
-    def mesh(
+    def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
         """Graded to the transition points that the last solution shows.
@@ -124,8 +120,8 @@ class Slip:
             np.abs(contact.sigma_t).max()
         ) * way
 
-    def observe(self, solution: Solution, level: Level) -> None:
-        """Keep what a solution shows."""
+    def mark(self, solution: Solution, level: Level) -> bool:
+        """Keep the transition points that a solution shows, to which the next mesh is graded."""
         assert self._body is not None
         lines = contact_lines(self._body, solution)
         if self._last is not None:
@@ -135,22 +131,12 @@ class Slip:
         self._shown.append(lines)
         self._levels.append(level)
         self._last = solution
+        return False
 
-    def apart(self, solution: Solution) -> float:
-        """Relative difference of u_t between the last solution that was kept and another one."""
-        assert self._body is not None
-        return difference(
-            self._shown[-1], contact_lines(self._body, solution)
-        ) / displacement_scale(solution)
-
-    def goes_on(self, solution: Solution) -> bool:
+    def mark_failed(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
         failed = solution.failed
         return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
-
-    def is_vague(self) -> bool:
-        """Whether the same level is to be tried again."""
-        return False
 
     @property
     def estimate(self) -> float:
@@ -210,20 +196,6 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
     return max(believed(differences, GAIN), left)
-
-
-def displacement_scale(solution: Solution) -> float:
-    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if
-    that is larger.
-
-    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly
-    nothing.
-    """
-    mesh, contact = solution.mesh, solution.contact
-    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
-    whole = math.sqrt(mean_square * float(contact.weight.sum()))
-    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
-    return max(slip, LEAST_SLIP * whole) or 1.0
 
 
 def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:

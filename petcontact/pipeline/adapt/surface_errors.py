@@ -1,4 +1,4 @@
-"""The error of a solution from the tails of its tractions, on any mesh and for nothing."""
+"""The error of a solution in space from the tails of its tractions on panels."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.interfaces import PosedInterface
-from ...refinement.panels.jumps import EdgeJumps, strained
 from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.increments import PRESSED
 from ..judge.thickness import bending_error
-from .slip_ladder import displacement_scale
+from .difference import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
 """Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of
@@ -44,8 +43,6 @@ tails."""
 MOST = (1.3, 2.5)
 """The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor,
 the step from it says little of the next one."""
-UNEVENLY = 0.5
-"""Squared error of p over that of its jumps between panels: both sides are off alike."""
 EVENLY, EVEN = 0.4, 0.1
 """Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of
 a ring on a shaft; and the variance of such a p over the square of its mean."""
@@ -54,7 +51,7 @@ SURELY = 2.0
 
 
 class TailErrors:
-    """Errors of a solution in space from its tails, and from jumps between panels.
+    """Errors of a solution in space from its tails.
 
     Parameters
     ----------
@@ -71,25 +68,17 @@ class TailErrors:
         """Of the meshes, at all their nodes."""
         return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self._meshes]
 
-    @functools.cached_property
-    def _edges(self) -> dict[tuple[int, str], EdgeJumps]:
-        parts = {(side.body, side.part) for side in self._sides} | {
-            side.primary for side in self._sides if side.primary
-        }
-        return {(body, part): EdgeJumps(self._meshes[body], part) for body, part in parts}
-
     def error(self, beside: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
         """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and
         q, and of resultants.
 
-        Of p and q: tails and what jumps of u add, or jumps of p where these are more, over ‖p‖,
-        which fade out towards the rim of a part as `difference` does. Of u_t
-        of the paper's problem, over ‖u_t‖: `whole` where that is known (see `whole_error`), else
-        the tail of u in the contact, and what other faces add: `beside` where that is known (see
-        `beside_error`), else by `slip_squares` and by what tractions lack of equilibrium.
-        Resultants are off by about the product of both, and by the same lack; where p is nearly
-        even by a share of what it is off by as a function, and everything by what thin bodies bend
-        too little.
+        The error of p and q is that of their tails over ‖p‖, faded out towards the rim of a part.
+        The error of u_t, over ‖u_t‖, is `whole` where that is known (see `whole_error`). Else it
+        is the tail of u in the contact and what other faces add, which is `beside` where that is
+        known (see `beside_error`) and else follows from `slip_squares` and from what tractions
+        lack of equilibrium. Resultants are off by about the product of both errors and by the same
+        lack. An even p is off alike everywhere, and so are its resultants. All are off by what
+        thin bodies bend too little.
         """
         solution, worst, even = self.solution, 0.0, 0.0
         for step in step_ends(solution.steps):
@@ -97,13 +86,7 @@ class TailErrors:
                 pair, weight = step.pairs[side.name], self.weight(side, step)
                 size = float(weight @ pair.pressure**2)
                 if size > 0.0:
-                    jumps = (
-                        0.0
-                        if solution.kind == "bilateral"
-                        else sum(each.sum() for each in self.jump_squares(step, side))
-                    )
-                    smooth = (weight @ error**2 + jumps for error in _errors(pair))
-                    error = math.sqrt(max(self.rough_square(step, side), *smooth) / size)
+                    error = max(math.sqrt(weight @ each**2 / size) for each in _errors(pair))
                     worst, even = (
                         max(worst, error),
                         max(even, error if _is_even(pair, weight) else 0.0),
@@ -170,64 +153,6 @@ class TailErrors:
             result[side.body][element[~good]] = False
         return result
 
-    def jump_squares(self, step: StepResult, side: PosedInterface) -> list[Array]:
-        """Squared errors of p after a step that come from each element of each body, by jumps of u
-        at its edges.
-
-        Returns
-        -------
-        list of (n_elements,) arrays
-            A body [stress² · area].
-        """
-        result = [np.zeros(mesh.n_elements) for mesh in self._meshes]
-        bodies, problem = list(step.bodies.values()), self.solution.problem
-        for number, part in side.ends:
-            mesh, found, edges = self._meshes[number], bodies[number], self._edges[number, part]
-            kernel = kernel_for(mesh, problem.body[number].material)
-            nodes = mesh.nodes_of(part)
-            carries = np.abs(found.traction[nodes]).max(axis=1) > 0.0
-            loaded = np.bincount(
-                mesh.element[nodes], carries * inside(mesh, part, nodes), mesh.n_elements
-            )
-            share = loaded / np.maximum(
-                np.bincount(mesh.element[nodes], minlength=mesh.n_elements), 1
-            )
-            square = (
-                edges.pressure_squares(strained(mesh, found.u), self._sizes[number], kernel)
-                * share[edges.other]
-            )
-            # the larger panel of the two is the one to be cut
-            size, pair = self._sizes[number], np.stack([edges.element, edges.other])
-            np.add.at(
-                result[number], pair[np.argmax(size[pair], axis=0), np.arange(len(square))], square
-            )
-        return result
-
-    def rough_square(self, step: StepResult, side: PosedInterface) -> float:
-        """Squared error of p after a step by its jumps between panels that are closed all over
-        [stress² · area].
-
-        Where p varies these are small beside tails. Where it is nearly even, as in a press fit,
-        tails are round-off of the geometry as jumps are, and less than the error.
-        """
-        pair, nodes, mesh = (
-            step.pairs[side.name],
-            self.solution.nodes[side.name],
-            self._meshes[side.body],
-        )
-        edges, closed, p = (
-            self._edges[side.body, side.part],
-            np.ones(mesh.n_elements, dtype=bool),
-            np.zeros((mesh.n_nodes, 1)),
-        )
-        closed[mesh.element[nodes[pair.state == OPEN]]] = False
-        p[nodes, 0] = pair.pressure
-        length = np.where(closed[edges.element] & closed[edges.other], edges.length, 0.0)
-        along = np.bincount(edges.element, length, mesh.n_elements)
-        area = np.bincount(mesh.element[nodes], self.weight(side, step), mesh.n_elements)
-        share = UNEVENLY * area / np.where(along > 0.0, along, 1.0)
-        return float(share[edges.element] @ (length * edges.of(p) ** 2))
-
     def slip_squares(self, step: StepResult) -> Array:
         """Squared errors of u_t after a step that come from each element of a body in bilateral
         contact.
@@ -257,10 +182,7 @@ class TailErrors:
         area = np.bincount(mesh.element, mesh.weight)
         share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
         of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
-        of_t = (
-            np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
-            * tails.based_squares
-        )
+        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
         beside = (
             BESIDE**2 * faded(mesh, contact) * of_u

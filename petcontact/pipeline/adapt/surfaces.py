@@ -57,7 +57,6 @@ class PanelTails:
     levels : range
         As many meshes as a budget allows; each has the panels of the one before, some of them cut
         or of order 2.
-    attempts : int
     accuracy : float
         That is wanted by default [-].
     wanted : float
@@ -70,7 +69,7 @@ class PanelTails:
         Why there is no next mesh, or nothing.
     """
 
-    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
+    levels, accuracy, dense_nodes = range(40), 2e-2, 0
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -87,7 +86,7 @@ class PanelTails:
         self._elliptic = EllipticContacts(problem, self._first.plain)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
-    def mesh(
+    def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int
     ) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
@@ -109,7 +108,7 @@ class PanelTails:
             return expected_start(problem, self._expected)
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
 
-    def observe(self, solution: Solution, level: int) -> None:
+    def mark(self, solution: Solution, level: int) -> bool:
         """Keep what a solution shows, and mark its panels."""
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
@@ -132,6 +131,7 @@ class PanelTails:
                 ],
                 raised,
             )
+        return False
 
     def _follows(self, solution: Solution) -> bool:
         """Whether the next meshes have rings of panels that follow the edges of contacts."""
@@ -163,7 +163,7 @@ class PanelTails:
             for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)
         ]
 
-    def goes_on(self, solution: Solution) -> bool:
+    def mark_failed(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for smaller panels: those in which surfaces
         may overlap, or all where tractions are not in equilibrium."""
         failed = solution.failed
@@ -207,8 +207,6 @@ class PanelTails:
             norms.append(float(weight @ pair.pressure**2) or math.inf)
             error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
-            for total, jumps in zip(square, errors.jump_squares(step, side), strict=True):
-                total += jumps / norms[-1]
         # elsewhere tractions matter as far as their errors reach the contact; the estimate has none
         # of them
         beside = [
@@ -354,25 +352,6 @@ class PanelTails:
         return beyond_budget(
             self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked
         )
-
-    def apart(self, solution: Solution) -> float:
-        """Relative difference of p and q between the last solution and one by another method on the
-        same mesh."""
-        assert self._last is not None
-        worst = 0.0
-        for name, pair in solution.pairs.items():
-            old = self._last.pairs[name]
-            size = float(np.sqrt(pair.weight @ pair.pressure**2)) or math.inf
-            for change in (
-                pair.pressure - old.pressure,
-                np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1),
-            ):
-                worst = max(worst, float(np.sqrt(pair.weight @ change**2)) / size)
-        return worst
-
-    def is_vague(self) -> bool:
-        """Whether the same level is to be tried again."""
-        return False
 
     def shown(self) -> dict[str, Any]:
         """Fields of `Accuracy`: the estimates on all meshes, and that of resultants on the last."""

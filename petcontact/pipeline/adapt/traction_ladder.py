@@ -29,6 +29,8 @@ from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
 from .slip_ladder import DENSE_NODES
 
+ATTEMPTS = 3
+"""How often one level is tried while a contact is seen by few nodes only."""
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
 PUNCH = 0.5
@@ -54,15 +56,13 @@ class Tractions:
     ----------
     levels : tuple of Level
         Meshes to climb.
-    attempts : int
-        How often one level is tried while a contact is seen by few nodes only.
     accuracy : float
         That is wanted by default [-].
     differences : list of float
         Relative differences of p and q between neighbouring meshes.
     """
 
-    attempts, accuracy, dense_nodes, exhausted = 3, 1e-2, DENSE_NODES, ""
+    accuracy, dense_nodes, exhausted = 1e-2, DENSE_NODES, ""
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -70,6 +70,7 @@ class Tractions:
         self._problem, self._bodies = problem, dict[int, Body]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
+        self._attempt = 0
         self._sides = {side.name: (side.body, side.part) for side in problem.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
         self._pressed = pressed_sides(outlines, problem.interfaces)
@@ -80,7 +81,7 @@ class Tractions:
         """Those of `CONTACT_LADDER` that the wanted accuracy needs."""
         return CONTACT_LADDER.to(self.wanted)
 
-    def mesh(
+    def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
@@ -144,30 +145,27 @@ class Tractions:
         """Zones of the last solution."""
         return warm_start(self._last[-1], problem.discrete) if self._last else None
 
-    def observe(self, solution: Solution, level: Level) -> None:
-        """Keep what a solution shows; attempts on one level are not compared."""
-        if self._last and not self.is_vague():
+    def mark(self, solution: Solution, level: Level) -> bool:
+        """Keep the edges that a solution shows, to which the next mesh is graded.
+
+        A contact that few nodes see is looked at again on the same level, `ATTEMPTS` times in all;
+        these solutions are not compared.
+        """
+        if self._last and not _few(self._last[-1]):
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
+        self._attempt = self._attempt + 1 if level is self._level and self._last else 1
         self._last, self._level = [solution], level
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
         self._edges = found_edges(solution, level.edge, finest)
+        return _few(solution) and self._attempt < ATTEMPTS
 
-    def apart(self, solution: Solution) -> float:
-        """Relative difference of p and q between the last solution that was kept and another
-        one."""
-        return difference(self._last[-1], solution, self._places).inside
-
-    def goes_on(self, solution: Solution) -> bool:
+    def mark_failed(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
         failed = solution.failed
         return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
-
-    def is_vague(self) -> bool:
-        """Whether a contact is seen by so few nodes that its edges are guesses."""
-        return bool(self._last) and _few(self._last[-1])
 
     @property
     def estimate(self) -> float:

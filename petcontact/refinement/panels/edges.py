@@ -13,18 +13,15 @@ import itertools
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...linalg.nearest import within
-from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SideKind, corner_exponent, pair_exponent
+from ..corner_exponents import CLAMPED, SideKind, corner_exponent
 from ..singular_points import kinds_of
-from .tail import POWER
 
 TOGETHER = 0.02
 """Distance from the middle of a panel's side to another side, over its length, up to which they are
@@ -80,38 +77,6 @@ def edge_exponent(
         for first, second in itertools.product(ones, others)
     ]
     return min(exponents, default=1.0)
-
-
-def rim_powers(
-    mesh: BoundaryMesh, body: Body, part: str, primary: Body | None, friction: Any
-) -> tuple[float, float]:
-    """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips.
-
-    In space 1 - λ at the widest of its edges, whose other sides are taken for free, on a body that
-    is flat there or on rigid ground (no primary): where it slips of the worse way to slip, and as
-    if it stuck where friction is no number. In the plane `POWER`.
-    """
-    if not isinstance(mesh, SurfaceMesh):
-        return POWER, POWER
-    one, other, angle = edges(mesh)
-    number = mesh.part_names.index(part)
-    rim = (mesh.part[one] == number) != (mesh.part[other] == number)
-    widest = math.radians(
-        round(math.degrees(angle[rim & (angle < math.pi - SMOOTH)].max(initial=0.0)))
-    )
-    if not widest:
-        return 0.0, 0.0
-    first, second = body.material, (primary or body).material
-    kappas = (3.0 - 4.0 * first.plane_strain_ratio, 3.0 - 4.0 * second.plane_strain_ratio)
-    moduli = [
-        material.young_modulus / (1.0 + material.poisson_ratio) for material in (first, second)
-    ]
-    stiffer = moduli[1] / moduli[0] if primary else RIGID
-    ways = (friction, -friction) if isinstance(friction, float | int) else (math.inf,)
-    stuck, *slips = (
-        pair_exponent((widest, math.pi), kappas, stiffer, way) for way in (math.inf, *ways)
-    )
-    return 1.0 - stuck, 1.0 - min(slips)
 
 
 def _along(angle: float, first: SideKind, second: SideKind) -> float:

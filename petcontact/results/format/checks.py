@@ -68,11 +68,7 @@ def _check_array(data: Any, source: str) -> None:
             f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
         )
     *_, folder, name = data.name.split("/")
-    text = h5py.check_string_dtype(data.dtype) is not None
-    number = data.dtype.kind in "fiu" and data.dtype.itemsize <= 8 and name != "part_names"
-    columns = [data.dtype[column] for column in data.dtype.names or ()]
-    table = name == "findings" and all(column.kind in "fO" for column in columns)
-    if not (name in NAMES if text else number or table):
+    if not _fits(data.dtype, name):
         raise ResultError(
             f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are "
             f"text"
@@ -83,6 +79,15 @@ def _check_array(data: Any, source: str) -> None:
         checked(f"{source}: {data.name}", data[()], SQUARED[name in MAY_BE_INFINITE])
     except InputError as error:
         raise ResultError(f"{error}") from None
+
+
+def _fits(dtype: Any, name: str) -> bool:
+    """Whether a dataset of a name has values of the type that it may have."""
+    if name == "findings":
+        return all(dtype[column].kind in "fO" for column in dtype.names or ())
+    if h5py.check_string_dtype(dtype) is not None:
+        return name in NAMES
+    return dtype.kind in "fiu" and dtype.itemsize <= 8 and name != "part_names"
 
 
 def check_link(file: Any, path: str, source: str) -> None:

@@ -14,10 +14,9 @@ from petcontact.refinement.corner_exponents import (
     FREE,
     SLIDING,
     corner_exponent,
-    pair_exponent,
 )
 from petcontact.refinement.meshes import mesh_of
-from petcontact.refinement.panels.edges import edge_exponent, edges, rim_powers
+from petcontact.refinement.panels.edges import edge_exponent, edges
 
 HELD = {"part": "top", "condition": "displacement", "value": [0.0] * 3}
 BOX = {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3}
@@ -90,18 +89,3 @@ def test_shear_along_an_edge_counts_where_plane_strain_is_smooth():
     angle = math.pi / 2.0 + math.atan(0.4)
     lowest = min(math.pi / 2.0 / angle, corner_exponent(angle, 3.0, CLAMPED, FREE))
     assert edge_exponent(mesh, soft) == pytest.approx(lowest, abs=5e-3)
-
-
-def test_powers_at_the_rim_are_those_of_the_bodies_there():
-    body, mesh = body_of(BOX, HELD, element_size=1.0)
-    right, kappas = (math.pi / 2.0, math.pi), (1.8, 1.8)
-    assert rim_powers(mesh, body, "bottom", None, 0.0) == pytest.approx(
-        (1.0 - 0.711, 0.0), abs=1e-3
-    )
-    stuck, slips = rim_powers(mesh, body, "bottom", body, 0.5)
-    assert stuck == pytest.approx(1.0 - pair_exponent(right, kappas, 1.0, math.inf))
-    assert slips == pytest.approx(
-        1.0 - min(pair_exponent(right, kappas, 1.0, way) for way in (0.5, -0.5))
-    )
-    # the worse where friction is an expression
-    assert rim_powers(mesh, body, "bottom", body, "0.1*x") == (stuck, stuck)

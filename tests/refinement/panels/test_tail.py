@@ -14,7 +14,7 @@ from petcontact.mesh.panelling import box_mesh, facet_mesh
 from petcontact.model.shapes.files import Gmsh
 from petcontact.model.shapes.plane import Polygon, Rectangle
 from petcontact.model.solver_options import MeshOptions
-from petcontact.refinement.panels.tail import EDGE, MARGIN, RIM, Tails, rim_distance, tail
+from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 
@@ -77,22 +77,6 @@ def test_legendre_polynomial_on_its_panel():
     assert found[~away].max() == pytest.approx(RIM * found[away].max())
 
 
-def test_panels_at_the_edge_of_contact_count_the_last_two_degrees():
-    """x on panels of width h: no degree 2, but of degree 1 h/2, whose mean square is 1/3."""
-    mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
-    nodes = mesh.nodes_of("top")
-    x, first = mesh.x[nodes, :1], mesh.element[nodes] == mesh.element[nodes[40]]
-    found = Tails(mesh, nodes).of_contact(x, first & (np.arange(len(nodes)) % 9 < 3))
-    assert (
-        found[first] == pytest.approx(EDGE[2] * 0.125 / np.sqrt(3.0))
-        and found[~first].max() < 1e-12
-    )
-    # open all over, or closed and inside: the last degree alone
-    assert Tails(mesh, nodes).of_contact(x**2, first)[first] == pytest.approx(
-        MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0)
-    )
-
-
 def test_constant_elements_take_slopes_from_their_neighbours():
     for dim, mesh in ((3, box_mesh(BOX, lambda part: 0.25, 0, 1.0)), (2, meshes_of_order_0())):
         nodes = mesh.nodes_of("top")
@@ -122,46 +106,3 @@ def test_quarters_are_the_same_surface(tmp_path):
                 a, b = one.nodes_of(part), other.nodes_of(part)
                 assert one.weight[a] @ one.x[a] == pytest.approx(other.weight[b] @ other.x[b])
                 assert np.allclose(one.weight[a] @ one.normal[a], other.weight[b] @ other.normal[b])
-
-
-def test_panels_closed_to_the_rim_count_by_the_power_there():
-    """The weaker what is infinite, the less is left out; where all of a panel slips, the second
-    power is its."""
-    mesh = box_mesh(BOX, lambda part: 0.5, 2, 1.0)
-    nodes = mesh.nodes_of("top")
-    x, none = mesh.x[nodes, :1] ** 2, np.zeros(len(nodes), dtype=bool)
-    first = mesh.element[nodes] == mesh.element[nodes[0]]
-    strong, weak = (
-        Tails(mesh, nodes, (power, 0.1)).of_contact(x, none, first) for power in (0.5, 0.0)
-    )
-    assert (
-        np.all(strong >= weak)
-        and strong.max() > weak.max()
-        and np.array_equal(strong[first], weak[first])
-    )
-
-
-def test_a_fall_towards_the_rim_does_not_hide_the_rise_there_from_linear_elements():
-    """p falls to a rim and rises in its last panel, which it leaves as it entered: no slope, yet an
-    error."""
-    mesh = box_mesh(BOX, lambda part: 0.25, 1, 1.0)
-    nodes = mesh.nodes_of("top")
-    x, closed = mesh.x[nodes, 0], np.zeros(len(nodes), dtype=bool)
-    tails, last = Tails(mesh, nodes), x > 1.75
-    away = (x - 1.75)[:, None]
-    for fall, least in ((1.0, 0.04), (0.0, 0.0)):
-        found = tails.of_contact(np.where(last[:, None], 0.0, -fall * away), closed)[last]
-        assert found.min() >= least and (fall or found.max() < 1e-12)
-
-
-def test_kinks_of_shear_at_a_rim_are_not_taken_for_its_singularity():
-    mesh = box_mesh(BOX, lambda part: 1.0, 3, 1.0)
-    nodes = mesh.nodes_of("top")
-    x, closed = mesh.x[nodes, 0], np.zeros(len(nodes), dtype=bool)
-    slips, p = x > 1.9, np.ones(len(nodes))
-    q, tails = np.column_stack([np.minimum(x, 1.9), 0.0 * x]), Tails(mesh, nodes, (0.4, 0.4))
-    kinked = x > 1.0
-    whole, found = tails.of_contact(q, closed, slips), tails.of_shear(q, p, 0.0 * p, closed, slips)
-    assert np.all(found[kinked] < 0.8 * whole[kinked]) and np.all(found[kinked] > 0.0)
-    with_p = tails.of_shear(q, p, 1.0 * p, closed, slips)[kinked]
-    assert with_p == pytest.approx(np.hypot(found[kinked], 1.9), rel=0.02)

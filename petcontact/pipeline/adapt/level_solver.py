@@ -1,0 +1,180 @@
+"""Solutions on the meshes of an adaptive solve, one after another."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from ...errors import InaccurateOperator
+from ...geometry.surface import Boundary
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.problem import Problem
+from ...results.records import StepResult
+from ...results.solution import Solution
+from ...runtime.memory import release_memory
+from ...runtime.signals import answering
+from ..choice import TIGHTEST, chosen_tolerance, has_compressed
+from ..eliminate import Announce
+from ..pose.discretise import Discrete, MeshMaker, discretise
+from ..run import prepare, reported, unreported
+from ..steps.increment import Monitor, PreparedProblem
+from ..steps.load_steps import known_factors
+from .fixed_mesh import MOST
+from .strategy import Strategy
+
+TIGHTER = 0.25
+"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate
+enough."""
+MANY_NODES = 1000
+"""From which on a mesh is reported of, and its operators are released, before those of the next are
+made: several GB in all. Of smaller ones only the last is reported of; what depends on the path of
+the loads is looked at on the last of all."""
+
+
+class LevelSolver:
+    """Solves on meshes by semismooth Newton, with as many digits of compressed operators as needed.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the method of the meshes on the way.
+    discrete : Discrete or None
+        The problem on the last mesh.
+    kept : PreparedProblem or None
+        That of the last solution that was kept.
+    missed : float
+        What the last mesh leaves of the given data beyond what is asked, or 0 [-].
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        comm: Any,
+        monitor: Monitor | None,
+        law: Any,
+        announce: Announce | None = None,
+    ) -> None:
+        newton = {
+            "name": "semismooth-newton",
+            "rule": None,
+            "start": "zero",
+            "formulation": "condensed",
+        }
+        method = problem.method.model_copy(update=newton)
+        self.problem = problem.model_copy(update={"method": method})
+        self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
+        self.discrete: Discrete | None = None
+        self.missed = 0.0
+        self._tolerance = math.nan
+        self._tried: PreparedProblem | None = None
+        self.kept: PreparedProblem | None = None
+
+    def aim(self, accuracy: float) -> None:
+        """Choose the digits of compressed operators by an accuracy."""
+        self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
+
+    def keep(self) -> None:
+        """Keep the last solution's operators, and free those before."""
+        if self.kept is not None:
+            self.kept.close()
+        self.kept = self._tried
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        for problem in filter(None, (self._tried, self.kept)):
+            problem.close()
+
+    def solved(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
+        """The solution on the meshes of a level, after that on the meshes before (`last`); again
+        with more digits where compressed operators leave too few."""
+        while True:
+            may_be_tighter = self._tolerance > TIGHTEST
+            try:
+                solution = self._once(strategy, level, last)
+            except InaccurateOperator:
+                if not may_be_tighter:
+                    raise
+            else:
+                if self.discrete is not None and _is_large(self.discrete):
+                    release_memory()
+                if not (
+                    may_be_tighter
+                    and solution.failed is not None
+                    and self._is_too_loose(solution.failed)
+                ):
+                    return solution
+            self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
+
+    def _is_too_loose(self, failed: StepResult) -> bool:
+        """Whether an increment is not accepted for the tolerance of compressed operators."""
+        compressed = self.discrete is not None and has_compressed(
+            self.discrete.problem.bem, self.discrete.meshes
+        )
+        return (
+            compressed
+            and failed.status == "failed"
+            and failed.residuals.get("elastic", 0.0) > self._tolerance
+        )
+
+    def _once(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
+        """The solution on the mesh of a level."""
+        self.missed = 0.0
+        self._release()
+
+        def make(number: int, one: Callable[[], Problem], boundary: Boundary) -> BoundaryMesh:
+            made = strategy.refine(number, one, boundary, level)
+            self.missed = max(self.missed, made.missed)
+            mesh: BoundaryMesh = made.mesh
+            return mesh
+
+        with answering(self._comm):
+            self.discrete, self._tried = self._prepared(make, strategy.dense_nodes, last)
+        factors = {} if last is None else known_factors(last, strategy.estimate)
+        self._tried = problem = replace(
+            self._tried, start=strategy.start(self._tried), factors=factors
+        )
+        solution = unreported(problem, self._monitor)
+        if _is_large(self.discrete):
+            solution = reported(problem, solution)
+        return replace(solution, problem=self.problem)
+
+    def _prepared(
+        self, make: MeshMaker, dense_nodes: int, last: Solution | None
+    ) -> tuple[Discrete, PreparedProblem]:
+        """The problem on the meshes that are made for it, eliminated."""
+        began = time.perf_counter()
+        discrete = discretise(self.problem, make, self._law)
+        largest = max(mesh.n_nodes for mesh in discrete.meshes)
+        changes: dict[str, Any] = (
+            {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
+        )
+        if discrete.problem.bem.mat_type == "auto" and largest <= dense_nodes:
+            changes["mat_type"] = "dense"
+        bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
+        if last is not None:  # where sets cycle there may be no solution
+            needed = max((step.iterations for step in last.steps), default=0)
+            method = method.model_copy(
+                update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))}
+            )
+        discrete = replace(
+            discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method})
+        )
+        seconds = time.perf_counter() - began
+        problem = prepare(discrete.problem, self._comm, discrete, announce=self._announce)
+        problem.timings["mesh"] += seconds
+        return discrete, problem
+
+    def _release(self) -> None:
+        """Free operators before the next are made: those that gave no solution, and large ones."""
+        tried, kept = self._tried, self.kept
+        if tried is not None and (tried is not kept or _is_large(tried.discrete)):
+            tried.close()
+            self.kept = None if tried is kept else kept
+        self._tried = None
+
+
+def _is_large(discrete: Discrete) -> bool:
+    return sum(mesh.n_nodes for mesh in discrete.meshes) > MANY_NODES
