@@ -171,6 +171,7 @@ def test_ksp_view_names_the_compression(tmp_path):
     assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout
 
 
+@pytest.mark.slow
 def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
     sweep = read_sweep(CONFIGS / "tables.toml")
     counted, groups = 0, make_groups(sweep)

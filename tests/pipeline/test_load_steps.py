@@ -153,6 +153,7 @@ def test_a_parabola_pressed_and_pushed():
     assert solution.steps[1].obstacles["punch"].force == pytest.approx(push.force, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_edges_of_the_parabola_are_found_through_both_steps():
     """The digits of the prototype: N, T and the edges of contact and stick."""
     solution = adapt(assembly(PUNCH), 2e-3)

@@ -229,6 +229,7 @@ def test_bodies_without_digits_are_refused(change):
         solve(parse(Problem, body, "ball"))
 
 
+@pytest.mark.slow
 def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on_it():
     """A steel punch on rubber: with larger ones sets of contact cycled, with tractions of 1e5."""
     pad = {"shape": "cylinder", "from": [0, 0, -15], "to": [0, 0, 0], "radius": 20}

@@ -337,6 +337,7 @@ def test_what_to_look_at_is_told():
     assert "ONLY 4 of 64 nodes closed" in " ".join(few.verdict().split())
 
 
+@pytest.mark.slow
 def test_a_stack_files_figures_and_fields(tmp_path):
     """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was
     solved."""

@@ -286,7 +286,14 @@ def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
         solve(parse(Problem, data, "plate"))
 
 
-@pytest.mark.parametrize(("size", "order"), [(1e4, 2), (1e6, 1), (1e6, 2)])
+@pytest.mark.parametrize(
+    ("size", "order"),
+    [
+        pytest.param(1e4, 2, marks=pytest.mark.slow),
+        (1e6, 1),
+        pytest.param(1e6, 2, marks=pytest.mark.slow),
+    ],
+)
 def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, size, order):
     """The same without the look at the mesh: the elastic residual is small where p is off by its
     own size."""
@@ -464,7 +471,9 @@ def test_memory_is_predicted(tmp_path):
     assert 0.8 < ratios[-1] < 1.2, ratios
 
 
-@pytest.mark.parametrize(("size", "told"), [(1.0, True), (0.125, False)])
+@pytest.mark.parametrize(
+    ("size", "told"), [(1.0, True), pytest.param(0.125, False, marks=pytest.mark.slow)]
+)
 def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size, told):
     """A rigid ball on panels wider than the contact: only nodes beside the middle are pressed."""
     data = {

@@ -177,6 +177,7 @@ def test_rigid_motion_and_linear_patch(order: int) -> None:
     )
 
 
+@pytest.mark.slow
 def test_orders_of_convergence() -> None:
     """Displacement and traction of a point force outside of a box; prototype: 1.3/0.75, 2.2/1.0,
     2.9/2.1 for p = 0, 1, 2."""

@@ -60,7 +60,13 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("case", PROBLEMS.values(), ids=PROBLEMS)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.slow] * (name == "two parts, order 2"), id=name)
+        for name, case in PROBLEMS.items()
+    ],
+)
 def test_all_methods_find_one_solution(case, comm):
     prepared = Posed(case, comm)
     states = {}

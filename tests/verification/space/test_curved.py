@@ -77,6 +77,7 @@ def errors(solution: petcontact.Solution) -> np.ndarray:
     return np.array(result)
 
 
+@pytest.mark.slow
 def test_lame_with_orders_beyond_those_of_flat_panels(tmp_path: Path) -> None:
     """Order 2 on 20 and 80 triangles a sphere; flat ones are 3e-2 and 1e-1 off with 80."""
     coarse, fine = (errors(lame(tmp_path, pieces)) for pieces in (1, 2))
@@ -110,7 +111,8 @@ def test_fields_next_to_a_curved_boundary(tmp_path: Path) -> None:
         )
 
 
-@pytest.mark.parametrize("turn", [0.4, pytest.param(0.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("turn", [0.4, 0.0])
 def test_shells_in_contact(tmp_path: Path, turn: float) -> None:
     """A hollow sphere in another one, as if they were one: pressure between them on meshes that
     match and that do not."""
@@ -268,6 +270,7 @@ def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
         petcontact.Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
 
 
+@pytest.mark.slow
 def test_stress_next_to_a_rim_is_that_on_the_boundary():
     """A quarter of a tube under pressure: points so near to the bore, close to the cut, that a jump
     of u between panels would add its own stress, which grows like the inverse of the distance (303
