@@ -92,7 +92,7 @@ def drawn(seed: int, number: int, variant: Variant, space: bool = False) -> Prob
     push = np.array([aside, *[0.0] * space, -gap - depth])
     bent = random.uniform(0.02, 0.2) * (kind in ("pressed", "auto"))
     geometries = (_boxes if space else _quadrilaterals)(random, variant)
-    size = 0.5 if space else 0.3
+    size = 0.5 if space else 0.2
     bodies, held = [], [0.0] * (2 + space)
     for k, name in enumerate(("upper", "lower")):
         bodies.append(
