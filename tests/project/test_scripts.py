@@ -126,6 +126,7 @@ SMALLEST = {
     "drawings": "-o {folder}",
     "benchmark_contact": "--quick --here",
     "benchmark_accuracy": "--quick --example 1",
+    "readability": f"{ROOT / 'README.md'}",
 }
 """Scripts in Python, and the words for their smallest size."""
 LONG = {

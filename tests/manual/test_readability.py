@@ -1,0 +1,44 @@
+"""The chapters are read at once: bars of scripts/readability, by which they are written."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+MANUAL = ROOT / "petcontact" / "manual"
+BROKEN = runpy.run_path(str(ROOT / "scripts" / "readability"))["broken"]
+PLAIN = (
+    *("background", "choosing", "config", "extending", "gallery", "installing", "troubleshooting"),
+    "tutorial",
+)
+"""Chapters in plain sentences; the list may only grow."""
+
+
+@pytest.mark.parametrize(
+    "page", [ROOT / "README.md", *(MANUAL / f"{name}.md" for name in PLAIN)], ids=lambda p: p.stem
+)
+def test_a_chapter_is_read_at_once(page):
+    assert BROKEN(page.read_text()) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("A solve ends with a verdict. " + "It is so long " * 11 + "and goes on.", "46 words"),
+        ("It takes 3 s, 4 GB and 5 files.", "3 numbers"),
+        ("The verdict says what it is told to say.", "'told'"),
+        ("The force is .5 of the load here.", "'.5'"),
+        ("A sentence of twenty words " + "or more " * 9 + "ends.", "in the mean"),
+    ],
+)
+def test_what_is_hard_to_read_is_named(text, fault):
+    (line,) = BROKEN(text)
+    assert fault in line
+
+
+def test_code_tables_and_formulas_are_not_prose():
+    text = "A `1 2 3 4` is code, and so is this:\n\n```\n1 2 3 4 5\n```\n\n| 1 | 2 | 3 | 4 |\n"
+    assert BROKEN(text + "\n$$ 1 + 2 + 3 = 6 $$\n") == []
