@@ -83,3 +83,18 @@ class InaccurateOperator(SolverError):
 
 class MissingPetscError(PetcontactError, ImportError):
     """petsc4py is not installed, or cannot be loaded."""
+
+
+class MissingKernelsError(PetcontactError, ImportError):
+    """The compiled kernels are missing, or do not fit these C files or this processor.
+
+    Parameters
+    ----------
+    reason : str
+        Which file it is, and what is wrong with it.
+    """
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(
+            f"compiled kernels: {reason}; scripts/setup or pip install builds them again"
+        )

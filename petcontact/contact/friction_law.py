@@ -13,8 +13,6 @@ from .. import native
 from ..arrays import Array
 
 _NORMS = native.function("petcontact_norms", "iiippp")
-SAFE = (1e-100, 1e100)
-"""Sizes of vectors whose squares neither underflow nor overflow."""
 
 
 def lengths(x: Array) -> Array:
@@ -83,16 +81,7 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
 
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
-    if _NORMS is not None and x.ndim == 2:
-        return group_norms(weight, (), x)[0][0]
-    with np.errstate(over="ignore"):
-        total = float(np.dot((weight[:, None] * x).ravel(), x.ravel()))
-    if SAFE[0] < total < SAFE[1]:
-        return math.sqrt(total)
-    size = float(np.abs(x).max(initial=0.0))
-    unit = 1.0 if SAFE[0] < size < SAFE[1] or not np.isfinite(size) else size or 1.0
-    x = x / unit
-    return unit * math.sqrt(float(np.dot((weight[:, None] * x).ravel(), x.ravel())))
+    return group_norms(weight, (), x)[0][0]
 
 
 def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[list[float]]:
@@ -102,14 +91,11 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
     [[5.196152422706632, 5.0, 1.4142135623730951]]
     """
     k, found = arrays[0].shape[1], list[list[float]]()
-    if _NORMS is None:
-        norms = [contact_norm(x[:, a : a + 1], weight) for x in arrays for a in range(k)]
-    else:
-        kept = [native.contiguous(x) for x in (weight, *arrays)]
-        place, *places = map(native.pointer, kept)
-        filled = (ctypes.c_double * (k * len(arrays)))()
-        _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
-        norms = list(filled)
+    kept = [native.contiguous(x) for x in (weight, *arrays)]
+    place, *places = map(native.pointer, kept)
+    filled = (ctypes.c_double * (k * len(arrays)))()
+    _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
+    norms = list(filled)
     for first in range(0, len(norms), k):
         own = norms[first : first + k]
         found.append(

@@ -11,7 +11,7 @@ from .. import native
 from ..arrays import Array, Mask, States
 from ..frozen import frozen
 from .friction_law import ball_derivative, lengths, project_ball
-from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
+from .law_protocol import SLIP, STICK, Admissible, ContactLaw, friction_bound
 from .linearisation import Linearisation
 
 _RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
@@ -138,15 +138,6 @@ class SignoriniCoulomb:
         """Components that share a ρ: the tangential ones, and the normal one."""
         return slice(0, self.k - 1), slice(self.k - 1, self.k)
 
-    def pressure(self, tau: Array) -> Array:
-        """Pressure p(τ) after projection, (m,) [stress]."""
-        return np.where(self.opened(tau), 0.0, tau[:, -1])
-
-    def opened(self, tau: Array) -> Mask:
-        """Where nothing touches, (m,)."""
-        opened = self.unilateral & (tau[:, -1] <= 0.0)
-        return opened if self.absent is None else opened | self.absent
-
     def radius(self, pressure: Array) -> Array:
         """Bound r(p) of the shear at a pressure, (m,) [stress]."""
         limit = np.abs(pressure)
@@ -161,36 +152,20 @@ class SignoriniCoulomb:
     def project(self, tau: Array) -> Array:
         """Projection Π(τ) on what the law allows, (m, k) [stress]."""
         result = np.empty(tau.shape)
-        if self._in_c(tau, projection=result):
-            return result
-        p = self.pressure(tau)
-        result[:, :-1], result[:, -1] = project_ball(tau[:, :-1], self.radius(p)), p
+        self._fill(tau, projection=result)
         return result
 
     def linearise(self, tau: Array) -> Array:
         """Derivative of Π: the ball's, and how its radius follows the pressure."""
         derivative = np.empty((len(tau), self.k, self.k))
-        if self._in_c(tau, derivative=derivative):
-            return derivative
-        opened = self.opened(tau)
-        p, closed = np.where(opened, 0.0, tau[:, -1]), ~opened
-        radius = self.radius(p)
-        tangential, outward = ball_derivative(tau[:, :-1], radius)
-        slope = np.where(self._coulomb & (radius < self.bound) & closed, np.sign(p), 0.0)
-        slope[slope != 0.0] *= self.coefficient[slope != 0.0]
-        derivative[:, :-1, :-1], derivative[:, -1, :-1] = tangential, 0.0
-        derivative[:, :-1, -1] = slope[:, None] * outward
-        derivative[:, -1, -1] = closed
+        self._fill(tau, derivative=derivative)
         return derivative
 
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip, 2 open."""
         states = np.empty(len(tau), dtype=np.int8)
-        if self._in_c(tau, states=states):
-            return states
-        opened = self.opened(tau)
-        slips = _slips(tau[:, :-1], self.radius(np.where(opened, 0.0, tau[:, -1])))
-        return np.where(opened, OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
+        self._fill(tau, states=states)
+        return states
 
     def admissible(self) -> Admissible:
         """p >= 0 where unilateral, |σ_t| <= min(µp, g) there, and |σ_t| <= g elsewhere.
@@ -243,40 +218,43 @@ class SignoriniCoulomb:
             np.empty(tau.shape, dtype=bool),
             np.empty(len(tau), np.int8),
         )
-        done = self._in_c(tau, projection, derivative, states, constant, active, stick)
-        return Linearisation(tau, constant, derivative, active, stick, states) if done else None
+        self._fill(tau, projection, derivative, states, constant, active, stick)
+        return Linearisation(tau, constant, derivative, active, stick, states)
 
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
         """σ + Π(ρv - σ), (m, k) [stress]."""
         rho = np.asarray(rho, dtype=float)
-        usual = (
-            type(self) is SignoriniCoulomb and v.shape == (len(self.bound), self.k) and rho.ndim < 2
-        )
-        if _RESIDUAL is None or self.k not in (2, 3) or not usual:
+        if type(self) is not SignoriniCoulomb or rho.ndim == 2:
             return np.asarray(sigma + self.project(rho * v - sigma))
+        self._check(v)
         kept = [native.contiguous(x) for x in (v, sigma, rho if rho.ndim else np.full(self.k, rho))]
         result = np.empty(v.shape)
         _RESIDUAL(*v.shape, *map(native.pointer, kept), *self._given[1], native.pointer(result))
         return result
 
-    def _in_c(
+    def _fill(
         self,
         tau: Array,
         projection: Array | None = None,
         derivative: Array | None = None,
         states: States | None = None,
         *linearised: Array | Mask,
-    ) -> bool:
-        """Whether C has computed what is asked for."""
-        if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
-            return False
+    ) -> None:
+        """What is given, of the law at τ."""
+        self._check(tau)
         tau = native.contiguous(tau)
         filled = map(
             native.pointer,
             (tau, projection, derivative, states, *(linearised or (None, None, None))),
         )
         _COULOMB(len(tau), self.k, next(filled), *self._given[1], *filled)
-        return True
+
+    def _check(self, vectors: Array) -> None:
+        if self.k not in (2, 3) or vectors.shape != (len(self.bound), self.k):
+            raise ValueError(
+                f"a law of {len(self.bound)} nodes and k = {self.k}, which is 2 or 3, "
+                f"got vectors {vectors.shape}"
+            )
 
     @cached_property
     def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:

@@ -49,23 +49,17 @@ class Linearisation:
         if own is not None and (found := own(tau)) is not None:
             return found
         derivative, projection = law.linearise(tau), law.project(tau)
-        if _LINEARISE is not None and derivative.shape == (*tau.shape, law.k):
-            arrays = [
-                np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)
-            ]
-            constant, active, stick = (
-                np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool)
+        if derivative.shape != (*tau.shape, law.k) or projection.shape != tau.shape:
+            raise ValueError(
+                f"a law's projection and derivative are {tau.shape} and {(*tau.shape, law.k)}, "
+                f"got {projection.shape} and {derivative.shape}"
             )
-            _LINEARISE(
-                *tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick))
-            )
-            return cls(tau, constant, derivative, active, stick, law.states(tau))
-        constant = _times(derivative, tau) - projection
-        stick = (derivative == np.eye(law.k)).all(axis=2)
-        constant[stick] = 0.0
-        return cls(
-            tau, constant, derivative, (derivative != 0.0).any(axis=1), stick, law.states(tau)
+        arrays = [native.contiguous(array) for array in (tau, projection, derivative)]
+        constant, active, stick = (np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool))
+        _LINEARISE(
+            *tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick))
         )
+        return cls(tau, constant, derivative, active, stick, law.states(tau))
 
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
@@ -74,16 +68,8 @@ class Linearisation:
         derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
         return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
 
-    @property
-    def has_slack(self) -> bool:
-        """Whether v ≠ 0 goes with some active components, so that equations depend on ρ."""
-        both = self.active[:, :, None] & self.active[:, None, :]
-        return bool((both & (self.derivative != np.eye(self.active.shape[1]))).any())
-
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
-        if _TRACTION is None:
-            return _times(self.derivative, np.where(self.active, y, 0.0))
         kept, result = (
             [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)],
             np.empty(y.shape),
@@ -106,10 +92,6 @@ class Linearisation:
     def first_traction(self, so_far: Array, rho: Array) -> tuple[Array, Array]:
         """σ with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ
         there."""
-        if _TRACTION is None:
-            y = np.where(self.stick, so_far, -self.tau)
-            sigma = self.traction(y) + self.constant
-            return sigma, np.where(self.stick, 0.0, (y - sigma) / rho)
         given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
         kept, sigma, slack = (
             [*map(np.ascontiguousarray, given)],
@@ -118,10 +100,3 @@ class Linearisation:
         )
         _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
         return sigma, slack
-
-
-def _times(derivative: Array, y: Array) -> Array:
-    """Π' y, (m, k)."""
-    if y.shape[1] == 1:
-        return np.asarray(derivative[:, 0] * y)
-    return np.asarray(np.einsum("iab,ib->ia", derivative, y))

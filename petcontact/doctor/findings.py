@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .. import __version__, native
+from ..errors import MissingKernelsError
 from ..frozen import frozen
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
@@ -72,8 +73,12 @@ def gather() -> dict[str, Any]:
         "errors": {},
         "launcher": _launcher(),
         "folder": _folder(Path.cwd()),
-        "kernels": native.describe(),
+        "kernels": "",
     }
+    try:
+        facts["kernels"] = native.describe()
+    except MissingKernelsError as error:
+        facts["errors"]["kernels"] = str(error)
     for part in PARTS:
         found = _probe(part)
         facts["errors"] |= found.pop("errors", {})
@@ -97,15 +102,8 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
         yield Finding(
             "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice
         )
-    if facts["kernels"].startswith("compiled"):
+    if facts["kernels"]:
         yield Finding("kernels", "ok", facts["kernels"])
-    else:
-        yield Finding(
-            "kernels",
-            "warning",
-            f"{facts['kernels']}: everything works, several times slower",
-            "install a C compiler (gcc, libc6-dev), then petcontact once more",
-        )
     for part, error in facts["errors"].items():
         advice = (
             "install python3-petsc4py, or pip install 'petcontact[petsc]'"

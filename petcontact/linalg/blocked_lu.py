@@ -96,7 +96,6 @@ class BlockedLU:
 
     def _factorised(self, first: int) -> None:
         """Factorise the block that begins with a column; its pivots go to all ranks."""
-        assert _factorise is not None
         wide, failed = min(BLOCK, self._n - first), np.zeros(1, dtype=np.int64)
         pivots, inverses = self._pivots[first : first + wide], self._inverses[first : first + wide]
         if self._owner(first) == self._rank:
@@ -112,7 +111,6 @@ class BlockedLU:
 
     def _updated(self, first: int, columns: Array) -> None:
         """What a factorised block does to whole columns (c, n), in their place. Collective."""
-        assert _update is not None
         wide, rows, lda = min(BLOCK, self._n - first), self._n - first, self._n
         block = self._columns[self._place(first) :, first:][:wide]
         if self._mpi is not None:
@@ -144,7 +142,6 @@ class BlockedLU:
 
     def kept(self, begun: Array) -> Array:
         """The unknowns that go last of all columns, (k, c), on every rank. Collective."""
-        assert _back is not None
         inner, k = self._n - len(self._last), len(self._last)
         corner, lda = self._columns[inner:, inner:], self._n
         if self._mpi is not None:
@@ -179,7 +176,6 @@ class BlockedLU:
 
     def _back(self, left: Array) -> Array:
         """U⁻¹ of the sum of what the ranks have, (n, ...), which is overwritten."""
-        assert _back is not None
         flat = left.reshape(self._n, -1)
         found = np.zeros(flat.shape)
         for first in reversed(range(0, self._n, BLOCK)):
@@ -246,7 +242,7 @@ def _routines() -> tuple[int, int]:
 def default_type() -> str:
     """The PC that factorises dense matrices with many right-hand sides: this one, or LAPACK's
     where the BLAS of scipy takes other integers."""
-    return TYPE if _factorise is not None and all(_routines()) else "lu"
+    return TYPE if all(_routines()) else "lu"
 
 
 @functools.cache

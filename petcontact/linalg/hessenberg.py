@@ -14,7 +14,7 @@ from .. import native
 from ..arrays import Array
 from ..errors import SolverError
 
-_compiled = native.function("petcontact_hessenberg_solve", "pidpp")
+_solve = native.function("petcontact_hessenberg_solve", "pidpp")
 
 
 class HessenbergForm:
@@ -41,35 +41,12 @@ class HessenbergForm:
             If the solution is not finite.
         """
         y = rhs @ self._basis
-        self._solve(rho, y)
+        work = np.empty(3 * len(y))
+        arrays = (native.pointer(array) for array in (y, work))
+        _solve(native.pointer(self._columns), len(y), rho, *arrays)
         if not np.isfinite(y).all():
             raise SolverError(
                 "iterate", "the solution is not finite", "look at the data and the mesh"
             )
         x, product = np.array([y, y @ self._columns]) @ self._basis.T
         return x, product
-
-    def _solve(self, rho: float, b: Array) -> None:
-        """(I + ρH) x = b, b overwritten by x."""
-        n = len(b)
-        if _compiled is not None:
-            work = np.empty(3 * n)
-            _compiled(
-                native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work)
-            )
-            return
-        carried, factor, swapped = rho * self._columns[-1], np.zeros(n), np.zeros(n, dtype=bool)
-        carried[-1] += 1.0
-        for k in range(n - 1, 0, -1):
-            other = rho * self._columns[k - 1, : k + 1]
-            other[k - 1] += 1.0
-            swapped[k] = abs(carried[k]) < abs(other[k])
-            pivot, left = (other, carried) if swapped[k] else (carried, other)
-            factor[k], b[k] = left[k] / pivot[k], b[k] / pivot[k]
-            b[:k] -= b[k] * pivot[:k]
-            carried = left[:k] - factor[k] * pivot[:k]
-        coefficient = b[0] / carried[0]
-        for k in range(1, n):
-            x = b[k] - factor[k] * coefficient
-            b[k - 1], coefficient = (x, coefficient) if swapped[k] else (coefficient, x)
-        b[-1] = coefficient

@@ -1,14 +1,12 @@
-"""Kernels compiled from the C files beside this one, where a compiler was at hand; numpy serves
-everywhere else.
+"""Kernels compiled from the C files beside this one.
 
-A caller asks for a function by name and falls back on numpy when there is none:
+A caller asks for a function by name, once, when it is imported:
 
-    integrals = native.function("petcontact_plane_integrals", "pipipp")   # once, at import
-    if integrals is not None: ...
+    integrals = native.function("petcontact_plane_integrals", "pipipp")
 
 The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it
 pointers, with Python's lock released. Its digits are the same on every machine (`elementary.h`).
-PETCONTACT_NATIVE=0 switches it off, PETCONTACT_NATIVE=FILE takes another build of it.
+The variable PETCONTACT_NATIVE names another build of it.
 """
 
 from __future__ import annotations
@@ -17,12 +15,13 @@ import ctypes
 import functools
 import os
 import struct
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from ..errors import MissingKernelsError
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
@@ -40,12 +39,13 @@ _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 
 @functools.cache
-def _library() -> ctypes.CDLL | None:
-    asked = os.environ.get(VARIABLE, "1")
-    path = Path(__file__).with_name("_kernels" + SUFFIX) if asked in ("0", "1", "") else Path(asked)
-    if asked == "0" or not path.exists():
-        return None
-    found = ctypes.CDLL(str(path))
+def _library() -> ctypes.CDLL:
+    asked = os.environ.get(VARIABLE)
+    path = Path(asked).absolute() if asked else Path(__file__).with_name("_kernels" + SUFFIX)
+    try:
+        found = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise MissingKernelsError(str(error)) from None
     interface = getattr(found, "petcontact_interface", None)
     if interface is not None:
         interface.restype = ctypes.c_int64
@@ -55,11 +55,7 @@ def _library() -> ctypes.CDLL | None:
         reason = "was built for another processor"
     else:
         return found
-    print(
-        f"petcontact: {path} {reason} and is not used; scripts/setup builds it again",
-        file=sys.stderr,
-    )
-    return None
+    raise MissingKernelsError(f"{path} {reason}")
 
 
 def _level(library: ctypes.CDLL) -> str:
@@ -70,28 +66,29 @@ def _level(library: ctypes.CDLL) -> str:
 
 
 @functools.cache
-def function(name: str, arguments: str) -> Compiled | None:
-    """A function of the library, or None where there is none.
+def function(name: str, arguments: str) -> Compiled:
+    """A function of the library.
 
     Parameters
     ----------
     name : str
     arguments : str
         A letter for each: i for int64_t, d for double, p for a pointer (see `pointer`).
+
+    Raises
+    ------
+    MissingKernelsError
+        If the library is missing, or was built from other C files or for another processor.
     """
-    found: Any = getattr(_library(), name, None)
-    if found is None:
-        return None
+    found: Any = getattr(_library(), name)
     found.argtypes, found.restype = [_TYPES[letter] for letter in arguments], None
     return found  # type: ignore[no-any-return]
 
 
 @functools.cache
-def address(name: str) -> int | None:
-    """Where a function of the library begins, for other functions of it to call; None where there
-    is none."""
-    found: Any = getattr(_library(), name, None)
-    return None if found is None else ctypes.cast(found, ctypes.c_void_p).value
+def address(name: str) -> int:
+    """Where a function of the library begins, for other functions of it to call."""
+    return ctypes.cast(getattr(_library(), name), ctypes.c_void_p).value or 0
 
 
 def pointer(array: AnyArray | None) -> int | None:
@@ -128,10 +125,5 @@ def contiguous(array: AnyArray, dtype: type = np.float64) -> AnyArray:
 
 
 def describe() -> str:
-    """Which kernels run, in a few words."""
-    if (library := _library()) is not None:
-        return f"compiled ({_level(library)})"
-    switched_off = os.environ.get(VARIABLE, "1") == "0"
-    return (
-        f"numpy ({VARIABLE}=0)" if switched_off else "numpy (not compiled, or from other C files)"
-    )
+    """For which level of the processor the library is, in a few words; errors as of `function`."""
+    return f"compiled ({_level(_library())})"

@@ -103,3 +103,14 @@ def test_norm_and_balance():
     assert ratio(moved, traction, 7.0) == pytest.approx(np.sqrt((18.0 + 1.5) / 2.0))
     assert ratio(none, traction, 7.0) == 7.0
     assert Tresca(np.array([6.0, 6.0])).states(3.0 * u - sigma).tolist() == [1, 0]
+
+
+def test_norms_neither_overflow_nor_underflow():
+    weight, groups = np.array([0.5, 1.5]), (slice(0, 1), slice(1, 2))
+    x = np.array([[3.0, 0.0], [4.0, 0.0]])
+    expected = np.sqrt(0.5 * 9.0 + 1.5 * 16.0)
+    for scale in (1e-200, 1.0, 1e200):
+        (found,) = group_norms(weight, groups, scale * x)
+        np.testing.assert_allclose(found, [scale * expected, scale * expected, 0.0], rtol=1e-14)
+    assert np.isnan(group_norms(weight, groups, np.nan * x)[0]).all()
+    assert group_norms(weight, groups[:1], np.inf * x[:, :1]) == [[np.inf, np.inf]]

@@ -1,5 +1,5 @@
-"""A library that was built from other C files is not used: it would read arguments that nobody
-gave."""
+"""A library that is missing or was built from other C files is refused: it would read arguments that
+nobody gave."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ import pytest
 from petcontact import native
 
 FOLDER = Path(native.__file__).parent
+CONFIG = Path(__file__).parents[2] / "configs/example1.toml"
 STRUCT, FUNCTION = r"typedef struct \{[^}]*\} \w+;", r"\w+ petcontact_\w+\([^;{]*\)(?= \{)"
 
 
@@ -38,9 +39,8 @@ def test_the_interface_is_that_of_the_c_files():
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler")
 @pytest.mark.parametrize("interface", [None, "0x1"])
-def test_a_library_of_other_files_is_not_used(tmp_path, interface):
-    """One that is older than the check, and one that has another number: numpy serves, and a line
-    says so."""
+def test_a_library_of_other_files_is_refused(tmp_path, interface):
+    """One that is older than the check, and one that has another number."""
     source, library = tmp_path / "old.c", tmp_path / "old.so"
     function = (
         ""
@@ -49,17 +49,26 @@ def test_a_library_of_other_files_is_not_used(tmp_path, interface):
     )
     source.write_text(f"void petcontact_level(char *name) {{ *(int *) 0 = 0; }} {function}")
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
-    program = "from petcontact import native; print(native.describe())"
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-        env={**os.environ, native.VARIABLE: str(library)},
-    )
-    assert done.stdout == "numpy (not compiled, or from other C files)\n"
-    assert (
-        done.stderr.startswith(f"petcontact: {library} was built from other C files")
-        and done.stderr.count("\n") == 1
-    )
+    refused(library, "was built from other C files; scripts/setup or pip install builds them again")
+
+
+def test_a_missing_library_is_told(tmp_path):
+    refused(tmp_path / "none.so", "No such file")
+
+
+def refused(library, why):
+    """A solve ends with one line, and the doctor says the same."""
+    found = [
+        subprocess.run(
+            [sys.executable, "-m", "petcontact", *words],
+            capture_output=True,
+            text=True,
+            timeout=300,
+            env={**os.environ, native.VARIABLE: str(library)},
+        )
+        for words in (["solve", str(CONFIG)], ["doctor"])
+    ]
+    assert found[0].returncode == 1 and found[0].stderr.count("\n") == 1
+    assert found[0].stderr.startswith(f"petcontact: compiled kernels: {library}")
+    assert why in found[0].stderr
+    assert found[1].returncode != 0 and str(library) in found[1].stdout

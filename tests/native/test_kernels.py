@@ -3,9 +3,6 @@ compiled."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -13,17 +10,13 @@ import pytest
 from conftest import example
 from prepared import operators
 
-from petcontact import Displacement, MeshOptions, native
+from petcontact import Displacement, MeshOptions
 from petcontact.bem import kernels as bem_kernels
 from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.geometry.arcs import half_angles, on_arcs
 from petcontact.mesh.basis import gauss
-
-compiled = pytest.mark.skipif(
-    not native.describe().startswith("compiled"), reason="nothing was compiled here"
-)
 
 
 def loop_of(points, order):
@@ -61,7 +54,6 @@ def elements_and_targets(unit, order=0):
     return elements, Targets(point, np.where(own < 0, -1, elements.line[own]), own, place)
 
 
-@compiled
 @pytest.mark.parametrize("unit", [1.0, 1e-4, 1e5])
 def test_constant_elements_agree_with_numpy(monkeypatch, unit):
     elements, targets = elements_and_targets(unit)
@@ -74,7 +66,6 @@ def test_constant_elements_agree_with_numpy(monkeypatch, unit):
         assert np.all(np.abs(one - other) <= 2e-13 * np.abs(other).max(axis=(0, 1)))
 
 
-@compiled
 @pytest.mark.parametrize("unit", [1.0, 1e-4])
 @pytest.mark.parametrize("order", range(1, 6))
 def test_elements_of_higher_order_agree_with_numpy(monkeypatch, order, unit):
@@ -92,7 +83,6 @@ def test_elements_of_higher_order_agree_with_numpy(monkeypatch, order, unit):
         assert np.abs(one - other)[..., :nodes].max() <= 2e-14 * size[:, :nodes].max()
 
 
-@compiled
 @pytest.mark.parametrize("bulge", [0.02, -0.7, 1.99])
 @pytest.mark.parametrize("order", range(6))
 def test_arcs_agree_with_numpy(monkeypatch, order, bulge):
@@ -132,7 +122,6 @@ def test_arcs_agree_with_numpy(monkeypatch, order, bulge):
         assert np.abs(one - other)[..., :nodes].max() <= 2e-14 * np.abs(other)[..., :nodes].max()
 
 
-@compiled
 @pytest.mark.parametrize("order", range(6))
 def test_digits_do_not_depend_on_the_company(order):
     """One target or many, one element or many: the same bits."""
@@ -151,7 +140,6 @@ def test_digits_do_not_depend_on_the_company(order):
         assert np.array_equal(one, blocks.reshape(one.shape))
 
 
-@compiled
 def test_nodes_off_the_middle_of_their_element(monkeypatch):
     elements, targets = elements_and_targets(1.0)
     xi = np.where(targets.element >= 0, 0.6, 0.0)
@@ -164,17 +152,6 @@ def test_nodes_off_the_middle_of_their_element(monkeypatch):
         assert np.abs(one - other).max() <= 1e-13 * np.abs(other).max()
 
 
-@compiled
-def test_can_be_switched_off():
-    program = "from petcontact import native; print(native.describe())"
-    environment = {**os.environ, native.VARIABLE: "0"}
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
-    )
-    assert done.stdout == "numpy (PETCONTACT_NATIVE=0)\n"
-
-
-@compiled
 @pytest.mark.parametrize(
     ("number", "lift", "order"),
     [(1, (0.0, 0.0), 0), (2, (0.01, -0.03), 0), (1, (0.0, 0.0), 3), (2, (0.01, -0.03), 5)],

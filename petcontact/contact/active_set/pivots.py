@@ -28,7 +28,6 @@ from ... import native
 from ...arrays import Array
 from ...frozen import frozen
 from ...round_off import CHAINED, ROUNDED, SOLVED
-from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
 from ..system import Modes
@@ -106,35 +105,13 @@ def next_tau(
     noise, the piece they are on.
     """
     tangential = law.groups[0]
-    if _NEXT_TAU is not None and tangential.start == 0 and tangential.stop <= 2:
-        given, tau, rho = (
-            [sigma, v, linearised.stick, linearised.tau],
-            np.empty(sigma.shape),
-            np.empty(sigma.shape),
-        )
-        arrays = [np.ascontiguousarray(array) for array in given]
-        pointers = map(native.pointer, (*arrays, tau, rho))
-        first = itertools.islice(pointers, 4)
-        _NEXT_TAU(*sigma.shape, tangential.stop, *first, noise, least, PULL, *pointers)
-        return tau, rho
-    v = np.where(linearised.stick, 0.0, v)
-    ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (
-        float(np.abs(v).max(initial=0.0)) or 1.0
-    )
-    rho = np.full(sigma.shape, ratio)
-    size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
-    # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for
-    # both components
-    limit = np.divide(
-        PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0)
-    )
-    rho[:, tangential] = np.minimum(np.maximum(limit, 1e-9 * ratio), 1e9 * ratio)[:, None]
-    tau = rho * v - sigma
-    # a guess of other loads may be any size: its share is that of round-off in this τ, which a
-    # light touch exceeds
-    size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
-    share = size / guessed if guessed > size else 1.0
-    return tau + noise * (share * linearised.tau - tau), rho
+    if tangential.start != 0 or tangential.stop > 2:
+        raise ValueError(f"at most two tangential components come first, got {tangential}")
+    tau, rho = np.empty(sigma.shape), np.empty(sigma.shape)
+    given = [np.ascontiguousarray(a) for a in (sigma, v, linearised.stick, linearised.tau)]
+    first, filled = map(native.pointer, given), map(native.pointer, (tau, rho))
+    _NEXT_TAU(*sigma.shape, tangential.stop, *first, noise, least, PULL, *filled)
+    return tau, rho
 
 
 def pivots(
