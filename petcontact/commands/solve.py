@@ -30,7 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", metavar="FILE.h5", help="result file (default: the config's stem + .h5)"
     )
     parser.add_argument(
-        "--figures", metavar="DIR", help="folder of the figures (default: the result's)"
+        "--figures",
+        metavar="DIR",
+        help="draw all figures, into this folder (default: some, beside the result)",
     )
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
     parser.add_argument("--force", action="store_true", help="replace a result file that exists")
@@ -120,10 +122,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
             number = late.number
         say(f"{written()}\n  result: {output}")
         if not (arguments.no_figures or number):
-            from ..results.figures.plots import plot_all
-
-            for path in plot_all(solution, pictures, output.stem):
-                say(f"  figure: {path}")
+            draw(solution, output, pictures, whole=bool(arguments.figures))
     if first:
         report_ignored(case, solution.accuracy.wanted is not None)
     if number:
@@ -296,3 +295,15 @@ def iteration_line(state: Any, tolerance: float) -> str:
         f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho "
         f"{h.rho[-1]:.3g}"
     )
+
+
+def draw(solution: Any, output: Path, folder: Path, whole: bool) -> None:
+    """Draw all figures of a solution, or the first ones, and say where they are."""
+    from ..results.figures.plots import FIRST, plot_all
+    from ..runtime.terminal import say
+
+    whole = whole or not solution.nodes
+    for path in plot_all(solution, folder, output.stem, names=None if whole else FIRST):
+        say(f"  figure: {path}")
+    if not whole:
+        say(f"  more figures: petcontact plot {output}")

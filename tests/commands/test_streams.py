@@ -89,7 +89,7 @@ def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, loca
     assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith(
         "  converged"
     )
-    assert len(list(folder.glob("*.png"))) == (0 if figures else 7)
+    assert len(list(folder.glob("*.png"))) == (0 if figures else 3)
 
 
 def toml(text):

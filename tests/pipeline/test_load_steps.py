@@ -267,6 +267,8 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
         PUNCH.replace("order = 2, element_sizes = { top = 0.05 }", "order = 0")
     )
     assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
+    drawn = {path.stem for path in tmp_path.glob("r-*.png")}
+    assert drawn == {"r-deformed", "r-normal", "r-traction"}
     text = capsys.readouterr().out
     assert "converged: residuals" in text and "interface: force (0, -0.09" in text
     kinds = (
@@ -280,8 +282,8 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
         "history",
         "hysteresis",
     )
+    assert main(["plot", str(tmp_path / "r.h5"), "-o", str(tmp_path)]) == 0
     assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}
-    assert main(["plot", str(tmp_path / "r.h5")]) == 0
     for key, value, wanted in (
         ("contact.0.secondary", '"block.tip"', "no part 'tip', did you mean 'top'?"),
         ("contact.0.primary", '"ponch.top"', "got 'ponch.top', did you mean 'punch'?"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,8 @@ from .hoop import draw_hoop
 from .stress import draw_von_mises
 from .view import View
 
+FIRST = ("deformed", "surface", "normal", "traction")
+"""A solve draws the bodies and what contact carries; `petcontact plot` draws all."""
 OF_BODIES = ("deformed", "surface", "stress", "hoop")
 """Figures of what is not in contact, too."""
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
@@ -30,8 +32,9 @@ def plot_all(
     folder: str | Path,
     stem: str = "result",
     formats: Sequence[str] = ("png",),
+    names: Collection[str] | None = None,
 ) -> list[Path]:
-    """Draw every figure of a solution.
+    """Draw every figure of a solution, or some of them.
 
     Parameters
     ----------
@@ -42,6 +45,8 @@ def plot_all(
         Start of the file names.
     formats : sequence of str
         Of "png", "pdf", "svg".
+    names : collection of str, optional
+        Those that are wanted, of "deformed", "normal", ...
 
     Returns
     -------
@@ -60,7 +65,9 @@ def plot_all(
     OutputError
         If a file cannot be written.
     """
-    return save_all(drawings(solution), folder, stem, solution, formats=formats)
+    found = drawings(solution)
+    wanted = found if names is None else {name: found[name] for name in found if name in names}
+    return save_all(wanted, folder, stem, solution, formats=formats)
 
 
 def drawings(solution: SolutionData) -> Drawings:
