@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
+import textwrap
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,11 @@ STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open
 """Name, colour and marker of each state of a contact node."""
 SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee"}
 """Background of the zones of a contact part."""
+TITLE = 62
+"""Characters of a line of a title: of 10 points, each half as wide as high, they fill two thirds of
+a figure's width of 7 inches."""
+LINES = ("-", "--", "-.", (0, (1, 1)), (0, (5, 1, 1, 1, 1, 1)))
+"""Styles of lines that also differ without colours."""
 ROOM = 0.42
 """Height of the numbers and the label under axes [inch]."""
 DOTS = 300
@@ -188,10 +194,9 @@ def round_number(wanted: float, peak: float) -> float:
     )
 
 
-def title(text: str) -> str:
-    """A user's title, cut where it is long."""
-    text = plain(text)
-    return text if len(text) <= 70 else text[:67] + "..."
+def wrapped(text: str) -> str:
+    """A user's title in as many lines as it needs."""
+    return "\n".join(plain(line) for line in textwrap.wrap(text, TITLE))
 
 
 def plain(text: str) -> str:

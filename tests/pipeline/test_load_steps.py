@@ -280,7 +280,6 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
         "stress",
         "hoop",
         "history",
-        "hysteresis",
     )
     assert main(["plot", str(tmp_path / "r.h5"), "-o", str(tmp_path)]) == 0
     assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}

@@ -28,6 +28,8 @@ from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
+from petcontact.results.figures.plots import drawings
+from petcontact.results.figures.stress import draw_von_mises
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.solution import read_result
 from petcontact.runtime.figure_style import label, save
@@ -75,7 +77,7 @@ def test_units_stand_on_every_axis(solution):
         plane.draw_deformed: ["x [mm]", "y [mm]"],
         plane.draw_displacement: ["arc length along bottom [mm]", "tangential displacement [mm]"],
         plane.draw_traction: ["arc length along bottom [mm]", "tangential traction [N/mm²]"],
-        plane.draw_normal: ["arc length along bottom [mm]", "normal traction [N/mm²]"],
+        plane.draw_normal: ["arc length along bottom [mm]", "pressure [N/mm²]"],
     }
     for draw, expected in labels.items():
         axes = drawn(draw, solution).axes[0]
@@ -91,9 +93,80 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     left, right = drawn(curves.draw_history, solution).axes
     assert right.get_title() == "active sets"
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
-    assert left.lines[0].get_ydata()[-1] <= 1e-12 and len(left.lines) == 1
+    assert not left.lines[0].get_ydata()[-1] > 1e-12
     write_solution(tmp_path / "r.h5", solution)
     assert read_result(tmp_path / "r.h5").history == solution.history
+
+
+def test_a_residual_of_zero_is_not_drawn(solution):
+    """A zero drawn as 1e-17 leaves the upper third of the axis to the data."""
+    residuals = [*solution.history.residual[:-1], 0.0]
+    history = replace(solution.history, residual=residuals)
+    last = replace(solution.last, history=history, residual=1e-18)
+    shown = drawn(curves.draw_history, replace(solution, steps=[last])).axes[0].lines[0].get_ydata()
+    assert np.isnan(shown[-2:]).all() and np.isfinite(shown[:-2]).all()
+
+
+def test_titles_are_whole(solution):
+    long = "A block that is clamped at its top and pushed over a foundation with friction by forces"
+    problem = solution.problem.model_copy(update={"title": long})
+    text = curves.headed(replace(solution, problem=problem))
+    assert text.replace("\n", " ") == long and max(map(len, text.splitlines())) < 70
+
+
+def test_increments_before_one_that_failed_are_results(solution):
+    """A limit load ends the steps; what came before it has converged and is drawn as such."""
+    failed = replace(solution.last, status="not converged")
+    limit = replace(solution, status="not converged", failed=failed)
+    assert "no result" not in curves.headed(limit)
+    assert "solved up to load factor 1 of step" in curves.headed(limit)
+    assert "not converged: no result" in curves.headed(replace(limit, steps=[]))
+    assert "no result" in curves.headed(replace(solution, status="not converged"))
+
+
+def test_pressure_is_positive_in_figures(solution):
+    curve = next(
+        line
+        for line in drawn(plane.draw_normal, solution).axes[0].lines
+        if line.get_label() == "$p$"
+    )
+    pair = next(iter(solution.pairs.values()))
+    assert np.array_equal(curve.get_ydata(), pair.pressure[np.argsort(pair.arc_length)])
+
+
+def with_paths(solution, *scales):
+    """Steps of a solution, slip and shear being multiplied by numbers."""
+    steps = []
+    for number, scale in enumerate(scales, 1):
+        pairs = {
+            name: replace(pair, slip=scale * np.ones_like(pair.slip), sigma_t=scale * pair.sigma_t)
+            for name, pair in solution.pairs.items()
+        }
+        steps.append(replace(solution.last, name=f"step {number}", step=number, pairs=pairs))
+    return replace(solution, steps=steps)
+
+
+def test_only_a_path_that_returns_has_a_hysteresis_figure(solution):
+    assert "hysteresis" not in drawings(with_paths(solution, 1.0, 2.0, 3.0))
+    assert "hysteresis" in drawings(with_paths(solution, 1.0, 2.0, -1.0))
+
+
+def test_steps_have_lines_of_their_own(solution):
+    lines = drawn(plane.draw_traction, with_paths(solution, 1.0, 2.0, -1.0)).axes[0].lines
+    steps = [line for line in lines if line.get_label().startswith("step")]
+    assert len({(line.get_linestyle(), str(line.get_color())) for line in steps}) == 3
+    assert len({line.get_linestyle() for line in steps}) == 3
+
+
+def test_colours_reach_to_the_largest_stress_that_is_bounded(plate):
+    """Away from the corner of right and bottom that is the notch stress at the hole."""
+    figure = drawn(draw_von_mises, plate)
+    image = figure.axes[0].collections[0]
+    state = plate.boundary_state()[1]
+    away = np.hypot(*(state.x - [10.0, 0.0]).T) > 1.5
+    assert image.get_clim()[1] == pytest.approx(state.von_mises[away].max(), rel=0.05)
+    cross = next(line for line in figure.axes[0].lines if line.get_label() == "largest")
+    assert np.hypot(cross.get_xdata()[0] - 5.0, cross.get_ydata()[0] - 3.0) < 1.8
 
 
 def test_the_projection_methods_history_shows_rho():

@@ -9,22 +9,30 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
-from ...round_off import SOLVED
-from ...runtime.figure_style import label, legend_below, plain, title
+from ...round_off import ROUNDED, SOLVED
+from ...runtime.figure_style import label, legend_below, plain, wrapped
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 
-SMALLEST = 1e-17
-"""Where a residual of zero is drawn, relative to the largest."""
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
 
 def headed(solution: SolutionData, what: str = "") -> str:
-    """The title of the problem, and what is shown of it; what did not converge is no result, and
-    says so."""
-    failed = "" if solution.converged else f"\n{solution.status}: no result"
-    return ": ".join(filter(None, (title(solution.problem.title), plain(what)))) + failed
+    """The title of the problem, and what is shown of it; below it what is no result, or how far
+    the load went."""
+    text = wrapped(": ".join(filter(None, (solution.problem.title, what))))
+    return "\n".join(filter(None, (text, plain(_shortfall(solution)))))
+
+
+def _shortfall(solution: SolutionData) -> str:
+    """What a solution lacks. Increments before one that failed are solutions under their loads."""
+    if solution.converged:
+        return ""
+    last = solution.last
+    if solution.failed is None or last.status != "converged":
+        return f"{solution.status}: no result"
+    return f"solved up to load factor {last.load_factor:.3g} of step {last.title!r}, not beyond"
 
 
 def headed_end(solution: SolutionData) -> str:
@@ -56,8 +64,11 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
     # after
     residual = np.array([*history.residual, solution.residual])
     largest = float(np.nanmax(residual, initial=0.0)) or 1.0
-    scaled = np.maximum(residual / largest, SMALLEST)
+    # a logarithmic axis has no place for round-off, nor for a zero
+    scaled = np.where(residual > ROUNDED * largest, residual / largest, np.nan)
     left.semilogy(np.arange(len(residual)), scaled, marker=".", label=r"$\|R_\rho\|$ / largest")
+    if np.isnan(scaled[-1:]).any():
+        left.plot([], [], ls="", label=f"round-off from iteration {_first_nan(scaled)} on")
     newton = np.array(history.exchanged, dtype=float)
     if len(newton):
         k = k[-len(newton) :]
@@ -81,6 +92,12 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
         axes.minorticks_off()
         axes.grid(alpha=0.3, lw=0.5)
         legend_below(axes, 3)
+
+
+def _first_nan(values: Array) -> int:
+    """The first of the last run of NaN."""
+    known = np.flatnonzero(~np.isnan(values))
+    return int(known[-1]) + 1 if len(known) else 0
 
 
 def draw_wear(figure: Any, solution: SolutionData) -> None:
@@ -141,21 +158,33 @@ def _positive(values: Any) -> Array:
     return np.where(array > 0.0, array, np.nan)
 
 
+def returns(solution: SolutionData) -> bool:
+    """Whether some interface slips forth and back, so that force over slip is a loop."""
+    moved = _largest_motion(solution)
+    for name in solution.nodes:
+        slip = mean_motion([step.pairs[name] for step in solution.steps])[0]
+        ways = np.diff(_without_noise(slip, moved), prepend=0.0)
+        if ways.max() > SOLVED * moved and ways.min() < -SOLVED * moved:
+            return True
+    return False
+
+
+def _largest_motion(solution: SolutionData) -> float:
+    """|u| of all nodes and increments, component by component."""
+    return max(
+        (float(np.abs(body.u).max()) for step in solution.steps for body in step.bodies.values()),
+        default=0.0,
+    )
+
+
 def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
     """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the
     energy dissipated."""
     left, right = figure.subplots(1, 2)
+    moved = _largest_motion(solution)
     for number, name in enumerate(solution.nodes):
         pairs = [step.pairs[name] for step in solution.steps]
         slip, force = mean_motion(pairs)
-        moved = max(
-            (
-                float(np.abs(body.u).max())
-                for step in solution.steps
-                for body in step.bodies.values()
-            ),
-            default=0.0,
-        )
         slip = _without_noise(slip, moved)
         left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)

@@ -13,6 +13,7 @@ from ...runtime.figure_style import label, legend_beside, plain
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from .curves import headed, shown_ends
+from .plane import line
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:
@@ -30,9 +31,7 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
         for number, step in enumerate(ends):
             hoop = hoop_stress(solution, name, element, place, step)
             usual = max(usual, float(np.percentile(np.abs(hoop), 99.0)))
-            axes.plot(
-                along[order], hoop[order], lw=1.0, color=f"C{number}", label=plain(step.title)
-            )
+            axes.plot(along[order], hoop[order], label=plain(step.title), **line(number))
         # stress may be infinite at corners
         if usual > 0.0:
             low, high = axes.get_ylim()
@@ -53,7 +52,7 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
         axes.set(
             xlim=(0.0, float(mesh.length.sum())),
             xlabel=label("arc length round the boundary", units.length),
-            ylabel=label("stress along it", units.stress),
+            ylabel=label("stress along the boundary", units.stress),
             title=headed(solution, name if len(solution.meshes) > 1 else ""),
         )
         if len(ends) > 1:

@@ -13,6 +13,7 @@ from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import (
     COLOURS,
+    LINES,
     SHADES,
     STATES,
     draw_states,
@@ -35,7 +36,9 @@ ARROWS = 60
 def draw_deformed(figure: Any, solution: SolutionData) -> None:
     """Initial and deformed outlines at the end, magnified, states of contact nodes, forces on the
     secondaries."""
-    deformed_on(figure.add_subplot(), solution)
+    axes = figure.add_subplot()
+    deformed_on(axes, solution)
+    fit_height(figure, axes, beside=0.8, above=1.6)
 
 
 def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
@@ -52,6 +55,14 @@ def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> 
             ylim=(view.low[1] - margin, view.high[1] + margin),
         )
     legend_below(axes, 4)
+
+
+def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
+    """As high a figure as axes of equal scales need that fill its width, but for some room [inch]
+    for what stands beside them, and above and below; titles then have their place."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    high = (figure.get_figwidth() - beside) * (top - bottom) / (right - left)
+    figure.set_figheight(min(max(high, 1.2), 5.4) + above)
 
 
 def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
@@ -149,6 +160,11 @@ def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
     return [bool(np.array_equal(mesh.end[loop[-1]], mesh.start[loop[0]])) for loop in loops]
 
 
+def line(number: int) -> dict[str, Any]:
+    """Colour and style of the curve of the end of a step."""
+    return {"color": f"C{number}", "ls": LINES[number % len(LINES)], "lw": 1.2}
+
+
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement along each interface, between bodies the slip, at the end of each
     step (figures 2 and 5)."""
@@ -158,25 +174,28 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
             pair = step.pairs[name]
             slip = np.where(pair.state == OPEN, np.nan, pair.slip[:, 0])
             named = plain(step.title) if len(ends) > 1 else "$u_t$"
-            axes.plot(pair.arc_length[order], slip[order], color=f"C{number}", label=named)
+            axes.plot(pair.arc_length[order], slip[order], label=named, **line(number))
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set_ylabel(label("tangential displacement", solution.problem.units.length))
         legend_beside(axes)
 
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
-    """Tangential traction along each interface at the end, with its bounds (figures 3 and 6)."""
+    """Tangential traction along each interface at the end of each step, with the bounds of the last
+    (figures 3 and 6)."""
     for axes, name, order in _panels(figure, solution):
-        pair = solution.pairs[name]
+        ends = shown_ends(solution)
+        for number, step in enumerate(ends):
+            pair = step.pairs[name]
+            named = plain(step.title) if len(ends) > 1 else r"$\sigma_t$"
+            axes.plot(pair.arc_length[order], pair.sigma_t[order, 0], label=named, **line(number))
         s, bound = pair.arc_length[order], pair.bound[order]
-        axes.plot(s, pair.sigma_t[order, 0], label=r"$\sigma_t$")
         for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
             axes.plot(
                 s,
                 sign * bound,
                 color="black",
-                lw=0.9,
-                ls="--",
+                lw=0.6,
                 label=r"$\pm$ bound" if sign > 0 else None,
             )
         axes.margins(y=0.08)
@@ -185,18 +204,27 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
-    """Normal traction along each interface at the end; where it pulls, a foundation that does not
-    would let go."""
+    """Pressure along each interface at the end of each step; where it is negative at the last, a
+    foundation that does not pull would let go."""
     for axes, name, order in _panels(figure, solution):
-        pair = solution.pairs[name]
-        s, normal = pair.arc_length[order], 0.0 - pair.pressure[order]
-        axes.plot(s, normal, label=r"$\sigma_n$")
-        if (normal > 0.0).any():
+        ends = shown_ends(solution)
+        for number, step in enumerate(ends):
+            pressure = step.pairs[name].pressure[order]
+            s = step.pairs[name].arc_length[order]
+            named = plain(step.title) if len(ends) > 1 else "$p$"
+            axes.plot(s, pressure, label=named, **line(number))
+        if (pressure < 0.0).any():
             axes.fill_between(
-                s, 0.0, np.maximum(normal, 0.0), color=COLOURS[3], alpha=0.4, lw=0, label="tension"
+                s,
+                0.0,
+                np.minimum(pressure, 0.0),
+                color=COLOURS[3],
+                alpha=0.4,
+                lw=0,
+                label="tension",
             )
         axes.axhline(0.0, color="0.5", lw=0.6)
-        axes.set_ylabel(label("normal traction", solution.problem.units.stress))
+        axes.set_ylabel(label("pressure", solution.problem.units.stress))
         legend_beside(axes)
 
 
@@ -210,7 +238,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
                 pair.arc_length[order],
                 np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order],
             )
-            axes.plot(s, gap, color=f"C{number}", label=plain(step.title))
+            axes.plot(s, gap, label=plain(step.title), **line(number))
             inside = (s >= axes.get_xlim()[0]) & (s <= axes.get_xlim()[1]) & np.isfinite(gap)
             top = max(top, float(gap[inside].max(initial=0.0)))
         if top > 0.0:

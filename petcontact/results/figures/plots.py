@@ -11,10 +11,10 @@ import numpy as np
 from ...contact.law_protocol import OPEN
 from ...runtime.figure_style import save_all
 from ..data import SolutionData
-from ..records import step_ends
+from ..records import PairResult, step_ends
 from ..vtu.inside import filled_bodies
 from . import plane, space, surface
-from .curves import draw_history, draw_hysteresis, draw_wear
+from .curves import draw_history, draw_hysteresis, draw_wear, returns
 from .hoop import draw_hoop
 from .stress import draw_von_mises
 from .view import View
@@ -53,10 +53,10 @@ def plot_all(
     list of Path
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-normal.png with a
         panel for each interface, STEM-traction.png where any is tangential, STEM-gap.png where one
-        opens, in space STEM-states.png and STEM-error.png; STEM-history.png, and of several
-        increments STEM-hysteresis.png; where anything wears STEM-wear.png, with cycles in the plane
-        STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies (in space on
-        their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
+        opens, in space STEM-states.png and STEM-error.png; STEM-history.png;
+        STEM-hysteresis.png where slip returns; where anything wears STEM-wear.png, with cycles in
+        the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies (in
+        space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
 
     Raises
     ------
@@ -72,32 +72,37 @@ def plot_all(
 
 def drawings(solution: SolutionData) -> Drawings:
     """The figures that a solution has."""
-    found = dict(OF_DIMENSION[next(iter(solution.meshes.values())).dim])
+    found = {**OF_DIMENSION[next(iter(solution.meshes.values())).dim], **OF_ALL}
+    return {
+        name: draw
+        for name, draw in found.items()
+        if (solution.nodes or name in OF_BODIES) and NEEDS.get(name, lambda _: True)(solution)
+    }
+
+
+def _pairs(solution: SolutionData) -> list[PairResult]:
+    """All interfaces at the ends of the steps."""
     ends = step_ends(solution.steps or solution.tried)
-    if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
-        del found["gap"]
-    if not filled_bodies(solution):
-        del found["stress"]
-        found.pop("hoop", None)
-    if not any(pair.sigma_t.any() for step in ends for pair in step.pairs.values()):
-        del found["traction"]
-    if any(
-        pair.pressure_error is None or pair.sigma_t_error is None
-        for pair in solution.pairs.values()
-    ):
-        found.pop("error", None)
-    if solution.wear is None:
-        found.pop("profiles", None)
-    if not solution.nodes:
-        return {name: draw for name, draw in found.items() if name in OF_BODIES}
-    found["history"] = draw_history
-    if len(solution.steps) > 1:
-        found["hysteresis"] = draw_hysteresis
-    if any(pair.wear is not None for pair in solution.last.pairs.values()):
-        found["wear"] = draw_wear
-    return found
+    return [pair for step in ends for pair in step.pairs.values()]
 
 
+def _errors_known(solution: SolutionData) -> bool:
+    every = [(pair.pressure_error, pair.sigma_t_error) for pair in solution.pairs.values()]
+    return not any(error is None for both in every for error in both)
+
+
+NEEDS: dict[str, Callable[[SolutionData], bool]] = {
+    "gap": lambda solution: any(np.any(pair.state == OPEN) for pair in _pairs(solution)),
+    "stress": lambda solution: bool(filled_bodies(solution)),
+    "hoop": lambda solution: bool(filled_bodies(solution)),
+    "traction": lambda solution: any(pair.sigma_t.any() for pair in _pairs(solution)),
+    "error": _errors_known,
+    "profiles": lambda solution: solution.wear is not None,
+    "hysteresis": lambda solution: len(solution.steps) > 1 and returns(solution),
+    "wear": lambda solution: any(pair.wear is not None for pair in solution.pairs.values()),
+}
+"""What a solution must have for a figure."""
+OF_ALL: Drawings = {"history": draw_history, "hysteresis": draw_hysteresis, "wear": draw_wear}
 OF_DIMENSION: dict[int, Drawings] = {
     2: {
         "deformed": plane.draw_deformed,

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ...arrays import Array
 from ...errors import InputError
-from ...fields.peak import PERCENT, peak_of
 from ...fields.stress_state import Field
 from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
@@ -20,9 +20,11 @@ from ...model.base import nearest
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
+from ..peaks import NEAR
+from ..unbounded import Unbounded, unbounded_places
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
 from ..vtu.places import Places
-from .plane import draw_outlines, place
+from .plane import draw_outlines, fit_height, place
 from .surface import sampled, shade_each
 from .view import View, view_of
 
@@ -147,57 +149,99 @@ def _draw_plane(
     given: Mapping[str, Field],
     cells: int = ALONG,
 ) -> None:
-    axes, factor, fields, values = figure.add_subplot(), picture.view.factor, {}, {}
-    for name in picture.bodies:
-        fields[name] = field = given.get(name) or _field(solution, name, picture, cells)
-        values[name] = quantity(field, picture.quantity)
-    peaks = {
-        name: peak_of(as_curve(solution.meshes[name]), field.x, np.abs(values[name]))
-        for name, field in fields.items()
+    axes = figure.add_subplot()
+    fields = {
+        name: given.get(name) or _field(solution, name, picture, cells) for name in picture.bodies
     }
-    usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
-    signed = (
-        min((float(v.min(initial=0.0)) for v in values.values()), default=0.0) < -SIGNED * usual
-    )
-    shown = {
-        "shading": "gouraud",
-        "cmap": "coolwarm" if signed else "viridis",
-        "vmin": -usual if signed else 0.0,
-        "vmax": usual,
-        "rasterized": True,
-    }
-    for name, field in fields.items():
-        colours = axes.tripcolor(
-            *(field.x + factor * field.u).T, values[name], triangles=field.cells, **shown
-        )
+    if fields:
+        _colour(figure, axes, solution, picture, fields)
     draw_outlines(axes, solution, picture.view)
-    if peaks:
-        name, peak = max(peaks.items(), key=lambda item: item[1].stress)
-        field, at = fields[name], int(np.argmax(np.abs(values[name])))
-        axes.plot(
-            *(field.x[at] + factor * field.u[at]),
-            "x",
-            color="black",
-            ms=5.0,
-            mew=1.0,
-            label="largest",
-        )
-        ends = "both" if signed else "max"
-        figure.colorbar(
-            colours,
-            ax=axes,
-            label=picture.label(solution),
-            shrink=0.8,
-            extend=ends if peak.stress > usual else "neither",
-        )
-        figure.supxlabel(textwrap.fill(plain(f"largest {peak}"), WIDE), fontsize=8.0)
     place(axes, solution)
     if picture.window is not None and fields:
         # where the points of the window are drawn
-        drawn = np.vstack([field.x + factor * field.u for field in fields.values()])
+        drawn = np.vstack([_drawn(picture, field) for field in fields.values()])
         (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
         axes.set(xlim=(left, right), ylim=(bottom, top))
     legend_below(axes, 5)
+    fit_height(figure, axes, beside=1.6, above=2.1)
+
+
+def _colour(
+    figure: Any, axes: Any, solution: SolutionData, picture: Picture, fields: Mapping[str, Field]
+) -> None:
+    """Bodies in colours of the quantity, a colour bar, and its largest value in place and words."""
+    values = {name: quantity(field, picture.quantity) for name, field in fields.items()}
+    tops = {
+        name: _top(solution, picture, name, field.x, values[name]) for name, field in fields.items()
+    }
+    name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
+    largest, field = float(values[name][tops[name]]), fields[name]
+    every, end = np.concatenate([*values.values()]), abs(largest) or 1.0
+    signed = float(every.min(initial=0.0)) < -SIGNED * end
+    shown = {
+        "shading": "gouraud",
+        "cmap": "coolwarm" if signed else "viridis",
+        "vmin": -end if signed else 0.0,
+        "vmax": end,
+        "rasterized": True,
+    }
+    for each, one in fields.items():
+        colours = axes.tripcolor(
+            *_drawn(picture, one).T, values[each], triangles=one.cells, **shown
+        )
+    cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest"}
+    axes.plot(*_drawn(picture, field)[tops[name]], "x", **cross)
+    beyond = _beyond(every, -end if signed else -np.inf, end)
+    figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=beyond)
+    text = f"largest {largest:.4g} at {_point(field.x[tops[name]])}{_without(solution, picture)}"
+    figure.supxlabel(textwrap.fill(plain(text), WIDE), fontsize=8.0)
+
+
+def _drawn(picture: Picture, field: Field) -> Array:
+    """Where the points of a field are drawn (m, 2)."""
+    return np.asarray(field.x + picture.view.factor * field.u)
+
+
+def _beyond(values: Array, low: float, high: float) -> str:
+    """At which ends of a colour bar there are values beyond it."""
+    below, above = bool((values < low).any()), bool((values > high).any())
+    return {(True, True): "both", (True, False): "min", (False, True): "max"}.get(
+        (below, above), "neither"
+    )
+
+
+def _places(solution: SolutionData, picture: Picture, body: str) -> list[Unbounded]:
+    """Where the quantity has no bound."""
+    stress = not picture.quantity.startswith("u")
+    return unbounded_places(solution, solution.last)[body] if stress else []
+
+
+def _without(solution: SolutionData, picture: Picture) -> str:
+    """Where colours and the largest leave values out, in words."""
+    left = {
+        f"{_point(place.x)} ({place.sides})"
+        for name in picture.bodies
+        for place in _places(solution, picture, name)
+    }
+    return f", away from {', '.join(sorted(left))} where stress has no bound" if left else ""
+
+
+def _point(x: Array) -> str:
+    return "(" + ", ".join(f"{component + 0.0:.4g}" for component in x) + ")"
+
+
+def _top(solution: SolutionData, picture: Picture, body: str, x: Array, values: Array) -> int:
+    """Number of the largest of values (n,) in size, at points (n, d) of a body, away from where
+    they have no bound."""
+    mesh, places = solution.meshes[body], _places(solution, picture, body)
+    sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
+    if places:
+        near = np.isin(mesh.element, [element for place in places for element in place.elements])
+        points = np.vstack([mesh.x[near], *(place.x for place in places)])
+        reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+        away = scipy.spatial.cKDTree(points).query(x)[0] >= reach
+        sizes = np.where(away, sizes, -1.0) if away.any() else sizes
+    return int(np.argmax(sizes))
 
 
 def _field(solution: SolutionData, name: str, picture: Picture, cells: int) -> Field:
@@ -229,14 +273,12 @@ def _draw_space(
         )
 
     bodies = sampled(solution, sample)
-    sizes = np.abs(np.concatenate([body.values for body in bodies.values()]))
-    # a few places with singular stress leave no colours for the others
-    usual = (
-        float(np.percentile(sizes[np.isfinite(sizes)], PERCENT))
-        if np.isfinite(sizes).any()
-        else 0.0
+    top = max(
+        abs(float(body.values[_top(solution, picture, name, body.x, body.values)]))
+        for name, body in bodies.items()
+        if name in picture.bodies
     )
-    shade_each(figure, solution, bodies, picture.label(solution), picture.view, usual or None)
+    shade_each(figure, solution, bodies, picture.label(solution), picture.view, top or None)
 
 
 DRAWING = {2: _draw_plane, 3: _draw_space}

@@ -18,7 +18,7 @@ DRAWN = {
     "deformed": "initial and deformed outline",
     "displacement": "tangential displacement on the contact part",
     "traction": "tangential traction on the contact part",
-    "normal": "normal traction on the contact part",
+    "normal": "pressure on the contact part",
     "stress": "von Mises stress in the deformed body",
     "hoop": "stress along the boundary",
     "history": "convergence",
