@@ -1,16 +1,32 @@
-"""Show a chapter of the manual, the list of chapters, or the places where words stand."""
+"""Show a chapter of the manual, the list of chapters, a key of configs, or the places where words
+stand."""
 
 from __future__ import annotations
 
 import argparse
 import difflib
+import os
+import re
 import sys
+import textwrap
 
 from ..errors import InputError
 
 WIDTH = 80
 SHOWN = 6
 """Most places of one chapter that a search prints."""
+OTHER_WORDS = {
+    **dict.fromkeys(("3d", "three-dimensional", "three dimensions"), "space"),
+    **dict.fromkeys(("axisymmetric", "axial symmetry", "units", "mpa", "preload"), "choosing"),
+    **dict.fromkeys(("bolt", "2d", "two-dimensional", "plane strain"), "choosing"),
+    **dict.fromkeys(("windows", "wsl", "crash", "failed", "wrong sign"), "troubleshooting"),
+    **dict.fromkeys(("hertz", "first steps", "beginner", "example"), "tutorial"),
+    **dict.fromkeys(("how accurate", "error", "convergence"), "accuracy"),
+    **dict.fromkeys(("roughness", "symmetry", "step", "cad"), "recipes"),
+    **dict.fromkeys(("signorini", "lagrange", "penalty", "theory", "equations"), "background"),
+    **dict.fromkeys(("paraview", "csv", "excel", "spreadsheet"), "export"),
+}
+"""Words that people look for, and the chapter that treats what they mean."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -18,8 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "topic",
         nargs="*",
-        help="a chapter; other words are searched for in all chapters. Without one the "
-        "chapters are listed",
+        help="a chapter, or a key of configs; other words are searched for in all chapters. "
+        "Without one the chapters are listed",
     )
     parser.add_argument(
         "--search", action="store_true", help="search for the words even if a chapter is called so"
@@ -28,16 +44,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print; a chapter as Markdown where standard output is no terminal."""
-    from ..manual import chapter, pages, topics
+    from ..manual import chapter, pages, summary, topics
 
     words = " ".join(arguments.topic)
     if not words:
         print(
-            "Chapters of the manual, each shown by `petcontact help CHAPTER`; `petcontact help "
-            "WORD` searches them:\n"
+            "Chapters of the manual. `petcontact help CHAPTER` shows one, `petcontact help\n"
+            "WORD` searches all of them, and `petcontact help KEY` explains a key of configs:\n"
         )
-        for name, title in topics().items():
-            print(f"  {name:<14}{title}")
+        for name in topics():
+            print(f"  {name:<16}{summary(name)}")
         return 0
     if arguments.search or words not in pages():
         print(_found(words))
@@ -46,11 +62,50 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if not sys.stdout.isatty():
         print(text, end="")
         return 0
-    from rich.console import Console
-    from rich.markdown import Markdown
-
-    Console().print(Markdown(text))
+    _shown(text)
     return 0
+
+
+def _shown(text: str) -> None:
+    """A chapter on a terminal, by its pager; code keeps its lines, so that it can be copied."""
+    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.markdown import CodeBlock, Markdown
+    from rich.text import Text
+
+    class Code(CodeBlock):
+        def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+            yield Text(str(self.text).rstrip(), style="cyan", no_wrap=True, overflow="ignore")
+
+    class Page(Markdown):
+        elements = {**Markdown.elements, "fence": Code, "code_block": Code}  # noqa: RUF012
+
+    os.environ.setdefault("LESS", "FRX")  # as Git: no pager for what fits; colours
+    console = Console()
+    with console.pager(styles=True):
+        console.print(Page(text), crop=False)
+
+
+def _keys(word: str) -> list[str]:
+    """What the reference says of a key of configs, a paragraph for each table that has it.
+
+    Examples
+    --------
+    >>> _keys("poisson_ratio")[0]
+    '[material] poisson_ratio: number; required'
+    """
+    from ..manual import chapter
+
+    lines, table = [], ""
+    for line in chapter("config").splitlines():
+        if line.startswith("## "):
+            table = line.removeprefix("## ").strip("`")
+        elif line.startswith(f"| `{word.rpartition('.')[2]}` |"):
+            cells = [cell.replace("\\|", "|").strip() for cell in re.split(r"(?<!\\)\|", line)]
+            _, _, takes, default, meaning, _ = cells
+            default = default if default in ("", "required") else f"default {default}"
+            lines.append(f"{table} {word}: {takes}{'; ' * bool(default)}{default}".replace("`", ""))
+            lines += textwrap.wrap(meaning, WIDTH, initial_indent="    ", subsequent_indent="    ")
+    return lines
 
 
 def _found(words: str) -> str:
@@ -61,14 +116,16 @@ def _found(words: str) -> str:
     InputError
         If they stand nowhere.
     """
-    from ..manual import places, topics
+    from ..manual import places, summary, topics
 
-    found = places(words)
-    if not found:
+    found, keys = places(words), _keys(words)
+    best = OTHER_WORDS.get(words.lower())
+    if not found and not keys and not best:
         near = difflib.get_close_matches(words, topics(), n=1)
         hint = f", did you mean {near[0]!r}?" if near else f"; chapters: {', '.join(topics())}"
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
-    lines = []
+    lines = [*keys, ""] if keys else []
+    lines += [f"see `petcontact help {best}`: {summary(best)}", ""] if best else []
     for name, each in found.items():
         lines.append(f"{name} ({len(each)} line{'s' if len(each) > 1 else ''})")
         lines += [

@@ -66,6 +66,11 @@ def topics() -> dict[str, str]:
     return {name: _title(name) for name in order}
 
 
+def summary(topic: str) -> str:
+    """The first sentence of a chapter, which says what is in it."""
+    return chapter(topic).split("\n\n")[1].partition(". ")[0].rstrip(".\n")
+
+
 def pages() -> dict[str, str]:
     """Chapters and the pages in folders beside them, FOLDER/NAME, with their titles."""
     found = dict(topics())

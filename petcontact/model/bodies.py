@@ -219,13 +219,16 @@ class Contact(Model):
     gap : expression
         Initial gap along the outward normal [length].
     friction_coefficient : expression, optional
-        µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
+        Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
+        pulls [-].
     friction_bound : expression, optional
-        g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
+        Tresca's bound g >= 0: the shear |σ_t| is at most g [stress]. Without this key and without
+        a coefficient the contact is frictionless.
     wear_coefficient : expression, optional
-        k >= 0 of Archard's law, where unilateral: worn depth = k ∫ p |dw| [1/stress].
+        Archard's coefficient k >= 0 in unilateral contact: the worn depth is k ∫ p |dw|
+        [1/stress].
     wear_share : float
-        Share of it by which the body is worn, in [0, 1]; the obstacle is by the rest [-].
+        Fraction of the wear on the body, in [0, 1]; the rest wears the obstacle [-].
     """
 
     part: str
@@ -314,15 +317,16 @@ class Pair(Model):
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
     friction_coefficient : expression, optional
-        µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
+        Coulomb's coefficient µ >= 0: the shear is at most µp, or µ|p| where bilateral contact
+        pulls [-].
     friction_bound : expression, optional
-        g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is
-        frictionless.
+        Tresca's bound g >= 0: the shear |σ_t| is at most g, also where Coulomb's law would allow
+        more [stress]. Without this key and without a coefficient the contact is frictionless.
     wear_coefficient : expression, optional
-        k >= 0 of Archard's law, where unilateral, of both sides together: worn depth = k ∫ p |dw|
-        [1/stress].
+        Archard's coefficient k >= 0 in unilateral contact: the worn depth of both sides together
+        is k ∫ p |dw| [1/stress].
     wear_share : float
-        Of it the secondary's, in [0, 1]; the primary has the rest [-].
+        Fraction of the wear on the secondary side, in [0, 1]; the rest wears the primary [-].
     """
 
     name: Name

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..runtime.file_kinds import known_kind
 from .base import Model, parse
 from .problem import OneBody, Problem
 from .solver_options import Bem, MeshOptions, Method
@@ -21,6 +22,9 @@ DEEPEST = 16
 their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
+SHOWN = 60
+"""Characters of a line that a message quotes."""
+DECIMAL_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)")
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
@@ -37,6 +41,8 @@ def read_toml(path: str | Path) -> dict[str, Any]:
             path, "rb"
         ) as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
+        if kind := known_kind(path, ".toml"):
+            raise InputError(f"{path}: {kind}")
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
         return parse_toml(content.decode("utf-8-sig"), f"{path}")
@@ -70,9 +76,18 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (RecursionError, ValueError) as error:
-        raise InputError(
-            f"{source}: not valid TOML ({str(error) or 'nested too deeply'})"
-        ) from None
+        raise InputError(f"{source}: not valid TOML {_reason(text, error)}") from None
+
+
+def _reason(text: str, error: Exception) -> str:
+    """Why a text is no TOML, with the line, and what is most often meant."""
+    place = re.search(r"\(at line (\d+),", str(error))
+    if not place:
+        return f"({str(error) or 'nested too deeply'})"
+    line = text.splitlines()[int(place[1]) - 1].strip()[:SHOWN]
+    comma = DECIMAL_COMMA.search(line)
+    hint = f"; a decimal point, not a comma: {comma[1]}.{comma[2]}" if comma else ""
+    return f"({error}): {line!r}{hint}"
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:

@@ -16,6 +16,10 @@ import simpleeval
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
 
+UNIT = re.compile(
+    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
+)
+"""A number, a space, and what is no variable of ours."""
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
     "sin": (np.sin, 1),
@@ -80,6 +84,15 @@ def _real(value: Any) -> Array:
     return np.asarray(value, dtype=float)
 
 
+def _reason(text: str, error: Exception) -> str:
+    """Why a text is no expression, and what is most often meant."""
+    if unit := UNIT.fullmatch(text.strip()):
+        return f"a number has no unit here: {unit[1]}; [units] names units"
+    if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
+        return PRODUCT
+    return f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})"
+
+
 @functools.lru_cache(maxsize=1024)
 def parse_expression(text: str) -> ast.expr:
     """The syntax tree of an expression that holds nothing but arithmetic; one tree a text, not to
@@ -93,11 +106,7 @@ def parse_expression(text: str) -> ast.expr:
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
-        if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
-            raise InputError(PRODUCT) from None
-        raise InputError(
-            f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})"
-        ) from None
+        raise InputError(_reason(text, error)) from None
     for node in ast.walk(tree):
         if isinstance(node, ast.BitXor):
             raise InputError("a power is written with **, as in x**2")

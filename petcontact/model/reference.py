@@ -113,8 +113,10 @@ def _table(place: str, model: type[Model], entry: dict[str, Any]) -> str:
     for name, item in entry["properties"].items():
         required = name in entry.get("required", ())
         default = "required" if required else _shown(item.get("default"))
-        text = f"| `{name}` | {_takes(item)} | {default} | {item.get('description', '')}"
-        lines.append(text.replace("\\", "\\\\").rstrip() + " |")
+        cells = (f"`{name}`", _takes(item), default, item.get("description", ""))
+        # an unescaped bar, as of |σ_t|, would end the cell
+        shown = (cell.replace("\\", "\\\\").replace("|", "\\|") for cell in cells)
+        lines.append(f"| {' | '.join(shown)}".rstrip() + " |")
     return "\n".join([*lines, ""])
 
 

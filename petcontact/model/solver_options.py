@@ -195,11 +195,10 @@ class MeshOptions(Model):
         (1e-4 by default), else of pressure and shear (1e-2); in space 2e-2. Surfaces from files are
         refined only where it is given.
     exponent : float, optional
-        In space: panels on the faces of a box shrink towards the edges with this power of their
-        number, by default 1.4; 1 for equal ones.
-        Of the other keys `element_size` (a quarter of the shortest edge by default),
-        `element_sizes`, `order` (0 to 3, by default 2) and `accuracy` count in space; on surfaces
-        from files the facets are the panels.
+        3D boxes only: panels shrink towards the edges of a face with this power of their number.
+        The default is 1.4; 1 makes equal panels. 3D meshes also read `element_size` (default: a
+        quarter of the shortest edge), `element_sizes`, `order` (0 to 3, default 2) and `accuracy`.
+        On surfaces from files the facets are the panels.
     """
 
     element_size: Positive | None = None

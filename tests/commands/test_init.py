@@ -9,6 +9,7 @@ import tomllib
 import jsonschema
 import pytest
 
+from petcontact.commands.help import OTHER_WORDS
 from petcontact.commands.init import KINDS
 from petcontact.commands.main import main
 from petcontact.manual import ORDER, chapter
@@ -82,6 +83,38 @@ def test_help_searches_all_chapters(words, capsys):
             assert words.lower() in text.lower()
             assert text.removeprefix("...")[:20] in chapter(name).splitlines()[int(number) - 1]
     assert found and (words != "torque" or "recipes" in "\n".join(lines))
+
+
+def test_each_chapter_is_listed_with_what_is_in_it(capsys):
+    assert main(["help"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert all(len(line.split(maxsplit=1)[1]) > 20 for line in lines[3:])
+
+
+@pytest.mark.parametrize("key", ["friction_coefficient", "mesh.element_size"])
+def test_help_of_a_key_says_what_it_is(key, capsys):
+    assert main(["help", key]) == 0
+    first, *rest = capsys.readouterr().out.splitlines()
+    assert key in first and "number" in first and len(" ".join(rest[:3]).split()) > 10
+
+
+@pytest.mark.parametrize("word", sorted(OTHER_WORDS))
+def test_help_of_a_word_that_people_use_leads_to_a_chapter(word, capsys):
+    assert main(["help", *word.split()]) == 0
+    assert f"petcontact help {OTHER_WORDS[word]}`" in capsys.readouterr().out
+
+
+def test_code_of_a_chapter_is_not_wrapped_on_a_terminal(monkeypatch):
+    """And a pager gets it, so that one sees its beginning."""
+    paged = []
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setattr("pydoc.pager", paged.append)
+    monkeypatch.setenv("COLUMNS", "60")
+    assert main(["help", "contact"]) == 0
+    (text,) = paged
+    code = [line for line in chapter("contact").splitlines() if "-bem_hodlr_tol 1e" in line]
+    assert any(line.startswith("petcontact solve") and line in text for line in code)
 
 
 def test_help_of_several_words_is_a_search(capsys):

@@ -117,7 +117,7 @@ def test_a_missing_petsc_is_one_line(folder):
             ["solve", "case.toml", "--figures", "case.toml"],
             "--figures case.toml: is a file, and figures need a folder",
         ),
-        (["plot", "case.toml"], "case.toml: not a whole HDF5 file"),
+        (["plot", "case.toml"], "case.toml: a config; solve it first: petcontact solve case.toml"),
         (["doctor", "-ksp_type", "lu"], "doctor takes no PETSc options"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

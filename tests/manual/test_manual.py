@@ -185,6 +185,13 @@ def test_the_config_reference_is_current():
         assert (ROOT / "configs" / name).read_text() == schema_text(kind)
 
 
+def test_no_bar_cuts_a_meaning_off():
+    """|σ_t| in a table would end the cell."""
+    rows = [line for line in chapter("config").splitlines() if line.startswith("| `")]
+    assert any("\\|σ_t\\|" in row for row in rows)
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {5}
+
+
 def test_every_key_has_a_meaning():
     rows = [line.split(" | ") for line in chapter("config").splitlines() if line.startswith("| `")]
     assert len(rows) > 60

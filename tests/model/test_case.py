@@ -206,11 +206,12 @@ def test_the_same_lines_from_python(build, wanted):
         (b"\x00", "not valid TOML"),
         (b"title = ", "not valid TOML"),
         (b"a = 1\na = 2", "not valid TOML"),
+        (b"[material]\nyoung_modulus = 0,3 # N", "'young_modulus = 0,3 # N'; .* comma: 0.3"),
         (b"x = " + b"[" * 5000, "nested deeper than 16 levels"),
         (b"x = " + b"9" * 10_000, "not valid TOML"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(8),
+    ids=range(9),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"
@@ -218,6 +219,20 @@ def test_files_that_are_no_config(content, wanted, tmp_path):
     with pytest.raises(InputError, match=wanted) as caught:
         load(path)
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    [
+        ("part.step", r"a CAD file; name it in a config: .* file = 'part.step'"),
+        ("body.msh", "a Gmsh file; name it in a config"),
+        ("r.h5", r"a result file; `petcontact plot .*r.h5` draws it"),
+    ],
+)
+def test_other_files_are_named_with_what_is_done_with_them(name, wanted, tmp_path):
+    (tmp_path / name).write_bytes(b"\x89")
+    with pytest.raises(InputError, match=wanted):
+        load(tmp_path / name)
 
 
 @pytest.mark.parametrize(

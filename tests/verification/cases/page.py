@@ -17,7 +17,9 @@ KINDS = {
 }
 HEAD = """# Verification manual
 
-Published cases and closed forms, each solved by petcontact, on a page of its own: problem, reference with its uncertainty
+Published cases and closed forms, a page each.
+
+Each one is solved by petcontact and has a page of its own: problem, reference with its uncertainty
 and source, mesh, tested values, pictures. `scripts/verification` solves them again and writes these pages; a quick subset
 is part of the tests (`tests/verification/cases/test_cases.py`). Cases that cannot be posed, and values outside of their
 tolerance, are listed like all others.
