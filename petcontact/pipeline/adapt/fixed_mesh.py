@@ -19,7 +19,7 @@ from ...refinement.marks import WEAK, Body
 from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...round_off import ROUNDED
-from ..judge.findings import new_finding
+from ..judge.findings import limit_of, new_finding
 from ..judge.known_data import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
@@ -32,8 +32,6 @@ CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
 FEWEST = 8
 """Elements of a mesh below which half of them say nothing."""
-LARGE = 0.1
-"""Estimate that is warned of."""
 MOST_INCREMENTS = 12
 """That are solved once more."""
 MOST = 100
@@ -101,8 +99,10 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
     error = accuracy.error
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
-    large = new_finding("accuracy", f"{text}: {advice}", measured=error, limit=LARGE)
-    return replace(solution, accuracy=accuracy).with_findings([large] * bool(error > LARGE))
+    large = new_finding("accuracy", f"{text}: {advice}", measured=error)
+    return replace(solution, accuracy=accuracy).with_findings(
+        [large] * bool(error > limit_of("accuracy"))
+    )
 
 
 def carries_something(solution: Solution) -> bool:

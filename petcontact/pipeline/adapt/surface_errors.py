@@ -17,7 +17,7 @@ from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from ..judge.increments import PRESSED
+from ..judge.findings import limit_of
 from ..judge.thickness import bending_error
 from .difference import displacement_scale
 
@@ -102,7 +102,7 @@ class TailErrors:
                 default=0.0,
             )
             lacks, bending = (
-                pressed if pressed > PRESSED else 0.0,
+                pressed if pressed > limit_of("overlap under pressure") else 0.0,
                 max(map(bending_error, self._meshes)),
             )
             of_resultants = worst**2 + uneven + EVENLY * even + bending

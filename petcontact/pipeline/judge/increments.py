@@ -12,22 +12,8 @@ from ...compliance.body.base import ElasticBody
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...round_off import WRITTEN
-from .findings import as_kind, judged, new_finding
+from .findings import as_kind, judged, limit_of, new_finding
 
-DIGITS = 1e-4
-"""Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to
-1e-12."""
-EQUILIBRIUM = 0.1
-"""Resultant of the tractions and loads of a body over the sum of their sizes that is not accepted;
-meshes that resolve the tractions leave 1e-7 to 7e-3."""
-OVERLAP = 1e-3
-"""Overlap at nodes, over what contact displaces, that is not accepted."""
-BETWEEN = 0.1
-"""The same between nodes."""
-PRESSED = 0.3
-"""The same between nodes of which some are in contact, from which on forces are not believed:
-rollers of 2 rows of nodes in contact had .85 and .91, their forces were a fifth of what they should
-be; of 3 rows .58 and .39; of 8 rows .04."""
 REFINE = (
     "refine the mesh there (smaller elements, --adapt, or no [mesh] at all; in the plane "
     "mesh.graded_points with mesh.grading)"
@@ -132,31 +118,25 @@ def increment_findings(residuals: dict[str, float], between: Finding | None) -> 
     lost, unbalanced, overlap = (
         residuals[key] for key in ("elimination", "equilibrium", "overlap")
     )
-    if lost > DIGITS:
+    if lost > limit_of("elimination"):
         text = (
             f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most "
-            f"{DIGITS:g} is accepted"
+            f"{limit_of('elimination'):g} is accepted"
         )
         advice = "choose smaller elements"
-        findings.append(
-            new_finding("elimination", text, advice=advice, measured=lost, limit=DIGITS)
-        )
-    if unbalanced > EQUILIBRIUM:
+        findings.append(new_finding("elimination", text, advice=advice, measured=lost))
+    if unbalanced > limit_of("equilibrium"):
         text = (
             f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is "
-            f"left, at most {EQUILIBRIUM:g} is accepted"
+            f"left, at most {limit_of('equilibrium'):g} is accepted"
         )
         advice = "choose smaller elements"
-        findings.append(
-            new_finding("equilibrium", text, advice=advice, measured=unbalanced, limit=EQUILIBRIUM)
-        )
-    if overlap > OVERLAP:
+        findings.append(new_finding("equilibrium", text, advice=advice, measured=unbalanced))
+    if overlap > limit_of("overlap"):
         text = f"surfaces overlap by {overlap:.1e} of what contact displaces"
         advice = "choose a smaller tolerance"
-        findings.append(
-            new_finding("overlap", text, advice=advice, measured=overlap, limit=OVERLAP)
-        )
-    if between is not None and between.measured > BETWEEN:
+        findings.append(new_finding("overlap", text, advice=advice, measured=overlap))
+    if between is not None and between.measured > limit_of("overlap between nodes"):
         findings.append(as_kind(between, "overlap between nodes", REFINE))
     return findings
 
@@ -175,7 +155,11 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
         depth = result.residuals["between"]
         between = overlap_of(result)
         ends = result.status == "converged" and result.load_factor == 1.0
-        if between is not None and ends and depth > BETWEEN * (depth + most):
+        if (
+            between is not None
+            and ends
+            and depth > limit_of("overlap between nodes") * (depth + most)
+        ):
             decisive = as_kind(between, "overlap between nodes", REFINE)
             status, reason = judged([decisive], "")
             return k, replace(

@@ -12,7 +12,7 @@ from ...mesh.curved.panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Problem
 from ...results.report import Finding
-from .findings import new_finding
+from .findings import limit_of, new_finding
 from .thickness import SHARE, slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
@@ -26,10 +26,6 @@ STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
 orders 2 to 5 and sizes of 1.7, 2.5, 3.3, 4."""
 PLANE = 0.05
 """Height of a panel over its chord, in its size, up to which it is as good as plane."""
-DISTORTED = 2.0
-"""Largest over smallest area factor of a curved element that is warned of."""
-STIFFEST = 1e12
-"""Largest ratio of the stiffness of two bodies: their displacements add up in 16 digits."""
 
 
 def check_meshes(
@@ -101,7 +97,7 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
             ),
         ]
     )
-    over = np.count_nonzero(ratio > DISTORTED)
+    over = np.count_nonzero(ratio > limit_of("distortion"))
     if not over:
         return []
     worst = int(ratio.argmax())
@@ -110,10 +106,10 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     place = ", ".join(f"{c:.4g}" for c in centre)
     text = (
         f"the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} "
-        f"varies by more than {DISTORTED:g} within the element, most by {ratio[worst]:.3g} in "
-        f"element {int(index)} at ({place}); its integrals keep fewer digits"
+        f"varies by more than {limit_of('distortion'):g} within the element, most by "
+        f"{ratio[worst]:.3g} in element {int(index)} at ({place}); its integrals keep fewer digits"
     )
-    return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]), limit=DISTORTED)]
+    return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]))]
 
 
 def check_stiffness(problem: Problem) -> list[Finding]:
@@ -122,12 +118,12 @@ def check_stiffness(problem: Problem) -> list[Finding]:
     names = [body.name for body in problem.body]
     moduli = [body.material.young_modulus for body in problem.body]
     soft, stiff = int(np.argmin(moduli)), int(np.argmax(moduli))
-    if moduli[stiff] <= STIFFEST * moduli[soft]:
+    if moduli[stiff] <= limit_of("stiffness") * moduli[soft]:
         return []
     ratio = moduli[stiff] / moduli[soft]
     text = (
         f"body {names[stiff]!r} is {ratio:.1e} times as stiff as body {names[soft]!r}, at most "
-        f"{STIFFEST:.0e} is solved"
+        f"{limit_of('stiffness'):.0e} is solved"
     )
     advice = "make it a rigid [[obstacle]], or leave out the soft one"
-    return [new_finding("stiffness", text, advice=advice, measured=ratio, limit=STIFFEST)]
+    return [new_finding("stiffness", text, advice=advice, measured=ratio)]

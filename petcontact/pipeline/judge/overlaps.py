@@ -15,8 +15,7 @@ from ...contact.system import ContactSystem, is_monolithic
 from ...results.report import Finding
 from ...round_off import CHAINED, WRITTEN
 from .between_nodes import Places
-from .findings import new_finding
-from .increments import BETWEEN
+from .findings import limit_of, new_finding
 
 NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
@@ -99,14 +98,13 @@ def overlaps(
             unfaced=not outcome.sigma[where].any(),
         )
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
-        if share > BETWEEN and _yields(bodies, outcome, places, face, depth):
+        if share > limit_of("overlap on the way") and _yields(bodies, outcome, places, face, depth):
             share, depth = 0.0, 0.0
-        if share > max(worst, BETWEEN) and place is not None:
+        if share > max(worst, limit_of("overlap on the way")) and place is not None:
             finding = new_finding(
                 "overlap on the way",
                 f"surfaces overlap between nodes: {_told(face, between, depth, place)}",
                 measured=share,
-                limit=BETWEEN,
             )
         worst, deepest = max((worst, deepest), (share, depth))
         if closed and scale > 0.0:

@@ -16,18 +16,11 @@ from ...results.records import StepResult
 from ...results.report import Finding
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
-from .findings import judged, new_finding
+from .findings import judged, limit_of, new_finding
 from .warnings import unusual
 
-JAM = 1e-3
-"""Pressure, over the largest that there was, that stays where nothing jams."""
-IMBALANCE = 1e-3
-"""Of a pair (`PairResult.imbalance`), that is reported."""
-SAGGING, NEXT = 0.1, 2.0
-"""Height of curved faces over facets, over what contact closes, that is reported; where gaps are so
-many times that."""
-FAR = 0.05
-"""Initial gap or overlap, over the size of the body, that is reported."""
+NEXT = 2.0
+"""Gaps over what contact closes up to which faces are looked at for their `sag`."""
 
 
 def findings_of(
@@ -54,13 +47,13 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
     for interface in problem.discrete.interfaces:
         pairs = [result.pairs[interface.name] for result in results]
         left = max((pair.imbalance for pair in pairs), default=0.0)
-        if left > IMBALANCE:
+        if left > limit_of("moments"):
             text = (
                 f"the moments on its two sides differ by {left:.1e} of all that acts there: "
                 "friction across a gap or an overlap that is not small next to the face"
             )
             where = f"pair {interface.name!r}"
-            findings.append(new_finding("moments", text, where, measured=left, limit=IMBALANCE))
+            findings.append(new_finding("moments", text, where, measured=left))
         closed = [
             float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs
         ]
@@ -68,14 +61,14 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
         beside = interface.gap <= NEXT * approach
         sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
-        if sag > SAGGING * approach:
+        if sag > limit_of("sag") * approach:
             text = (
                 f"its elements miss the curved faces that they stand for by up to {sag:.2g}, next "
                 f"to {approach:.2g} that contact closes or leaves open: p is as rough"
             )
             where = f"pair {interface.name!r}"
             advice = "use smaller elements, or give the gap as an expression"
-            limit = SAGGING * approach
+            limit = limit_of("sag") * approach
             findings.append(
                 new_finding("sag", text, where, advice=advice, measured=sag, limit=limit)
             )
@@ -110,7 +103,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
             left, *pressed = (
                 float(r.pairs[name].pressure.max(initial=0.0)) for r in (ends[0], *results)
             )
-            if left > JAM * max(pressed):
+            if left > limit_of("jam") * max(pressed):
                 text = (
                     f"pair {name!r} stays pressed after step "
                     f"{problem.steps[number - 1].name!r} took all loads away: it jams, and what "
@@ -184,7 +177,7 @@ def _far(discrete: Discrete) -> list[Finding]:
     """Find interfaces with large initial gaps or overlaps."""
     findings = []
     for posed, distance in zip(discrete.sides, discrete.distance, strict=True):
-        limit = FAR * discrete.boundaries[posed.body].diameter
+        limit = limit_of("far apart") * discrete.boundaries[posed.body].diameter
         if np.isfinite(distance) and abs(distance) > limit:
             far = distance > 0.0
             how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"

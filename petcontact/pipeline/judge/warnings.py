@@ -15,18 +15,8 @@ from ...results.records import StepResult
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..pose.discretise import Discrete
-from .findings import new_finding
+from .findings import limit_of, new_finding
 from .increments import overlap_of
-
-TURN, TRAVEL = 0.1, 1.0
-"""Rotation [rad], and displacement over the size of the body, beyond which displacements are not
-small."""
-ABSURD = 1e9
-"""Displacement over the size of the body that is not accepted: loads and moduli are in different
-units."""
-UNEVEN = 0.02
-"""Resultant of the tractions of a body over the sum of their sizes that is warned of, see
-`increments.EQUILIBRIUM`."""
 
 
 def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
@@ -37,14 +27,14 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
     moved, number = max(
         (u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True))
     )
-    if not moved > ABSURD:
+    if not moved > limit_of("displacement"):
         return []
     text = (
         f"body {discrete.problem.body[number].name!r} moves by {moved:.1e} times its size, at most "
-        f"{ABSURD:.0e} is accepted: displacements are taken to be small"
+        f"{limit_of('displacement'):.0e} is accepted: displacements are taken to be small"
     )
     advice = "check the units of loads and moduli"
-    return [new_finding("displacement", text, advice=advice, measured=moved, limit=ABSURD)]
+    return [new_finding("displacement", text, advice=advice, measured=moved)]
 
 
 def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
@@ -63,21 +53,19 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
         for name, obstacle in result.obstacles.items():
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
     return [
-        *_large("{} turns by {:.2g} rad", TURN, turned),
-        *_large("{} moves by {:.2g} times its size", TRAVEL, moved),
-        *_large("{} slips by {:.2g} elements", 1.0, _slips(discrete, results)),
+        *_large("turn", "{} turns by {:.2g} rad", turned),
+        *_large("travel", "{} moves by {:.2g} times its size", moved),
+        *_large("slip", "{} slips by {:.2g} elements", _slips(discrete, results)),
     ]
 
 
-def _large(text: str, limit: float, values: dict[str, float]) -> list[Finding]:
-    """Findings of motions that are larger than a limit."""
+def _large(kind: str, text: str, values: dict[str, float]) -> list[Finding]:
+    """Findings of motions that are larger than their limit."""
     advice = "displacements are taken to be small"
     return [
-        new_finding(
-            "large motion", text.format(name, value), advice=advice, measured=value, limit=limit
-        )
+        new_finding(kind, text.format(name, value), advice=advice, measured=value)
         for name, value in values.items()
-        if value > limit
+        if value > limit_of(kind)
     ]
 
 
@@ -116,8 +104,8 @@ def _uneven(results: Sequence[StepResult]) -> list[Finding]:
         (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
     )
     text, advice = f"tractions are in equilibrium to {left:.1e} only", "choose smaller elements"
-    uneven = new_finding("uneven tractions", text, advice=advice, measured=left, limit=UNEVEN)
-    return [uneven] if left > UNEVEN else []
+    uneven = new_finding("uneven tractions", text, advice=advice, measured=left)
+    return [uneven] if left > limit_of("uneven tractions") else []
 
 
 def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:

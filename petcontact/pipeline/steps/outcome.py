@@ -19,20 +19,13 @@ from ...results.records import BodyResult, ObstacleResult, PairResult, StepResul
 from ...results.report import Finding
 from ...round_off import HALF
 from ..eliminate import ELASTIC_LIMIT
-from ..judge.findings import judged, new_finding
-from ..judge.increments import BLOCKS, PRESSED, imbalance, increment_findings
+from ..judge.findings import judged, limit_of, new_finding
+from ..judge.increments import BLOCKS, imbalance, increment_findings
 from ..judge.overlaps import Overlap, overlaps
 from ..judge.warnings import absurd
 from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
 from .increment import Increment, IncrementState
 from .wear import Tried
-
-LARGEST_IMBALANCE = 1e-2
-"""Imbalance of a pair that is not accepted."""
-LAW = 1e-2
-"""Natural residual of a pair, over its tractions, that is not accepted; without any it is 0 or
-1."""
-
 
 Fields = list[tuple[Array, Array]]
 """u [length] and traction [stress] on the boundary of each body, (n, d)."""
@@ -198,12 +191,12 @@ def _solved_findings(
         *increment_findings(residuals, overlap.finding if ends else None),
     ]
     missed = max(residuals["tangential"], residuals["normal"])
-    if not missed <= LAW:
+    if not missed <= limit_of("contact law"):
         text = f"the law of contact is missed by {missed:.1e} of the tractions of a pair"
-        findings.append(new_finding("contact law", text, measured=missed, limit=LAW))
+        findings.append(new_finding("contact law", text, measured=missed))
     if overlap.finding is not None:
         findings.append(overlap.finding)
-    if overlap.pressed > PRESSED:
+    if overlap.pressed > limit_of("overlap under pressure"):
         text = (
             f"surfaces overlap between nodes in contact: {overlap.pressed_where}, "
             f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces "
@@ -217,7 +210,6 @@ def _solved_findings(
                 where,
                 advice=advice,
                 measured=overlap.pressed,
-                limit=PRESSED,
             )
         )
     return [
@@ -240,12 +232,10 @@ def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Findi
         shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
         couple = increment.problem.system.motions.moment(apart, pair.weight[:, None] * shear)
         left = pair.imbalance_beyond(-couple)
-        if not left <= LARGEST_IMBALANCE:
+        if not left <= limit_of("reaction"):
             text = f"force or moment on its two sides differ by {left:.1e} of all that acts there"
             where = f"pair {face.name!r}"
-            findings.append(
-                new_finding("reaction", text, where, measured=left, limit=LARGEST_IMBALANCE)
-            )
+            findings.append(new_finding("reaction", text, where, measured=left))
     return findings
 
 

@@ -18,16 +18,12 @@ from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
 from ...round_off import SOLVED
-from ..judge.findings import new_finding
+from ..judge.findings import limit_of, new_finding
 from .halves import touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
 from .wear import with_wear
 
-REPORTED = 0.03
-"""Difference of q, over p in L2, that is reported. One increment is off by .7 to 1.4 times as much
-as it differs from two (a sphere, rollers and discs, a rounded pin), more of them by half as much as
-they differ from half as many."""
 FEW = 4
 """Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most
 with 8."""
@@ -48,7 +44,7 @@ def path_findings(problem: PreparedProblem, solution: Solution) -> list[Finding]
         later = _after(begins, ends)
         count = 2 if later == 1 else later // 2
         change, share = _differences(problem, ends, whole, begins, count)
-        if share > REPORTED:
+        if share > limit_of("path"):
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
             touch = " after the bodies touch" if begins else ""
             text = (
@@ -59,9 +55,7 @@ def path_findings(problem: PreparedProblem, solution: Solution) -> list[Finding]
                 f"if all loads grow together, {_auto(problem)}; if they really come one after "
                 "the other, give each a [[step]], which is another path"
             )
-            findings.append(
-                new_finding("path", text, advice=advice, measured=share, limit=REPORTED)
-            )
+            findings.append(new_finding("path", text, advice=advice, measured=share))
     return findings
 
 
@@ -113,7 +107,7 @@ def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
         closes = np.isfinite(face.gap) & (face.gap != 0.0) & opened & (pair.state != OPEN)
         friction += float(closes.any() * (pair.weight @ np.sum(pair.sigma_t**2, axis=1)))
         pressure += float(pair.weight @ pair.pressure**2)
-    return friction > REPORTED**2 * pressure
+    return friction > limit_of("path") ** 2 * pressure
 
 
 def _differences(
