@@ -32,7 +32,7 @@ from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.path import path_findings
+from .steps.path import path_errors
 from .steps.start import finished_before, first_iterate
 
 
@@ -199,7 +199,9 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
 def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution that is reported of, with what is to be said of the path of its loads; the
     operators are still needed."""
-    return solution.with_findings(path_findings(problem, solution))
+    error, findings = path_errors(problem, solution)
+    accuracy = replace(solution.accuracy, path=error)
+    return replace(solution, accuracy=accuracy).with_findings(findings)
 
 
 def petsc_options_of(table: Mapping[str, Any]) -> str:

@@ -55,6 +55,9 @@ class Accuracy:
         Fields of `Zone`, with ends as an adaptive solve places them.
     zone_errors : list of pairs of float
         How far the ends of zones moved from mesh to mesh [length].
+    path : float
+        Error that the increments leave in p and q, over p in L2: 0 where the path does not matter,
+        nan where it is not known [-].
     largest_slip : float
         Largest |u_t| between nodes, nan where it is not known [length].
     """
@@ -72,6 +75,7 @@ class Accuracy:
     edges: dict[str, list[float]] = field(default_factory=dict)
     zones: list[tuple[str, float, float, int]] | None = None
     zone_errors: list[tuple[float, float]] = field(default_factory=list)
+    path: float = 0.0
     largest_slip: float = math.nan
 
     @property

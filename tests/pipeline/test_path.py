@@ -114,8 +114,10 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
     monkeypatch.setattr(
         run,
-        "path_findings",
-        lambda problem, solution: looked.append(problem) or [new_finding("path", "looked at")],
+        "path_errors",
+        lambda problem, solution: (
+            looked.append(problem) or (0.0, [new_finding("path", "looked at")])
+        ),
     )
     data = {
         "material": SOFT,

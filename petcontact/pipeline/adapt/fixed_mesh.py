@@ -86,7 +86,9 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
         if math.isnan(whole):
-            return replace(solution, accuracy=Accuracy(unknown="compare with a finer mesh"))
+            return replace(
+                solution, accuracy=replace(solution.accuracy, unknown="compare with a finer mesh")
+            )
         return _estimated(solution, Accuracy(error=min(whole, 1.0)))
     if solution.kind == "bilateral" and math.isnan(whole):
         beside = beside_error(solution, solved_on)
@@ -99,6 +101,7 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
     error = accuracy.error
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
+    accuracy = replace(accuracy, path=solution.accuracy.path)
     large = new_finding("accuracy", f"{text}: {advice}", measured=error)
     return replace(solution, accuracy=accuracy).with_findings(
         [large] * bool(error > limit_of("accuracy"))

@@ -1,8 +1,8 @@
 """Cycles of wear: a range of load steps again and again, many cycles at once where p changes
 slowly.
 
-A jump over N cycles is one cycle whose increments wear as much as N of them, and slip as far as the
-cycle before did.
+A jump over N > 1 cycles is one cycle whose increments wear as much as N of them, and slip as far as
+the cycle before did. A jump of one cycle is that cycle, solved as steps that are written out.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def _one_cycle(
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
         for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
             increment = increment.then(target, state)
-            if earlier:
+            if earlier and times > 1:
                 found, next_ = worn(increment, earlier[len(tried)], times, monitor)
             else:
                 found = with_wear(increment, increment.solved(monitor), monitor)

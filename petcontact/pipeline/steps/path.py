@@ -1,11 +1,13 @@
-"""How much friction at the end of a step depends on its number of increments.
+"""How much friction and wear at the end of a step depend on its number of increments.
 
 An increment takes all tangential motion of a node for slip in contact, whenever in the increment
-the node touches.
+the node touches. Friction is otherwise of the first order in the size of the increments, and wear
+of the second. So what a number of increments leaves is about what half as many differ by.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -24,39 +26,43 @@ from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
 from .wear import with_wear
 
-FEW = 4
-"""Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most
-with 8."""
+CARRIES = 1e-3
+"""Shear over pressure, in L2, from which on the path is looked at: an error of it that is a tenth
+as large is below all that is wanted of meshes."""
 MOST, PATIENT = 2000, 10
 """Contact nodes and iterations of a step up to which it is looked at with bodies on H-matrices:
 there it costs as much as the step."""
 
 
-def path_findings(problem: PreparedProblem, solution: Solution) -> list[Finding]:
-    """Find steps of few increments in which a contact with friction grows.
+def path_errors(problem: PreparedProblem, solution: Solution) -> tuple[float, list[Finding]]:
+    """The error that increments leave in p and q at the ends of steps, over p in L2, of the worst
+    step in which a contact with friction grows or wears; and findings of it.
 
     One increment is compared with two, more with half as many, each started from its own solution.
-    Where contact begins on the way those before do not count.
+    Where contact begins on the way those before do not count. The error is 0 where the path does
+    not matter, and nan where one of the two is not solved.
     """
-    findings = []
+    findings, worst = list[Finding](), 0.0
     for ends, whole in _growing(problem, solution.steps if solution.converged else []):
         begins = touching(whole)
         later = _after(begins, ends)
         count = 2 if later == 1 else later // 2
         change, share = _differences(problem, ends, whole, begins, count)
+        worst = share if math.isnan(share) else max(worst, share)
         if share > limit_of("path"):
+            name = "p and q differ" if problem.discrete.wear.any() else "q differs"
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
             touch = " after the bodies touch" if begins else ""
             text = (
-                f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between "
-                f"{len(ends)} and {count} increments{touch}"
+                f"{what} depends on the path: {name} by {change:.0%} ({share:.0%} of p) "
+                f"between {len(ends)} and {count} increments{touch}"
             )
             advice = (
                 f"if all loads grow together, {_auto(problem)}; if they really come one after "
                 "the other, give each a [[step]], which is another path"
             )
             findings.append(new_finding("path", text, advice=advice, measured=share))
-    return findings
+    return worst, findings
 
 
 def _auto(problem: PreparedProblem) -> str:
@@ -75,8 +81,8 @@ def _after(begins: float, ends: Sequence[StepResult]) -> int:
 def _growing(
     problem: PreparedProblem, results: Sequence[StepResult]
 ) -> Iterator[tuple[list[StepResult], Increment]]:
-    """The results of steps of few increments in which nodes with a gap close that carry friction,
-    and the step in one."""
+    """The results of steps in which nodes with a gap close that carry friction, or that wear, and
+    the step in one."""
     system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
     jointly = any(body.is_solved_jointly for body in system.bodies)
     looks = system.k == system.dim and not (jointly and system.size > MOST)
@@ -93,13 +99,15 @@ def _growing(
         begun = state_after(problem, before)
         motions = [ObstacleMotion.of(o, begun, k, system.motions) for k, o in enumerate(obstacles)]
         whole = Increment(problem, step, number, motions, begun, 1.0)
-        if _after(touching(whole), own) <= FEW:
+        if _after(touching(whole), own):
             yield own, whole
 
 
 def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
     """Whether nodes with a gap that are open at the first of some ends are not at the last, in a
-    pair with friction."""
+    contact with friction; or something wears."""
+    if problem.discrete.wear.any():
+        return True
     friction = pressure = 0.0
     for face in problem.system.interfaces:
         first, pair = ends[0].pairs[face.name], ends[-1].pairs[face.name]
@@ -107,14 +115,15 @@ def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
         closes = np.isfinite(face.gap) & (face.gap != 0.0) & opened & (pair.state != OPEN)
         friction += float(closes.any() * (pair.weight @ np.sum(pair.sigma_t**2, axis=1)))
         pressure += float(pair.weight @ pair.pressure**2)
-    return friction > limit_of("path") ** 2 * pressure
+    return friction > CARRIES**2 * pressure
 
 
 def _differences(
     problem: PreparedProblem, ends: list[StepResult], whole: Increment, begins: float, count: int
 ) -> tuple[float, float]:
-    """How much q at the end of a step differs from that after another number of increments from
-    where contact begins, over q and over p, in L2; 0 where one of them fails."""
+    """How much q, with wear p and q, at the end of a step differ from those after another number of
+    increments from where contact begins, over themselves and over p, in L2; nan where one of them
+    fails."""
     weight, tangential, state, reached = (
         problem.system.weight,
         problem.system.dim - 1,
@@ -134,13 +143,14 @@ def _differences(
         part = replace(whole, target=target, begun=reached, before=state)
         _, outcome, state = with_wear(part, part.solved(), None)
         if not outcome.converged:
-            return 0.0, 0.0
+            return math.nan, math.nan
         reached = target
+    depends = problem.system.dim if problem.discrete.wear.any() else tangential
     change, q, p = (
         contact_norm(part, weight)
         for part in (
-            (outcome.sigma - last.sigma)[:, :tangential],
-            last.sigma[:, :tangential],
+            (outcome.sigma - last.sigma)[:, :depends],
+            last.sigma[:, :depends],
             last.sigma[:, tangential:],
         )
     )

@@ -1,10 +1,11 @@
 """Archard's wear within an increment: h' = k p |w'| at each node, where the worn depth h opens the
 gap that p follows from.
 
-Slip is taken to grow evenly from the start to the end of the increment, and the depth by the singly
-diagonal implicit Runge-Kutta method of order 2 (Alexander, SIAM J. Numer. Anal. 14 (1977)
-1006-1021) with γ = 1 - 1/√2: h₁ = h₀ + γ k|Δw| p₁ at the share γ of the increment's loads, h₂ = h₀
-+ k|Δw| ((1-γ) p₁ + γ p₂) at its end. Each is a contact problem whose gap opens by γ k|Δw| times p:
+Slip is taken to grow evenly from the start to the end of the increment, by what it is with the wear
+of the increment in it; the depth grows by the singly diagonal implicit Runge-Kutta method of order
+2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021) with γ = 1 - 1/√2: h₁ = h₀ + γ k|Δw| p₁ at
+the share γ of the increment's loads, h₂ = h₀ + k|Δw| ((1-γ) p₁ + γ p₂) at its end.
+Each is a contact problem whose gap opens by γ k|Δw| times p:
 S has that much more on its diagonal. The method is L-stable: an explicit one makes p jump from node
 to node where k|Δw| exceeds 2 λ_min(S_nn), this one never. Its weights are positive and add up to 1:
 depths never fall, and the volume is k times the force times the slip where that is the same
@@ -52,19 +53,21 @@ class Earlier:
 
 
 def with_wear(increment: Increment, outcome: ContactState, monitor: Monitor | None) -> Tried:
-    """An increment that was solved, with the wear in it, whose slip is that of the increment
-    without."""
+    """An increment that was solved, with the wear in it: a predictor by the slip of the increment
+    without, and a corrector by that of the predictor, which makes the method one of order 2."""
     plain = increment, outcome, increment.after(outcome)
     wear = increment.problem.discrete.wear
     if not (outcome.converged and wear.any()):
         return plain
     first = increment.before.start or (outcome.v, outcome.sigma)
     way = _way(increment, outcome)
-    return (
-        worn(increment, Earlier(way, (first, (outcome.v, outcome.sigma))), 1, monitor)[0]
-        if (wear * way).any()
-        else plain
-    )
+    if not (wear * way).any():
+        return plain
+    predictor = Earlier(way, (first, (outcome.v, outcome.sigma)))
+    tried, following = worn(increment, predictor, 1, monitor)
+    if not tried[1].converged:
+        return tried
+    return worn(increment, Earlier(following.way, following.starts), 1, monitor)[0]
 
 
 def worn(

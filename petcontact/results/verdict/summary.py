@@ -99,7 +99,15 @@ def _steps(solution: SolutionData) -> list[str]:
     if not solution.nodes:
         lines += _displaced(solution)
     lines += _warnings(solution)
-    return [*lines, *_accuracy(solution)]
+    return [*lines, *_accuracy(solution), *_path(solution.accuracy.path)]
+
+
+def _path(error: float) -> list[str]:
+    """The error that the increments leave in p and q, where they leave one."""
+    if np.isnan(error):
+        return ["  error of the path not known: other increments are not solved"]
+    line = f"  error of the path: {error:.1e} of p, against another number of increments"
+    return [line] * bool(error > 0.0)
 
 
 def _zones_and_forces(solution: SolutionData) -> list[str]:
