@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...arrays import Array
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import OPEN
 from ...model.load_steps import changed_obstacle
@@ -124,12 +125,7 @@ def _differences(
     """How much q, with wear p and q, at the end of a step differ from those after another number of
     increments from where contact begins, over themselves and over p, in L2; nan where one of them
     fails."""
-    weight, tangential, state, reached = (
-        problem.system.weight,
-        problem.system.dim - 1,
-        whole.before,
-        0.0,
-    )
+    state, reached = whole.before, 0.0
     last = state_after(problem, ends)
     for target in np.append(
         [begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count
@@ -145,13 +141,13 @@ def _differences(
         if not outcome.converged:
             return math.nan, math.nan
         reached = target
-    depends = problem.system.dim if problem.discrete.wear.any() else tangential
-    change, q, p = (
-        contact_norm(part, weight)
-        for part in (
-            (outcome.sigma - last.sigma)[:, :depends],
-            last.sigma[:, :depends],
-            last.sigma[:, tangential:],
-        )
-    )
-    return (change / q, change / p) if q * p > 0.0 else (0.0, 0.0)
+    return _shares(problem, outcome.sigma - last.sigma, last.sigma)
+
+
+def _shares(problem: PreparedProblem, change: Array, sigma: Array) -> tuple[float, float]:
+    """A change of q, with wear of p and q, over these and over p, in L2."""
+    weight, tangential = problem.system.weight, problem.system.dim - 1
+    kept = slice(None if problem.discrete.wear.any() else tangential)
+    parts = (change[:, kept], sigma[:, kept], sigma[:, tangential:])
+    differs, size, p = (contact_norm(part, weight) for part in parts)
+    return (differs / size, differs / p) if size * p > 0.0 else (0.0, 0.0)
