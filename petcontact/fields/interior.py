@@ -12,7 +12,6 @@ from ..arrays import Array
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
-from ..geometry.meridian import ON_AXIS
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh, RingMesh
 from ..model.problem import Material
@@ -72,9 +71,9 @@ def _(
     mesh: RingMesh, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
 ) -> Array:
     across = material.poisson_ratio * (stress[:, 0] + stress[:, 1]) + heat
-    hoop = across + material.young_modulus * mesh.hoop_strain(x, u)
-    # on the axis no direction is special
-    return np.asarray(np.where(x[:, 0] > ON_AXIS * np.abs(mesh.x).max(), hoop, stress[:, 0]))
+    # on the axis the hoop stress is the radial one
+    radial = (stress[:, 0] - across) / material.young_modulus
+    return np.asarray(across + material.young_modulus * mesh.hoop_strain(x, u, radial))
 
 
 def points_in(points: Any, dim: int) -> Array:

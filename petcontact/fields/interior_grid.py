@@ -50,7 +50,8 @@ def triangulate(
     step = (high - low) / np.array(resolution, dtype=float)
     spacing = float(step.min())
     rim = [_rim(mesh, loop, spacing) for loop in mesh.loops()]
-    body = shapely.Polygon(rim[0], rim[1:])
+    # a hole may share a stretch of the axis with the outer loop
+    body = shapely.Polygon(rim[0]).difference(shapely.union_all([*map(shapely.Polygon, rim[1:])]))
     shapely.prepare(body)
     x, y = (low[c] + step[c] * np.arange(resolution[c] + 1) for c in range(2))
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -79,7 +80,7 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
     """
     points: list[Array] = []
     inset = INSET * spacing
-    for before, k in zip(np.roll(loop, 1).tolist(), loop.tolist(), strict=True):
+    for before, k in zip(mesh.neighbours()[0][loop].tolist(), loop.tolist(), strict=True):
         corner = _corner(mesh, before, k, inset)
         if corner is not None:
             # a corner is worth more than what came just before it
@@ -91,16 +92,27 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
         for point in place - inset * normal:
             if not points or np.hypot(*(points[-1] - point)) >= KEPT_OFF * spacing:
                 points.append(point)
+    if mesh.neighbours()[1][loop[-1]] == loop[-1]:
+        points.append(_beside(mesh, int(loop[-1]), 1.0, inset))
     while len(points) > 3 and np.hypot(*(points[-1] - points[0])) < KEPT_OFF * spacing:
         points.pop()
     return np.array(points)
 
 
 def _corner(mesh: CurveMesh, before: int, after: int, inset: float) -> Array | None:
-    """The point inside a corner, None where the outline runs on smoothly."""
+    """The point inside a corner, None where the outline runs on smoothly; the one on the axis where
+    it begins there."""
+    if before == after:
+        return _beside(mesh, after, -1.0, inset)
     n = mesh.on_element(before, np.array([1.0]))[1][0]
     m = mesh.on_element(after, np.array([-1.0]))[1][0]
     if n @ m > np.cos(np.radians(10.0)):
         return None
     inwards = -(n + m) / max(float(np.hypot(*(n + m))), 1e-12)
     return np.asarray(mesh.start[after] + inset * inwards)
+
+
+def _beside(mesh: CurveMesh, number: int, xi: float, inset: float) -> Array:
+    """The point inside an end of an element that lies on the axis."""
+    place, normal = mesh.on_element(number, np.array([xi]))
+    return np.asarray((place - inset * normal)[0] * [0.0, 1.0])

@@ -21,6 +21,7 @@ ORDER = (
     "contact",
     "loads",
     "wear",
+    "axial",
     "space",
     "operators",
     "methods",

@@ -145,9 +145,13 @@ class BoundaryMesh(Protocol):
         """Points (m, d), and their images from which a half section is seen as its image is."""
         ...
 
-    def hoop_strain(self, x: Array, u: Array) -> Array:
-        """u_r/r (m,) of a body of revolution, else 0, by displacements (m, d) at points (m, d)
-        [-]."""
+    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
+        """u_r/r (m,) of a body of revolution, else 0, by displacements (m, d) at points (m, d); on
+        the axis it is the `radial` strain (m,) [-]."""
+        ...
+
+    def on_axis(self, u: Array) -> Array:
+        """Nodal displacements (n, k), of a body of revolution such that u_r is 0 on the axis."""
         ...
 
     def batches(self) -> list[Batch]:
@@ -181,6 +185,14 @@ class Collocated:
     def measure(self) -> Array:
         """The weights."""
         return self.weight
+
+    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
+        """None."""
+        return np.zeros(len(x))
+
+    def on_axis(self, u: Array) -> Array:
+        """The displacements: there is no axis."""
+        return u
 
     @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:

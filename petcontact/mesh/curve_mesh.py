@@ -243,11 +243,6 @@ class CurveMesh(Collocated):
         arrays."""
         return round_loops([len(loop) for loop in self.loops()])
 
-    @staticmethod
-    def hoop_strain(x: Array, u: Array) -> Array:
-        """Strain (m,) along the third axis by displacements (m, 2) at points (m, 2): none [-]."""
-        return np.zeros(len(x))
-
     @functools.cached_property
     def _even_arcs(self) -> Index:
         """The elements before and after each one that is a constant arc between two like it, -2 for
@@ -316,10 +311,22 @@ class RingMesh(CurveMesh):
         """Points (m, 2), and their images beyond the axis."""
         return [x, x * [-1.0, 1.0]]
 
-    @staticmethod
-    def hoop_strain(x: Array, u: Array) -> Array:
-        """u_r/r (m,) of displacements (m, 2) at points (m, 2), 0 on the axis [-]."""
-        return np.divide(u[:, 0], x[:, 0], out=np.zeros(len(x)), where=x[:, 0] > 0.0)
+    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
+        """u_r/r (m,) of displacements (m, 2) at points (m, 2); on the axis, where it has no digits,
+        the `radial` strain (m,), which it is there [-]."""
+        off = x[:, 0] > AXIS * np.abs(self.x[:, 0]).max()
+        return np.where(off, u[:, 0] / np.where(off, x[:, 0], 1.0), radial)
+
+    def on_axis(self, u: Array) -> Array:
+        """Nodal displacements (n, k), the first of which is 0 where elements begin or end on the
+        axis: by polynomials u_r is that but for their error, which u_r/r does not bear."""
+        result = u.copy()
+        for ends, at in ((self.start, -1.0), (self.end, 1.0)):
+            for e in np.flatnonzero(ends[:, 0] == 0.0).tolist():
+                nodes = np.arange(self.first_node[e], self.first_node[e + 1])
+                left = lagrange(int(self.order[e]), np.array([at]))[:, 0] @ result[nodes, 0]
+                result[nodes, 0] -= 0.5 * (1.0 + at * self.xi[nodes]) * left
+        return result
 
     def neighbours(self) -> tuple[Index, Index]:
         """As of `CurveMesh`; an element that begins or ends on the axis is its own neighbour."""
@@ -331,6 +338,9 @@ class RingMesh(CurveMesh):
         )
 
 
+AXIS = 1e-5
+"""Distance from the axis over the largest one, below which u_r/r is u_r' there: that is off by the
+square of it, u_r/r by the error of integrals, 1e-9, over it."""
 MESHES: dict[type, type[CurveMesh]] = {Outline: CurveMesh, Meridian: RingMesh}
 """By the kind of an outline."""
 

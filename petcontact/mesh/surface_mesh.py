@@ -239,11 +239,6 @@ class SurfaceMesh(Collocated):
             ]
         )
 
-    @staticmethod
-    def hoop_strain(x: Array, u: Array) -> Array:
-        """As of `CurveMesh`: what is strained is all in `u`."""
-        return np.zeros(len(x))
-
     def points(self, x: Array) -> Array:
         """The kernels' view of points (m, 3) that are nodes of no element."""
         return x

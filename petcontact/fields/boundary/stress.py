@@ -63,6 +63,7 @@ class BoundaryField:
         # the position is made smooth like the displacement, so that linear fields of it can be told
         self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
         self._u, self._x = np.hsplit(moved, 2)
+        self._u = self._mesh.on_axis(self._u)
 
     @functools.cached_property
     def _slopes(self) -> Slopes:
@@ -85,8 +86,8 @@ class BoundaryField:
         traction = self._mesh.basis_at(element, place) @ self._traction
         at, d = self._mesh.variables_at(element, place), self._mesh.dim
         x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
-        hoop = self._mesh.hoop_strain(x, self.displacement(element, place))
         slopes = self._slopes.at(element, place)
+        hoop = self._mesh.hoop_strain(x, self.displacement(element, place), slopes[:, 0, 0])
         return components(hooke(traction, normal, slopes, self.material, hoop))
 
 

@@ -1,0 +1,246 @@
+"""Bodies of revolution against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import InputError, operators, read_result, solve, write_solution
+from petcontact.model.case import parse_problem
+
+STEEL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
+E, NU = 100.0, 0.3
+LOADED = {**STEEL, "density": 2.0, "thermal_expansion": 1e-3}
+FREE = {"condition": "traction", "value": [0, 0]}
+SLIDING = {"condition": "symmetry"}
+CLAMPED = {"condition": "displacement", "value": [0, 0]}
+
+
+def rectangle(lower, upper, **more):
+    return {"geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper}, **more}
+
+
+def problem(**data):
+    return parse_problem({"symmetry": "axial", **data}, "case.toml", {}, None)
+
+
+def parts(**conditions):
+    return [{"part": part, **condition} for part, condition in conditions.items()]
+
+
+def tube(loads=None, material=STEEL, order=3, **sides):
+    """A long tube, 1 < r < 2, between planes of symmetry."""
+    sides = {"left": FREE, "right": FREE, "bottom": SLIDING, "top": SLIDING, **sides}
+    posed = problem(
+        material=material,
+        boundary=parts(**sides),
+        **rectangle([1, 0], [2, 1], mesh={"element_size": 0.5, "order": order}),
+        **({"loads": loads} if loads else {}),
+    )
+    body = operators(posed).body
+    return body, *body.solve()
+
+
+def test_a_tube_under_pressure_is_lame_s():
+    inside = {"condition": "traction", "pressure": 1.0}
+    x = np.array([[1.0, 0.5], [1.2, 0.3], [1.7, 0.6], [2.0, 0.5]])
+    radial, hoop = 1 / 3 * (1 - 4 / x[:, 0] ** 2), 1 / 3 * (1 + 4 / x[:, 0] ** 2)
+    errors = []
+    for order in (2, 4):
+        body, u, t = tube(order=order, left=inside)
+        r = body.mesh.x[:, 0]
+        exact = 1.3 / E / 3 * (0.4 * r + 4 / r)
+        assert body.mesh.weight.sum() == pytest.approx(2 * np.pi * (3 * 1 + 3), rel=1e-10)
+        errors.append(np.abs(u[:, 0] - exact).max() / exact.max())
+        state = body.state_at(x, u, t)
+    assert errors[0] < 3e-4 and errors[1] < 0.1 * errors[0]
+    assert state.stress[:, 0] == pytest.approx(radial, abs=1e-3)
+    assert state.stress[:, 2] == pytest.approx(hoop, abs=1e-3)
+    assert state.stress[:, 2] == pytest.approx(state.sigma_zz)
+
+
+def test_speed_and_heat_of_a_tube():
+    x = np.array([[1.2, 0.3], [1.7, 0.6]])
+    r = x[:, 0]
+    k, ratio = 2.0 * 9.0 / 8.0, NU / (1 - NU)
+    body, u, t = tube({"angular_velocity": 3.0}, LOADED)
+    state = body.state_at(x, u, t)
+    assert state.stress[:, 0] == pytest.approx((3 + ratio) * k * (5 - 4 / r**2 - r**2), abs=1e-3)
+    around = (3 + ratio) * k * (5 + 4 / r**2) - (1 + 3 * ratio) * k * r**2
+    assert state.sigma_zz == pytest.approx(around, abs=1e-3)
+    body, u, t = tube({"temperature": "x"}, LOADED)
+    state = body.state_at(x, u, t)
+    scale, within = E * 1e-3 / (1 - NU) / r**2, (r**3 - 1) / 3
+    assert state.stress[:, 0] == pytest.approx(scale * ((r**2 - 1) * 7 / 9 - within), abs=1e-5)
+    hoop = scale * ((r**2 + 1) * 7 / 9 + within - r**3)
+    assert state.sigma_zz == pytest.approx(hoop, abs=1e-5)
+
+
+def test_weight_is_carried_and_even_heat_strains_without_stress():
+    posed = {
+        "material": LOADED,
+        "boundary": parts(
+            right=FREE, top=FREE, bottom={"condition": "displacement", "value": ["free", 0]}
+        ),
+        **rectangle([0, 0], [1, 2], mesh={"element_size": 0.5, "order": 3}),
+    }
+    body = operators(problem(**posed, loads={"acceleration": [0, -5]})).body
+    _, t = body.solve()
+    under = body.mesh.nodes_of("bottom")
+    assert body.mesh.weight[under] @ t[under, 1] == pytest.approx(2 * 5 * 2 * np.pi, rel=1e-5)
+    body = operators(problem(**posed, loads={"temperature": 7})).body
+    u, t = body.solve()
+    assert u == pytest.approx(7e-3 * body.mesh.x, abs=1e-9)
+    on_axis = body.state_at([[0.0, 1.0], [0.5, 1.0], [0.0, 2.0]], u, t)
+    assert np.abs(on_axis.stress).max() < 1e-7 * E
+
+
+def test_a_press_fit_is_lame_s_and_stays_in_files(tmp_path):
+    def fitted(name, lower, upper, material):
+        more = {"name": name, "material": material, "boundary": parts(bottom=SLIDING, top=SLIDING)}
+        return rectangle(lower, upper, mesh={"element_size": 0.5, "order": 3}, **more)
+
+    hub = {"young_modulus": 50.0, "poisson_ratio": 0.25}
+    found = solve(
+        problem(
+            body=[fitted("shaft", [0, 0], [2, 1], STEEL), fitted("hub", [2, 0], [4, 1], hub)],
+            contact=[
+                {
+                    "name": "fit",
+                    "secondary": "hub.left",
+                    "primary": "shaft.right",
+                    "gap": -0.002,
+                    "friction_coefficient": 0.2,
+                }
+            ],
+        )
+    )
+    soft = 1.3 * 0.4 / 100 * 2 + 1.25 / 50 * 4 / 12 * (0.5 * 2 + 16 / 2)
+    assert found.converged
+    assert found.pairs["fit"].pressure == pytest.approx(0.002 / soft, rel=1e-4)
+    write_solution(tmp_path / "fit.h5", found)
+    again = read_result(tmp_path / "fit.h5")
+    for name, mesh in found.meshes.items():
+        assert np.array_equal(again.meshes[name].weight, mesh.weight)
+    point = [[2.5, 0.4]]
+    assert again.stress_at(point, "hub") == pytest.approx(found.stress_at(point, "hub"))
+
+
+def test_two_balls_are_hertz_s_in_what_force_edge_and_pressure_have_in_common():
+    """On adaptive meshes; the force and the radius of contact determine p whatever the rest is."""
+    ball = {
+        "shape": "outline",
+        "loops": [
+            [
+                {"part": "surface", "to": [8, 8], "radius": 8},
+                {"part": "equator", "to": [0, 8]},
+                {"part": "axis", "to": [0, 0]},
+            ]
+        ],
+    }
+    pushed = {"condition": "displacement", "value": ["free", -0.01]}
+    flat = rectangle([0, -8], [8, 0], name="flat", material=STEEL, boundary=parts(bottom=CLAMPED))
+    found = solve(
+        problem(
+            body=[
+                {
+                    "name": "ball",
+                    "material": STEEL,
+                    "geometry": ball,
+                    "boundary": parts(equator=pushed),
+                },
+                flat,
+            ],
+            contact=[{"name": "pair", "secondary": "flat.top", "primary": "ball.surface"}],
+        )
+    )
+    pair = found.pairs["pair"]
+    a, force = np.sqrt(pair.area / np.pi), -pair.force[1]
+    assert found.converged and found.info["estimated_error"] < 1e-2
+    assert force == pytest.approx(4 / 3 * (E / (2 * (1 - NU**2))) * a**3 / 8, rel=5e-3)
+    assert pair.pressure.max() == pytest.approx(1.5 * force / (np.pi * a**2), rel=5e-3)
+    surface = found.state_at([[0.0, 0.0]], body="flat")
+    assert surface.stress[0, :3] == pytest.approx(
+        -pair.pressure.max() * np.array([0.8, 1.0, 0.8]), rel=2e-2
+    )
+
+
+def test_what_is_no_body_of_revolution_is_refused():
+    block = {"material": STEEL, "mesh": {"element_size": 0.5, "order": 1}}
+    held = parts(bottom=CLAMPED, right=FREE)
+    touching = {"part": "top", "condition": "contact", "normal": "unilateral", "gap": -0.01}
+    whole = [*held, touching]
+    one = {**block, **rectangle([0, 0], [1, 1])}
+    turned = {"name": "punch", "displacement": [0, -0.01], "rotation": "free"}
+    pair = {"name": "pair", "secondary": "top", "primary": "punch"}
+    pushed = {"condition": "displacement", "value": [0.1, 0]}
+    for data, text in (
+        (
+            {**block, **rectangle([-1, 0], [1, 1]), "boundary": [*whole, {"part": "left", **FREE}]},
+            r"case.toml: geometry: side 'bottom' has r < 0 at \(-1, 0\)",
+        ),
+        (
+            {**one, "boundary": [*whole, {"part": "left", **FREE}]},
+            r"case.toml: boundary\[3\].part: 'left' lies on the axis x = 0",
+        ),
+        (
+            {**one, "boundary": [*parts(bottom=pushed, right=FREE), touching]},
+            r"bottom.value\[0\]: is 0.1 at \(0, 0\), on the axis, where u_r is 0",
+        ),
+        (
+            {**one, "boundary": held, "obstacle": [turned], "contact": [pair]},
+            "obstacle 'punch': rotation: nothing turns about the axis here",
+        ),
+        (
+            {**one, "boundary": whole, "material": {**STEEL, "plane": "stress"}},
+            "material.plane: a body of revolution is no plate",
+        ),
+        ({**one, "boundary": whole, "bem": {"mat_type": "hodlr"}}, "does not compress bodies of"),
+    ):
+        with pytest.raises(InputError, match=text):
+            solve(problem(**data))
+
+
+@pytest.mark.slow
+def test_the_same_outline_in_space_carries_the_same_force():
+    outline = [
+        {"part": "bottom", "to": [2, 0]},
+        {"part": "outer", "to": [2, 1]},
+        {"part": "top", "to": [1, 1]},
+        {"part": "inner", "to": [1, 0]},
+    ]
+    common = {"material": STEEL}
+    axial = problem(
+        geometry={"shape": "outline", "loops": [outline]},
+        boundary=parts(
+            bottom=CLAMPED,
+            outer=FREE,
+            inner=FREE,
+            top={"condition": "displacement", "value": ["free", -0.01]},
+        ),
+        mesh={"element_size": 0.1, "order": 3},
+        **common,
+    )
+    body = operators(axial).body
+    top = body.mesh.nodes_of("top")
+    force = body.mesh.weight[top] @ body.solve()[1][top, 1]
+    free = {"condition": "traction", "value": [0, 0, 0]}
+    space = parse_problem(
+        {
+            **common,
+            "geometry": {"shape": "revolved", "loops": [outline]},
+            "mesh": {"element_size": 0.35, "order": 2},
+            "boundary": parts(
+                bottom={"condition": "displacement", "value": [0, 0, 0]},
+                outer=free,
+                inner=free,
+                top={"condition": "displacement", "value": ["free", "free", -0.01]},
+            ),
+        },
+        "case.toml",
+        {},
+        None,
+    )
+    body = operators(space).body
+    top = body.mesh.nodes_of("top")
+    assert body.mesh.weight[top] @ body.solve()[1][top, 2] == pytest.approx(force, rel=1e-2)
