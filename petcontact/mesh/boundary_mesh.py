@@ -101,6 +101,11 @@ class BoundaryMesh(Protocol):
     @property
     def corner_nodes(self) -> Index: ...
 
+    @staticmethod
+    def around(x: Array) -> Array:
+        """What integrals over elements count at points (q, d)."""
+        ...
+
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
         ...
@@ -203,6 +208,11 @@ class Collocated:
     def images(x: Array) -> list[Array]:
         """The points (m, d) from which the whole boundary is seen as this mesh is: themselves."""
         return [x]
+
+    @staticmethod
+    def around(x: Array) -> Array:
+        """What integrals over elements count at points (q, d): 1, of bodies of revolution 2πr."""
+        return np.ones(len(x))
 
     @property
     def smooth_normal(self) -> Array:

@@ -294,12 +294,17 @@ class RingMesh(CurveMesh):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "weight", 2.0 * np.pi * self.x[:, 0] * self.weight)
+        object.__setattr__(self, "weight", self.around(self.x) * self.weight)
+
+    @staticmethod
+    def around(x: Array) -> Array:
+        """The circumference of rings at points (q, 2) [length]."""
+        return 2.0 * np.pi * x[:, 0]
 
     @functools.cached_property
     def measure(self) -> Array:
         """Weights of integrals over the curve alone, (n,) [length]."""
-        return self.weight / (2.0 * np.pi * self.x[:, 0])
+        return self.weight / self.around(self.x)
 
     @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:

@@ -23,7 +23,7 @@ from petcontact import (
     Traction,
     solve,
 )
-from petcontact.pipeline.judge.known_data import missed_data
+from petcontact.pipeline.judge.remainders import missed_data
 
 SOFT = Material(young_modulus=1000.0, poisson_ratio=0.3)
 NARROW = "10*exp(-(y - 0.52)**2/2e-4)"
@@ -86,7 +86,7 @@ def test_in_space(pressure, count):
         boundary=sides,
     )
     solution = solve(box)
-    found = missed_data(box, solution.meshes)
+    found = missed_data(box, [*solution.meshes.values()])
     assert len(found) == count and all("of the traction on top" in text for text in found)
     assert [text for text in solution.warnings if "misses" in text] == found
 

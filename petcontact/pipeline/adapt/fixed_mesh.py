@@ -20,7 +20,7 @@ from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...round_off import ROUNDED
 from ..judge.findings import limit_of, new_finding
-from ..judge.known_data import missed_data
+from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from .difference import difference, displacement_difference, displacement_scale
@@ -57,7 +57,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     """
     if solution.accuracy.is_known or not solution.converged:
         return solution
-    missed = missed_data(solution.problem, solution.meshes)
+    missed = missed_data(solution.problem, [*solution.meshes.values()])
     solution = solution.with_findings(new_finding("known data", text) for text in missed)
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"

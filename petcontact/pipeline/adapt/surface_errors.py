@@ -13,11 +13,13 @@ from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.interfaces import PosedInterface
+from ...refinement.panels.axes import directions
 from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..judge.findings import limit_of
+from ..judge.remainders import DataRemainders, GapRemainder, gap_remainders
 from ..judge.thickness import bending_error
 from .difference import displacement_scale
 
@@ -56,17 +58,65 @@ class TailErrors:
     Parameters
     ----------
     solution : Solution
+
+    Attributes
+    ----------
+    meshes : list of SurfaceMesh
+        Of the bodies.
     """
 
     def __init__(self, solution: Solution) -> None:
         self.solution, self._sides = solution, solution.problem.interfaces
-        self._meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-        self._sizes = [element_sizes(mesh) for mesh in self._meshes]
+        self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+        self._sizes = [element_sizes(mesh) for mesh in self.meshes]
 
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """Of the meshes, at all their nodes."""
-        return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self._meshes]
+        return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self.meshes]
+
+    @functools.cached_property
+    def _gaps(self) -> list[GapRemainder | None]:
+        solution = self.solution
+        nodes = [solution.nodes[side.name] for side in self._sides]
+        return gap_remainders(solution.problem, self.meshes, nodes)
+
+    @functools.cached_property
+    def _data(self) -> DataRemainders:
+        return DataRemainders(self.solution.problem, self.meshes)
+
+    def gap_squares(self, step: StepResult, number: int) -> Array:
+        """Squared errors of p after a step that come from what elements do not see of the gap of an
+        interface, (n_elements,) of its secondary [stress² · area]."""
+        gap, side = self._gaps[number], self._sides[number]
+        if gap is None or self.solution.kind == "bilateral":
+            return np.zeros(self.meshes[side.body].n_elements)
+        pair = step.pairs[side.name]
+        return gap.squares(pair.gap, pair.state)
+
+    def data_squares(self, step: StepResult) -> list[Array]:
+        """The same of what elements do not see of given displacements and tractions, of each
+        body."""
+        result = []
+        for number, mesh in enumerate(self.meshes):
+            parts = [part for side in self._sides for b, part in side.ends if b == number]
+            contact = np.isin(np.arange(mesh.n_elements), mesh.elements_of(*parts))
+            result.append(self._data.squares(number, step.step, contact))
+        return result
+
+    def along(self) -> list[Array]:
+        """Squares of the tails of tractions along both coordinates of elements at the ends of all
+        steps, and of the pressure of what they do not see of gaps, (n_elements, 2) of each body
+        [stress²]."""
+        ends, result = step_ends(self.solution.steps), list[Array]()
+        for number, mesh in enumerate(self.meshes):
+            fields = ([*step.bodies.values()][number] for step in ends)
+            result.append(np.sum([directions(mesh, body.traction) for body in fields], axis=0))
+        for number, (gap, side) in enumerate(zip(self._gaps, self._sides, strict=True)):
+            if gap is not None:
+                square = np.sum([self.gap_squares(step, number) for step in ends], axis=0)
+                result[side.body] += gap.along * (square / self._sizes[side.body] ** 2)[:, None]
+        return result
 
     def error(self, beside: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
         """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and
@@ -80,17 +130,9 @@ class TailErrors:
         lack. An even p is off alike everywhere, and so are its resultants. All are off by what
         thin bodies bend too little.
         """
-        solution, worst, even = self.solution, 0.0, 0.0
-        for step in step_ends(solution.steps):
-            for side in self._sides:
-                pair, weight = step.pairs[side.name], self.weight(side, step)
-                size = float(weight @ pair.pressure**2)
-                if size > 0.0:
-                    error = max(math.sqrt(weight @ each**2 / size) for each in _errors(pair))
-                    worst, even = (
-                        max(worst, error),
-                        max(even, error if _is_even(pair, weight) else 0.0),
-                    )
+        solution, ends = self.solution, step_ends(self.solution.steps)
+        every = [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))]
+        worst, even, unseen = np.max([(0.0, 0.0, 0.0), *every], axis=0).tolist()
         uneven = max(
             (float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps),
             default=0.0,
@@ -103,9 +145,9 @@ class TailErrors:
             )
             lacks, bending = (
                 pressed if pressed > limit_of("overlap under pressure") else 0.0,
-                max(map(bending_error, self._meshes)),
+                max(map(bending_error, self.meshes)),
             )
-            of_resultants = worst**2 + uneven + EVENLY * even + bending
+            of_resultants = worst**2 + uneven + EVENLY * even + bending + unseen
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
@@ -113,7 +155,7 @@ class TailErrors:
             return 0.0, worst**2 + uneven
         if not math.isnan(whole):
             return min(whole, 1.0), worst * min(whole, 1.0) + uneven
-        squares, (mesh,) = self.slip_squares(solution.last), self._meshes
+        squares, (mesh,) = self.slip_squares(solution.last), self.meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
         scale, order = displacement_scale(solution), int(mesh.order[~contact].max(initial=0))
         tails = math.hypot(math.sqrt(squares[~contact].sum()) / scale, UNEVEN * uneven)
@@ -124,9 +166,24 @@ class TailErrors:
         error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, beside), 1.0)
         return error, worst * error + uneven
 
+    def _of_pressure(self, step: StepResult, number: int) -> tuple[float, float, float]:
+        """Relative errors of p and q on an interface after a step: of all, the same where p is
+        nearly even, and of what elements do not see of the gap."""
+        side = self._sides[number]
+        pair, weight = step.pairs[side.name], self.weight(side, step)
+        size = float(weight @ pair.pressure**2)
+        if size == 0.0:
+            return 0.0, 0.0, 0.0
+        smooth = [float(weight @ error**2) for error in _errors(pair)]
+        rough = float(self.gap_squares(step, number).sum())
+        square = max(rough, *smooth)
+        square += sum(float(each.sum()) for each in self.data_squares(step))
+        error = math.sqrt(square / size)
+        return error, error if _is_even(pair, weight) else 0.0, math.sqrt(rough / size)
+
     def weight(self, side: PosedInterface, step: StepResult) -> Array:
         """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""
-        mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
+        mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
         return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
 
     def smooth(self) -> list[Mask]:
@@ -139,9 +196,9 @@ class TailErrors:
         list of (n_elements,) bool arrays
             A body.
         """
-        result = [np.zeros(mesh.n_elements, dtype=bool) for mesh in self._meshes]
-        for side in self._sides:
-            mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
+        result = [np.zeros(mesh.n_elements, dtype=bool) for mesh in self.meshes]
+        for number, side in enumerate(self._sides):
+            mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
             element, size = mesh.element[nodes], self._sizes[side.body][mesh.element[nodes]]
             good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes, size) > size)
             for step in step_ends(self.solution.steps):
@@ -149,6 +206,12 @@ class TailErrors:
                 first = np.full(mesh.n_elements, OPEN, dtype=state.dtype)
                 first[element] = state
                 good &= (state != OPEN) & (state == first[element])
+                seen = np.bincount(
+                    element,
+                    self.weight(side, step) * _errors(step.pairs[side.name])[0] ** 2,
+                    mesh.n_elements,
+                )
+                good &= (self.gap_squares(step, number) <= seen)[element]
             result[side.body][element] = True
             result[side.body][element[~good]] = False
         return result
@@ -170,7 +233,7 @@ class TailErrors:
         """
         solution, (mesh,), (tails,), (body,) = (
             self.solution,
-            self._meshes,
+            self.meshes,
             self.tails,
             step.bodies.values(),
         )

@@ -18,7 +18,7 @@ from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
 from ...model.problem import Body, Problem
 from ...refinement.marks import LevelMesh
-from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
+from ...refinement.panels.axes import at_edges, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.small_contact import SmallContact
@@ -114,13 +114,12 @@ class PanelTails:
         self.estimate, self._resultants = errors.error()
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted and not self._follows(solution):
-            square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
-            for step in step_ends(solution.steps):
-                for total, values in zip(square, self._squares(errors, step), strict=True):
-                    total += values
+            steps = step_ends(solution.steps)
+            every = [self._squares(errors, step) for step in steps]
+            square = [np.sum(each, axis=0) for each in zip(*every, strict=True)]
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), SHARE)
-            meshes, along = self._directions(solution)
+            meshes, along = errors.meshes, errors.along()
             mine = [marked[a:b] for a, b in itertools.pairwise(counts)]
             raised = [each & smooth for each, smooth in zip(mine, errors.smooth(), strict=True)]
             self._refine(
@@ -152,17 +151,6 @@ class PanelTails:
         self._meshes = [*meshes] or self._meshes
         return bool(meshes)
 
-    @staticmethod
-    def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:
-        """The meshes, and squares of the tails along both coordinates of their panels at the ends
-        of all steps."""
-        meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-        ends = [step.bodies.values() for step in step_ends(solution.steps)]
-        return meshes, [
-            np.sum([directions(mesh, body.traction) for body in each], axis=0)
-            for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)
-        ]
-
     def mark_failed(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for smaller panels: those in which surfaces
         may overlap, or all where tractions are not in equilibrium."""
@@ -177,19 +165,27 @@ class PanelTails:
         if not unresolved and self._follows(solution):
             return True
         marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
-        for side in self._sides:
-            element = solution.meshes[self._problem.body[side.body].name].element[
-                solution.nodes[side.name]
-            ]
-            gap = failed.pairs[side.name].gap
-            marked[side.body] |= (
-                lowest_between(element, gap, len(marked[side.body])) <= gap.min()
-            )[:, None]
+        for mine, more in zip(marked, self._overlapping(solution, failed), strict=True):
+            mine |= more
         for found in (overlapping_sides, unseen_panels):
             for mine, more in zip(marked, found(self._problem, solution, failed), strict=True):
                 mine |= more
         self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
         return not self.exhausted
+
+    def _overlapping(self, solution: Solution, failed: StepResult) -> list[Mask]:
+        """Which panels of secondaries overlap most between their nodes, by the pressure that takes,
+        or are lowest where gaps are those of the geometry, (n_elements, 1) of each body."""
+        errors = TailErrors(solution)
+        marked = [np.zeros((mesh.n_elements, 1), dtype=bool) for mesh in errors.meshes]
+        for number, side in enumerate(self._sides):
+            mesh, gap = errors.meshes[side.body], failed.pairs[side.name].gap
+            overlapping = largest(errors.gap_squares(failed, number), SHARE)
+            if not overlapping.any():
+                element = mesh.element[solution.nodes[side.name]]
+                overlapping = lowest_between(element, gap, mesh.n_elements) <= gap.min()
+            marked[side.body] |= overlapping[:, None]
+        return marked
 
     def _squares(self, errors: TailErrors, step: StepResult) -> list[Array]:
         """Squared errors of the elements of each body after a step, over those of p, or of u_t
@@ -198,15 +194,16 @@ class PanelTails:
         meshes = list(solution.meshes.values())
         if solution.kind == "bilateral":
             return [errors.slip_squares(step)]
-        touching, norms = self._touching(meshes), list[float]()
+        norms = list[float]()
         square = [np.zeros(mesh.n_elements) for mesh in meshes]
         for side in self._sides:
             mesh, pair, nodes = meshes[side.body], step.pairs[side.name], solution.nodes[side.name]
-            weight = errors.weight(side, step)
             assert pair.pressure_error is not None and pair.sigma_t_error is not None
-            norms.append(float(weight @ pair.pressure**2) or math.inf)
-            error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
+            error = errors.weight(side, step)
+            norms.append(float(error @ pair.pressure**2) or math.inf)
+            error = error * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
+            square[side.body] += errors.gap_squares(step, len(norms) - 1) / norms[-1]
         # elsewhere tractions matter as far as their errors reach the contact; the estimate has none
         # of them
         beside = [
@@ -214,12 +211,14 @@ class PanelTails:
             * faded(mesh, contact)
             * ~contact
             for mesh, size, contact, body in zip(
-                meshes, errors.tails, touching, step.bodies.values(), strict=True
+                meshes, errors.tails, self._touching(meshes), step.bodies.values(), strict=True
             )
         ]
         whole, there = sum(each.sum() for each in beside), sum(each.sum() for each in square)
         share = min(1.0 / min(norms), there / whole) if whole > 0.0 else 0.0
-        return [total + share * each for total, each in zip(square, beside, strict=True)]
+        known = np.concatenate(errors.data_squares(step)) / min(norms)
+        every = np.concatenate(square) + share * np.concatenate(beside) + known
+        return np.split(every, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
 
     def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
         """Which elements of each body are in contact, or face some that are."""
@@ -251,7 +250,9 @@ class PanelTails:
             small_contacts(self._problem, solution),
         )
         if small:
-            marked, most = self._within(meshes, small), SMALLEST
+            within = self._within(meshes, small)
+            marked = [mine | more for mine, more in zip(marked, within, strict=True)]
+            most = SMALLEST
         else:
             meshes, most = (
                 self._raised(meshes, raised),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -12,6 +13,7 @@ from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...frozen import frozen
+from ...mesh.approximation import ACROSS
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
@@ -45,6 +47,8 @@ class Places:
         These elements.
     gap_at : callable
         See `GapAt`.
+    across : int
+        Points of the grid along each direction of an element.
     """
 
     mesh: BoundaryMesh
@@ -52,6 +56,7 @@ class Places:
     element: Index
     faces: Faces
     gap_at: GapAt
+    across: int
 
     def overlap(
         self,
@@ -103,7 +108,7 @@ class Places:
         if not len(asked):
             return 0.0, place
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
-        worst, reach = 0.0, 1.0 / (self.faces.SAMPLES - 1)
+        worst, reach = 0.0, 1.0 / (self.across - 1)
         for _ in range(ROUNDS):
             each, best = np.arange(len(asked)), over.argmax(axis=1)
             deepest = over[each, best]
@@ -134,9 +139,9 @@ class Places:
     def _grid(self) -> tuple[Array, scipy.sparse.csr_array, Array, Mask]:
         """Shares (n, g, d-1) of a grid on each face, its ends or corners among it, `_looked_at`
         there, and which points of a grid are beside which, (g, g)."""
-        one, faces = _grid(self.faces.SAMPLES, self.mesh.dim - 1), len(self.faces)
+        one, faces = _grid(self.across, self.mesh.dim - 1), len(self.faces)
         share = np.tile(one, (faces, 1))
-        beside = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.faces.SAMPLES - 1)
+        beside = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.across - 1)
         looked_at = self._looked_at(np.repeat(np.arange(faces), len(one)), share)
         return share.reshape(faces, *one.shape), *looked_at, beside
 
@@ -165,7 +170,11 @@ def places_between(
     if side.law.normal != "unilateral" or at_nodes_only:
         return None
     mesh = meshes[side.body]
-    return Places(mesh, interface.nodes, *mesh.faces(side.part), _gap_at(side, meshes))
+    element, faces = mesh.faces(side.part)
+    # a function may have a pit anywhere, and costs less than a line that is cast
+    fine = 1 + math.ceil(2 * ACROSS / len(element) ** (1.0 / (mesh.dim - 1)))
+    across = faces.SAMPLES if side.law.gap == "geometry" else max(faces.SAMPLES, fine)
+    return Places(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)
 
 
 def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:

@@ -3,7 +3,7 @@ directions that suit them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +24,7 @@ from ...errors import InputError
 from ...fields.interior import fields_at
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
+from ...mesh.approximation import Function, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
@@ -64,7 +65,7 @@ def boundary_data(
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = (
                     condition,
-                    _given(condition, mesh, nodes, f"body {body.name!r}: {part}"),
+                    _given(condition, mesh, part, f"body {body.name!r}: {part}"),
                 )
             value[s, nodes] = cache[part][1]
     directions = places[:, : directions_looked_for(d, interfaces)]
@@ -215,23 +216,58 @@ def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> N
 def _given(
     condition: Displacement | Traction | Symmetry | Periodic,
     mesh: BoundaryMesh,
-    nodes: Index,
+    part: str,
     key: str,
 ) -> Array:
+    """What a condition says at the nodes of its part, (m, d)."""
+    nodes = mesh.nodes_of(part)
     if isinstance(condition, Symmetry | Periodic):
         return np.zeros((len(nodes), mesh.dim))
-    names, count = mesh.variables(nodes), len(nodes)
+    if isinstance(condition, Displacement) or condition.pressure is None:
+        check_components(condition.value or (), mesh, key)
+    nodal = given_values(condition, mesh.variables(nodes), mesh.normal[nodes], key)
+    function = known_function(condition, mesh, key)
+    return nodal if function is None else approximated(sampled(mesh, part, function), nodes, nodal)
+
+
+def known_function(
+    condition: Displacement | Traction, mesh: BoundaryMesh, key: str
+) -> Function | None:
+    """What a condition says anywhere on its part, 0 where it is not finite; None where that is a
+    number, or known at nodes only."""
+    of_pressure = isinstance(condition, Traction) and condition.pressure is not None
+    given = (condition.pressure,) if of_pressure else condition.value or ()  # type: ignore[union-attr]
+    if any(isinstance(value, tuple) for value in given) or not any(
+        callable(value) or (isinstance(value, str) and value != "free") for value in given
+    ):
+        return None
+
+    def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
+        names = mesh.variables_at(element, place)
+        values = given_values(condition, names, normal, key, finite=False)
+        return np.nan_to_num(values, posinf=0.0, neginf=0.0)
+
+    return function
+
+
+def given_values(
+    condition: Displacement | Traction,
+    names: Mapping[str, Array],
+    normal: Array,
+    key: str,
+    *,
+    finite: bool = True,
+) -> Array:
+    """What a condition says where expressions have these variables, and normals are (q, d),
+    (q, d)."""
+    count = len(normal)
     if isinstance(condition, Traction) and condition.pressure is not None:
-        return (
-            -evaluate(condition.pressure, names, count, f"{key}.pressure")[:, None]
-            * mesh.normal[nodes]
-        )
-    assert condition.value is not None
-    check_components(condition.value, mesh, key)
+        pressure = evaluate(condition.pressure, names, count, f"{key}.pressure", finite=finite)
+        return -pressure[:, None] * normal
     columns = [
         np.zeros(count)
         if component == "free" and isinstance(condition, Displacement)
-        else evaluate(component, names, count, f"{key}.value[{c}]")
-        for c, component in enumerate(condition.value)
+        else evaluate(component, names, count, f"{key}.value[{c}]", finite=finite)
+        for c, component in enumerate(condition.value or ())
     ]
     return np.column_stack(columns)

@@ -1,0 +1,236 @@
+"""What meshes leave of gaps and of known data between the nodes that see them, as pressure."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask, States
+from ...bem.kernels import kernel_for
+from ...contact.law_protocol import OPEN
+from ...mesh.approximation import Samples, approximated, sampled
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.expressions import evaluate
+from ...model.interfaces import PosedInterface
+from ...model.problem import Displacement, Problem, Traction
+from ...refinement.panels.marks import element_sizes, faded
+from ..pose.load_states import given_values, known_function
+
+SEEN = 2
+"""Degrees beyond those of an element that the tails of its tractions see."""
+BINS = 8
+"""Along each coordinate of an element, over which what is left is averaged along the other one."""
+BOUNDS = "friction_bound", "friction_coefficient"
+LARGE = 0.25
+"""Share of known data between the nodes that is warned of: constant elements leave 16 % of a sine
+at ten a period."""
+
+
+def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
+    """Known data of which a mesh misses a large share, in words.
+
+    It is the integral of |f - f_h| over that of |f|, f_h the polynomials that stand for the data.
+
+    Examples
+    --------
+    >>> missed_data(problem, [*solution.meshes.values()])
+    ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
+    smaller elements there"]
+    """
+    found, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
+    for number in range(len(problem.body)):
+        for part, condition in (c for state in problem.conditions(number) for c in state.items()):
+            if isinstance(condition, Displacement | Traction):
+                key = number, type(condition).__name__.lower(), part
+                share = data.left(number, part, condition)[1]
+                found[key] = max(share, found.get(key, 0.0))
+    for side, what in itertools.product(problem.interfaces, BOUNDS):
+        value = getattr(side.law, what)
+        if isinstance(value, str) or callable(value):
+            samples, nodal = of_law(side, meshes[side.body], what)
+            share = samples.share(samples.left(nodal), samples.values)
+            found[side.body, what.replace("_", " "), side.part] = share
+    return [
+        f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {what} on {part}, "
+        f"which varies within elements; use smaller elements there"
+        for (number, what, part), share in found.items()
+        if share > LARGE
+    ]
+
+
+class GapRemainder:
+    """What the elements of a unilateral contact do not see of its gap.
+
+    Parameters
+    ----------
+    side : PosedInterface
+        Whose gap is an expression or a function.
+    mesh : BoundaryMesh
+    nodes : (m,) array
+        Of the contact.
+    stiffness : float
+        E* of both bodies [stress].
+    """
+
+    def __init__(
+        self, side: PosedInterface, mesh: BoundaryMesh, nodes: Index, stiffness: float
+    ) -> None:
+        self._mesh, self._nodes, self._stiffness = mesh, nodes, stiffness
+        self._samples, nodal = of_law(side, mesh, "gap")
+        self._left = self._samples.left(nodal)[:, 0]
+        self._rough = self._samples.rough(SEEN)[:, 0]
+        self._size = element_sizes(mesh)
+
+    @functools.cached_property
+    def _in_contact(self) -> Array:
+        """Pressure that closes what is rough on elements in contact, rms (n_elements,) [stress].
+
+        A wave of number k and amplitude a takes E* k a/2; what p + 2 degrees leave has about half
+        as many waves an element as that has zeros, p + 3.
+        """
+        square = self._samples.over_elements(self._rough**2)
+        area = np.maximum(self._samples.over_elements(np.ones(len(self._left))), 1e-300)
+        wave = 0.5 * math.pi * (self._mesh.order + 1 + SEEN) / self._size
+        return np.asarray(self._stiffness * wave * np.sqrt(square / area))
+
+    def squares(self, opening: Array, states: States) -> Array:
+        """Squared errors of p that come from it on each element, (n_elements,) [stress² · area].
+
+        On elements that are open all over it is the overlap between the nodes over twice their
+        size, times E*.
+
+        Parameters
+        ----------
+        opening : (m,) array
+            What is left of the gap at the nodes [length].
+        states : (m,) array
+            0 stick, 1 slip, 2 open.
+        """
+        mesh, samples = self._mesh, self._samples
+        at_nodes, touched = np.zeros(mesh.n_nodes), np.zeros(mesh.n_elements, dtype=bool)
+        at_nodes[self._nodes] = np.where(np.isfinite(opening), opening, 0.0)
+        touched[mesh.element[self._nodes[states != OPEN]]] = True
+        deepest = np.zeros(mesh.n_elements)
+        np.maximum.at(deepest, samples.element, -self._left - samples.basis @ at_nodes)
+        pressed = self._stiffness * deepest / (2.0 * self._size)
+        area = np.bincount(mesh.element, mesh.weight)
+        return np.asarray(np.where(touched, self._in_contact, pressed) ** 2 * area)
+
+    @functools.cached_property
+    def along(self) -> Array:
+        """Shares of what is rough that vary along both coordinates of elements, (n_elements, 2)."""
+        mesh, samples = self._mesh, self._samples
+        low, high = (np.full((mesh.n_elements, 2), sign * np.inf) for sign in (1.0, -1.0))
+        np.minimum.at(low, samples.element, samples.place)
+        np.maximum.at(high, samples.element, samples.place)
+        width = (high - low)[samples.element]
+        bins = np.minimum(BINS - 1, BINS * (samples.place - low[samples.element]) // width)
+        result = np.empty((mesh.n_elements, 2))
+        for axis in (0, 1):
+            key = samples.element * BINS + bins[:, axis].astype(np.int64)
+            count = BINS * mesh.n_elements
+            weight = np.bincount(key, samples.weight, count)
+            mean = np.bincount(key, samples.weight * self._rough, count)
+            square = np.divide(mean**2, weight, out=np.zeros(count), where=weight > 0.0)
+            result[:, axis] = square.reshape(-1, BINS).sum(axis=1)
+        whole = result.sum(axis=1, keepdims=True)
+        return np.divide(result, whole, out=np.full_like(result, 0.5), where=whole > 0.0)
+
+
+def of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples, Array]:
+    """Samples of a function that the law of an interface has, its gap or a bound, and its values
+    (n, 1) at all nodes of the mesh; 0 where it is not finite."""
+
+    def values(names: Mapping[str, Array], count: int) -> Array:
+        found = evaluate(getattr(side.law, name), names, count, side.key, finite=False)
+        return np.nan_to_num(found, posinf=0.0, neginf=0.0)[:, None]
+
+    def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
+        return values(mesh.variables_at(element, place), len(x))
+
+    nodes, nodal = mesh.nodes_of(side.part), np.zeros((mesh.n_nodes, 1))
+    nodal[nodes] = values(mesh.variables(nodes), len(nodes))
+    return sampled(mesh, side.part, function), nodal
+
+
+def gap_remainders(
+    problem: Problem, meshes: Sequence[BoundaryMesh], nodes: Sequence[Index]
+) -> list[GapRemainder | None]:
+    """Of each contact; None where its gap is a number or that of the geometry, or it does not
+    open."""
+    found = list[GapRemainder | None]()
+    for side, mine in zip(problem.interfaces, nodes, strict=True):
+        gap = side.law.gap
+        rough = callable(gap) or (isinstance(gap, str) and gap != "geometry")
+        soft = sum(
+            0.5 * math.pi * kernel_for(meshes[b], problem.body[b].material).half_space_compliance
+            for b in side.bodies
+        )
+        opens = side.law.normal == "unilateral" and rough
+        found.append(GapRemainder(side, meshes[side.body], mine, 1.0 / soft) if opens else None)
+    return found
+
+
+class DataRemainders:
+    """What meshes leave of displacements and tractions that are given on their parts.
+
+    Parameters
+    ----------
+    problem : Problem
+    meshes : sequence of BoundaryMesh
+    """
+
+    def __init__(self, problem: Problem, meshes: Sequence[BoundaryMesh]) -> None:
+        self._problem, self._meshes = problem, meshes
+        self._known: dict[int, tuple[object, Array, float]] = {}
+
+    def squares(self, number: int, step: int, contact: Mask) -> Array:
+        """Squared errors of p that come from each element of a body at the end of a step,
+        (n_elements,) [stress² · area].
+
+        What the nearest polynomials leave has no resultant on any element and fades with the
+        distance from the contact (see `faded`); a displacement is E* over twice the size of an
+        element times a pressure.
+
+        Parameters
+        ----------
+        number, step : int
+            Of the body, from 0, and of the step, from 1.
+        contact : (n_elements,) array
+            Which elements are in contact.
+        """
+        mesh, result = self._meshes[number], np.zeros(self._meshes[number].n_elements)
+        compliance = kernel_for(mesh, self._problem.body[number].material).half_space_compliance
+        stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
+        for part, condition in self._problem.conditions(number)[step - 1].items():
+            if isinstance(condition, Displacement | Traction):
+                scale = stiff if isinstance(condition, Displacement) else 1.0
+                result += scale**2 * self.left(number, part, condition)[0]
+        return result * faded(mesh, contact)
+
+    def left(
+        self, number: int, part: str, condition: Displacement | Traction
+    ) -> tuple[Array, float]:
+        """Squares of what is left on each element, and its share of the data; looked at once."""
+        if id(condition) not in self._known:
+            found = self._looked_at(number, part, condition)
+            self._known[id(condition)] = condition, *found
+        return self._known[id(condition)][1:]
+
+    def _looked_at(
+        self, number: int, part: str, condition: Displacement | Traction
+    ) -> tuple[Array, float]:
+        mesh = self._meshes[number]
+        function = known_function(condition, mesh, part)
+        if function is None:
+            return np.zeros(mesh.n_elements), 0.0
+        samples, nodes = sampled(mesh, part, function), mesh.nodes_of(part)
+        nodal, names = np.zeros_like(mesh.x), mesh.variables(nodes)
+        at_nodes = given_values(condition, names, mesh.normal[nodes], part, finite=False)
+        nodal[nodes] = approximated(samples, nodes, at_nodes)
+        left = samples.left(nodal)
+        return samples.over_elements((left**2).sum(axis=1)), samples.share(left, samples.values)

@@ -1,0 +1,77 @@
+"""Gaps and loads in space that vary within panels: integrals are right, and what is left is told."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from petcontact import (
+    Box,
+    Displacement,
+    Material,
+    MeshOptions,
+    Obstacle,
+    Pair,
+    Problem,
+    Symmetry,
+    Traction,
+    solve,
+)
+
+SOFT = Material(1.0, 0.3)
+SIDES = tuple(Symmetry(part) for part in ("left", "right", "front", "back"))
+
+
+def pressed(gap: str, size: float, *, free: bool = True) -> Problem:
+    """A bar 2 x 2 x 2 under a rigid punch of some shape, on panels of a size."""
+    motion = {"displacement": (0.0, 0.0, "free"), "force": (0.0, 0.0, -0.032)}
+    return Problem(
+        material=SOFT,
+        geometry=Box((0.0, 0.0, -2.0), (2.0, 2.0, 0.0)),
+        mesh=MeshOptions(size, order=1, exponent=1.0),
+        boundary=[*SIDES, Displacement("bottom", (0.0, 0.0, 0.0))],
+        obstacle=[Obstacle("punch", **motion if free else {"displacement": (0.0, 0.0, -0.01)})],
+        contact=[Pair("c", "top", "punch", gap=gap)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("load", "exact"),
+    [
+        ("where((x-1)**2+(y-1)**2 < 0.09, -0.01, 0.0)", -0.01 * math.pi * 0.09),
+        ("-0.01*exp(-((x-.7)**2+(y-1.1)**2)/0.005)", -0.01 * math.pi * 0.005),
+        ("-0.01*where(abs(x-.31) < .04, 1, 0)", -0.01 * 0.08 * 2.0),
+    ],
+)
+def test_the_integral_of_a_load_is_right_on_any_panels(load, exact):
+    block = Problem(
+        material=SOFT,
+        geometry=Box((0.0, 0.0, 0.0), (2.0, 2.0, 2.0)),
+        mesh=MeshOptions(1.0, order=1, exponent=1.0),
+        boundary=[*SIDES, Traction("top", (0.0, 0.0, load))],
+        obstacle=[Obstacle("floor")],
+        contact=[Pair("c", "bottom", "floor")],
+    )
+    found = solve(block)
+    (mesh,), (body,) = found.meshes.values(), found.bodies.values()
+    top = mesh.nodes_of("top")
+    assert mesh.weight[top] @ body.traction[top, 2] == pytest.approx(exact, rel=1e-3)
+    assert found.pairs["c"].force[2] == pytest.approx(-exact, rel=2e-2)
+
+
+def test_waves_as_long_as_panels_are_told():
+    """Closed all over at a third of the pressure of Westergaard: the nodes see no wave."""
+    blind = solve(pressed("(1-cos(6*pi*x))/600", 1.0 / 3.0))
+    assert blind.pairs["c"].pressure.max() == pytest.approx(0.008, rel=1e-2)
+    assert blind.accuracy.error > 0.5
+    smooth = solve(pressed("1e-3*x*(2-x)", 1.0 / 3.0))
+    assert smooth.accuracy.error < 0.1
+
+
+def test_a_bump_between_open_nodes_is_not_overlooked():
+    found = solve(pressed("0.02 - 0.025*exp(-((x-.83)**2+(y-.83)**2)/0.002)", 0.5, free=False))
+    assert not found.converged and "overlap between nodes" in found.reason
+    place = [float(each) for each in re.findall(r"[\d.e+-]+", found.reason.split(" at (")[1])[:3]]
+    assert place == pytest.approx([0.83, 0.83, 0.0], abs=5e-3)
