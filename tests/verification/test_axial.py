@@ -156,7 +156,7 @@ def test_two_balls_are_hertz_s_in_what_force_edge_and_pressure_have_in_common():
     )
     pair = found.pairs["pair"]
     a, force = np.sqrt(pair.area / np.pi), -pair.force[1]
-    assert found.converged and found.info["estimated_error"] < 1e-2
+    assert found.converged and found.accuracy.error < 1e-2
     assert force == pytest.approx(4 / 3 * (E / (2 * (1 - NU**2))) * a**3 / 8, rel=5e-3)
     assert pair.pressure.max() == pytest.approx(1.5 * force / (np.pi * a**2), rel=5e-3)
     surface = found.state_at([[0.0, 0.0]], body="flat")
