@@ -95,7 +95,6 @@ class CompiledFiller:
 
     def __init__(self, name: str, mesh: list[Any], data: ColumnData, kept: object = None) -> None:
         function, address = native.function(name, native.FILLER), native.address(name)
-        assert function is not None and address is not None
         self._name, self._function, self._members, self._kept = name, function, mesh, kept
         self._record = native.Record(
             *mesh,

@@ -1,12 +1,11 @@
-"""H-matrices of Kelvin's point kernels on clouds in space against dense matrices: compiled code and
-numpy alike."""
+"""H-matrices of Kelvin's point kernels on clouds in space against dense matrices."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from petcontact.compression.hmatrix import build, matrix
+from petcontact.compression.hmatrix import build
 from petcontact.compression.hmatrix.block_tree import Blocks, block_tree, cluster
 from petcontact.compression.hmatrix.entries import block
 from petcontact.compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
@@ -71,15 +70,6 @@ def prepared(shape, n=N):
     ), tree
 
 
-@pytest.fixture(params=["compiled", "numpy"])
-def code(request, monkeypatch):
-    if request.param == "numpy":
-        monkeypatch.setattr(build, "_build", None)
-        monkeypatch.setattr(matrix, "_multiply", None)
-        monkeypatch.setattr(matrix, "_coarse", None)
-    return request.param
-
-
 def all_of(kernel):
     nodes = np.arange(len(kernel.x))
     return block(kernel, nodes, nodes).T
@@ -93,9 +83,7 @@ def columns_of(compressed):
 
 @pytest.mark.parametrize("shape", ["block", "plate", "plane", "anywhere"])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
-def test_each_block_holds_the_tolerance(shape, tolerance, code):
-    if code == "numpy" and (shape, tolerance) not in (("block", 1e-3), ("plane", 1e-7)):
-        pytest.skip("slow, and the same algorithm")
+def test_each_block_holds_the_tolerance(shape, tolerance):
     kernel, tree = prepared(shape)
     blocks = block_tree(tree)
     compressed = HMatrix(kernel, tree, blocks, tolerance, (0, N))
@@ -115,11 +103,11 @@ def test_each_block_holds_the_tolerance(shape, tolerance, code):
     x = np.random.default_rng(1).standard_normal(exact.shape[1])
     assert np.linalg.norm(compressed @ x - found @ x) < 1e-12 * np.linalg.norm(found @ x)
     assert compressed.error_estimate(np.random.default_rng(0)) < tolerance
-    width = 8 if tolerance < 1e-6 else 4 if code == "numpy" else 2
+    width = 8 if tolerance < 1e-6 else 2
     assert compressed.nbytes == width * sum(chunk.values.size for chunk in compressed._chunks)
 
 
-def test_compiled_code_and_numpy_agree_on_sums_over_groups(code):
+def test_sums_over_groups_are_those_of_the_entries():
     kernel, tree = prepared("block")
     compressed = HMatrix(kernel, tree, block_tree(tree), 1e-7, (100, N))
     rng, exact = np.random.default_rng(1), all_of(kernel)[300:]
@@ -144,7 +132,7 @@ def test_ranges_of_rows_make_up_the_whole_and_share_its_memory():
     assert max(held) < 1.4 * min(held) and 0.5 < sum(held) / memory.sum() < 2.0
 
 
-def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch, code):
+def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch):
     kernel, tree = prepared("block")
     monkeypatch.setattr(build, "MOST", 6)
     monkeypatch.setattr(build, "KNOWN", 3000)
@@ -154,7 +142,7 @@ def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monk
     assert np.linalg.norm(columns_of(compressed) - exact) < 1e-5 * np.linalg.norm(exact)
 
 
-def test_zeros_are_of_rank_zero(code):
+def test_zeros_are_of_rank_zero():
     class Zero(PointKernel):
         def fill(self, rows, columns, system, beside):
             for part in (system, beside):
@@ -229,8 +217,7 @@ def test_a_build_that_is_broken_off_ends_soon(monkeypatch):
 
     kernel, tree = prepared("block")
     monkeypatch.setattr(kernel, "compiled", (0, 0), raising=False)
-    monkeypatch.setattr(build, "_Compiled", Slow)
-    monkeypatch.setattr(build, "_Plain", Slow)
+    monkeypatch.setattr(build, "_Builder", Slow)
     with pytest.raises(KeyboardInterrupt):
         build.build_blocks(
             kernel, tree, block_tree(tree), (0, N), 1e-3, build.Layout(np.float32), 2, broken

@@ -1,5 +1,4 @@
-"""Building the blocks of an H-matrix, a chunk of memory at a time, by compiled code where there is
-some."""
+"""Building the blocks of an H-matrix, a chunk of memory at a time."""
 
 from __future__ import annotations
 
@@ -14,9 +13,8 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 from ...frozen import frozen
-from .aca import low_rank
 from .block_tree import Blocks, Clusters, divided
-from .entries import Callback, Entries, block
+from .entries import Callback, Entries
 
 _build = native.function("petcontact_hmatrix_build", "ppiipp" + "p")
 
@@ -39,19 +37,15 @@ class Layout:
     Attributes
     ----------
     dtype : float64, float32 or int16
-    compiled : bool
-        numpy has neither scales nor zeros at the end.
     """
 
     dtype: type
-    compiled: bool = _build is not None
 
     def length(self, count: Index, beside: Index | int = 0) -> Index:
         """Numbers that so many entries, and those beside, take."""
-        full = FULL if self.compiled else 1
         return (
-            -(-count // full) * full
-            + -(-beside // full) * full
+            -(-count // FULL) * FULL
+            + -(-beside // FULL) * FULL
             + (2 if self.dtype is np.int16 else 0)
         )
 
@@ -114,7 +108,7 @@ def _built(
     """Chunks, and the numbers of the tiles that have to be divided."""
     pieces = _pieces(tiles, threads)
     total, done, lock = float((tiles[:, 1] * tiles[:, 3]).sum()), [0.0], threading.Lock()
-    work = (_Compiled if layout.compiled else _Plain)(entries, tolerance, layout)
+    work = _Builder(entries, tolerance, layout)
 
     ended = threading.Event()
 
@@ -155,7 +149,7 @@ def _pieces(tiles: Index, threads: int) -> list[Index]:
     return [part for part in np.split(np.arange(len(tiles)), cuts) if len(part)]
 
 
-class _Compiled:
+class _Builder:
     """native/hmatrix.c."""
 
     def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
@@ -168,7 +162,6 @@ class _Compiled:
         self._local = threading.local()
 
     def __call__(self, tiles: Index) -> Chunk:
-        assert _build is not None and self.addresses is not None
         m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
         beside, most, length = (
             self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]],
@@ -226,37 +219,3 @@ class _Compiled:
             for old, size in zip(found, sizes, strict=True)
         ]
         return self._local.work  # type: ignore[no-any-return]
-
-
-class _Plain:
-    """Low-rank blocks by numpy, where nothing is compiled."""
-
-    def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
-        self.entries, self.tolerance, self.dtype = entries, tolerance, layout.dtype
-
-    def __call__(self, tiles: Index) -> Chunk:
-        ranks, parts, size = list[int](), list[Any](), 0
-        for first, m, column, n, far in tiles.tolist():
-            rows, columns = np.arange(first, first + m), np.arange(column, column + n)
-            found = low_rank(self.entries, rows, columns, self.tolerance, MOST) if far else None
-            small = 9 * m * n <= KNOWN
-            if (
-                found is not None
-                and sum(a.size for a in found) < found[0].shape[1] * found[1].shape[1]
-            ):
-                ranks.append(len(found[0]))
-                parts += [a.astype(self.dtype).ravel() for a in found]
-            elif far and not small:
-                ranks.append(-2)
-                continue
-            else:
-                ranks.append(-1)
-                parts.append(block(self.entries, rows, columns).astype(self.dtype).ravel())
-            size += parts[-1].size
-            if size >= CHUNK:
-                break
-        return Chunk(
-            tiles[: len(ranks)],
-            np.array(ranks),
-            np.concatenate(parts) if parts else np.empty(0, self.dtype),
-        )

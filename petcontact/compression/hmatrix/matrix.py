@@ -72,7 +72,7 @@ class HMatrix:
         self.tolerance, self.rows, self.entries, self.threads = tolerance, rows, entries, threads
         d, beside = entries.components, np.asarray(entries.beside)
         self.shape = d * (rows[1] - rows[0]), d * (len(beside) - 1) + int(beside[-1])
-        self._layout = Layout(number_type(tolerance), _multiply is not None)
+        self._layout = Layout(number_type(tolerance))
         self._width = np.dtype(self._layout.dtype).itemsize
         self._chunks = build_blocks(
             entries, tree, blocks, rows, tolerance, self._layout, threads, progress
@@ -135,23 +135,13 @@ class HMatrix:
         return np.asarray(sums.sum(axis=0) if self.threads > 1 else sums[0])[: self.shape[0]]
 
     def _multiply(self, number: int, x: Array, y: Array) -> None:
-        table, values = self._tables[number], self._chunks[number].values
-        if _multiply is not None:
-            work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
-            _multiply(
-                len(moved),
-                native.pointer(moved),
-                self._width,
-                *(native.pointer(a) for a in (x, y, work)),
-            )
-            return
-        for first, m, column, n, other, q, rank, place in table.tolist():
-            both = np.concatenate([x[column : column + n], x[other : other + q]])
-            if rank < 0:
-                y[first : first + m] += both @ values[place : place + m * (n + q)].reshape(n + q, m)
-            else:
-                u, v = np.split(values[place : place + rank * (m + n + q)], [rank * m])
-                y[first : first + m] += (v.reshape(rank, n + q) @ both) @ u.reshape(rank, m)
+        work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
+        _multiply(
+            len(moved),
+            native.pointer(moved),
+            self._width,
+            *(native.pointer(a) for a in (x, y, work)),
+        )
 
     def _addressed(self, number: int) -> Index:
         """The table with addresses for places."""
@@ -178,14 +168,6 @@ class HMatrix:
             native.contiguous(group, np.int64) for group in (row_group, column_group)
         )
         for number in range(len(self._chunks)):
-            self._add_coarse(number, row_group, column_group, result)
-        return result
-
-    def _add_coarse(
-        self, number: int, row_group: Index, column_group: Index, result: Array
-    ) -> None:
-        table, values = self._tables[number], self._chunks[number].values
-        if _coarse is not None:
             moved = self._addressed(number)
             scratch = [
                 np.zeros(k, dtype)
@@ -200,21 +182,7 @@ class HMatrix:
                 grouping.address,
                 native.pointer(result),
             )
-            return
-        for first, m, column, n, other, q, rank, place in table.tolist():
-            rows = row_group[first : first + m]
-            columns = np.concatenate(
-                [column_group[column : column + n], column_group[other : other + q]]
-            )
-            left, right = rows >= 0, columns >= 0
-            if rank < 0:
-                whole = values[place : place + m * (n + q)].reshape(n + q, m).T
-            else:
-                u, v = np.split(
-                    values[place : place + rank * (m + n + q)].astype(np.float64), [rank * m]
-                )
-                whole = u.reshape(rank, m).T @ v.reshape(rank, n + q)
-            np.add.at(result, np.ix_(rows[left], columns[right]), whole[np.ix_(left, right)])
+        return result
 
     def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:
         """Largest error of the product of exact rows with a random vector, over the norm of these
@@ -238,10 +206,10 @@ class HMatrix:
 
 
 def number_type(tolerance: float) -> type:
-    """In which blocks are kept: numpy alone knows no scales."""
+    """In which blocks are kept."""
     if tolerance < SINGLE:
         return np.float64
-    return np.float32 if tolerance < SHORT or _multiply is None else np.int16
+    return np.float32 if tolerance < SHORT else np.int16
 
 
 def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components: int) -> Array:

@@ -238,13 +238,8 @@ class LocalSolves:
     def solve(self, r: Array) -> Array:
         """The own parts of the local solutions for a residual (size,); 0 where no patch is."""
         r, result = native.contiguous(r), np.zeros(self._size)
-        if _patches is not None:
-            _patches(
-                len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work))
-            )
-            return result
-        for patch, own, inverse in zip(self._patches, self._own, self._inverse, strict=True):
-            result[own] = inverse[:, : len(patch.unknowns)] @ r[patch.unknowns]
+        arrays = (self._table, r, result, self._work)
+        _patches(len(self._table), *(native.pointer(array) for array in arrays))
         return result
 
 

@@ -146,10 +146,7 @@ class Batches:
             for stack in self._stacks:
                 _gather(y, stack.rows, stack.values @ x[stack.columns], sign)
             return
-        if _multiply is None:
-            for stack in others:
-                _gather(y, stack.rows, stack.values @ x[stack.columns], sign)
-        elif others:
+        if others:
             work = np.empty(self._entries[:, 2].max())
             at = [native.pointer(array) for array in (self._entries, x, y, work)]
             _multiply(len(self._entries), *at[:3], sign, at[3])

@@ -245,10 +245,6 @@ class PanelFaces(Faces):
 
     def _pierced(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
         """`_met` of curved panels."""
-        if _meet is None:
-            return _newton(
-                self.shape[number], self.polygon[number], x, direction, self.size[number]
-            )
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
         arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
         _meet(
@@ -370,36 +366,3 @@ class PanelFaces(Faces):
 def _four(polygon: Array) -> Array:
     """Corners (n, 4, 2), the last one of triangles twice."""
     return np.pad(polygon, ((0, 0), (0, 4 - polygon.shape[1]), (0, 0)), mode="edge")
-
-
-def _newton(
-    shape: Array, polygon: Array, x: Array, direction: Array, size: Array
-) -> tuple[Array, Array]:
-    """Where lines meet curved panels, a panel each (see `PanelFaces._met`)."""
-    place = polygon[:, [0, 1, 2]].mean(axis=1)
-    place = np.where(
-        np.all(polygon[:, 2] == polygon[:, 3], axis=1)[:, None], place, polygon.mean(axis=1)
-    )
-    low, high = polygon.min(axis=1) - BEYOND, polygon.max(axis=1) + BEYOND
-    distance, step = np.zeros(len(x)), np.full((len(x), 3), np.inf)
-    for _ in range(STEPS):
-        y, along = position(shape, place)
-        matrix = np.stack([along[:, 0], along[:, 1], -direction], axis=2)
-        away = y - x - distance[:, None] * direction
-        # lines along the panel meet it nowhere
-        flat = np.abs(np.linalg.det(matrix)) <= WRITTEN * np.linalg.norm(
-            np.cross(along[:, 0], along[:, 1]), axis=1
-        )
-        matrix[flat] = np.eye(3)
-        step = -np.linalg.solve(matrix, away[..., None])[..., 0]
-        place = np.clip(place + step[:, :2], low, high)
-        distance = distance + step[:, 2]
-        step[flat] = np.inf
-        if np.all(np.abs(step[:, :2]) < CLOSE):
-            break
-    y, along = position(shape, place)
-    missed = np.linalg.norm(y - x - distance[:, None] * direction, axis=1) > WRITTEN * size
-    behind = np.sum(np.cross(along[:, 0], along[:, 1]) * direction, axis=1) >= 0.0
-    return np.where((missed | behind)[:, None], np.nan, place), np.where(
-        missed | behind, np.inf, distance
-    )
