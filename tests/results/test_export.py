@@ -221,19 +221,27 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("size", "text"),
+    ("size", "apart", "text"),
     [
-        (1e-4, "displacements × 1000, gaps to scale"),
-        (0.4, "displacements to scale"),
-        (1.5, "displacements to scale"),
-        (30.0, "displacements / 200, gaps to scale"),
+        (1e-4, False, "displacements × 1000"),
+        (1e-4, True, "displacements to scale"),
+        (0.4, False, "displacements to scale"),
+        (1.5, False, "displacements to scale"),
+        (30.0, True, "displacements / 200"),
     ],
 )
-def test_displacements_are_not_shrunk_unless_they_are_larger_than_the_bodies(plane, size, text):
+def test_displacements_are_shrunk_beyond_the_size_of_bodies_and_magnified_only_where_sides_fit(
+    plane, size, apart, text
+):
     solution, _ = plane
     step = solution.last
     bodies = {
         name: BodyResult(size / np.sqrt(2.0) * np.ones_like(body.u), body.traction)
         for name, body in step.bodies.items()
     }
-    assert view_of(replace(solution, steps=[replace(step, bodies=bodies)])).text == text
+    pairs = {
+        name: pair if apart else replace(pair, state=0 * pair.state)
+        for name, pair in step.pairs.items()
+    }
+    changed = replace(solution, steps=[replace(step, bodies=bodies, pairs=pairs)])
+    assert view_of(changed).text == text

@@ -25,12 +25,18 @@ from ...runtime.figure_style import (
 from ..data import SolutionData
 from ..records import PairResult
 from .curves import CURVES, along, headed, headed_end, shown_ends
+from .surroundings import (
+    draw_loads,
+    draw_obstacles,
+    draw_supports,
+    draw_tractions,
+    moved,
+    size_of,
+)
 from .view import View, view_of
 
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
-ARROWS = 60
-"""Most forces drawn on one interface."""
 
 
 def draw_deformed(figure: Any, solution: SolutionData) -> None:
@@ -44,17 +50,17 @@ def draw_deformed(figure: Any, solution: SolutionData) -> None:
 def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
     """The same on given axes, in a view that others share; else in the one that suits it."""
     shown = view or view_of(solution)
-    size = float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
     draw_outlines(axes, solution, shown)
-    forces(axes, solution, shown.factor, size)
+    draw_loads(axes, solution, shown)
+    draw_tractions(axes, solution, shown)
     place(axes, solution)
     if view is not None:
-        margin = 0.15 * size  # room for forces
+        margin = 0.15 * size_of(solution)  # room for forces
         axes.set(
             xlim=(view.low[0] - margin, view.high[0] + margin),
             ylim=(view.low[1] - margin, view.high[1] + margin),
         )
-    legend_below(axes, 4)
+    legend_below(axes, 5)
 
 
 def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
@@ -66,8 +72,11 @@ def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
 
 
 def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
-    """Initial and deformed outlines of the bodies, and the states of their contact nodes."""
+    """Initial and deformed outlines of the bodies, what holds them, obstacles, and the states of
+    their contact nodes."""
     factor = view.factor
+    draw_obstacles(axes, solution, view)
+    draw_supports(axes, solution, view)
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         colour = BODIES[number % len(BODIES)]
         for initial, deformed in outlines(as_curve(mesh), solution.bodies[name].u, factor):
@@ -80,37 +89,6 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
     for name, pair in solution.pairs.items():
         draw_states(
             axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state)
-        )
-
-
-def moved(solution: SolutionData, name: str, factor: float) -> Array:
-    """Where the secondary's nodes of an interface are drawn (m, 2)."""
-    return (
-        solution.pairs[name].x
-        + factor * solution.bodies[solution.sides[name][0]].u[solution.nodes[name]]
-    )
-
-
-def forces(axes: Any, solution: SolutionData, factor: float, size: float) -> None:
-    """Contact tractions on the secondaries as arrows, the largest cut."""
-    largest = max(
-        (float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in solution.pairs.values()),
-        default=0.0,
-    )
-    for name, pair in solution.pairs.items() if largest > 0.0 else ():
-        traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
-        arrows = traction * (0.1 * size / largest)
-        arrows *= np.minimum(1.0, 0.15 * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
-        shown = _spread(pair, ARROWS)
-        start = moved(solution, name, factor) - arrows
-        axes.quiver(
-            *start[shown].T,
-            *arrows[shown].T,
-            angles="xy",
-            scale_units="xy",
-            scale=1.0,
-            width=0.002,
-            color="0.35",
         )
 
 
@@ -320,13 +298,3 @@ def _window(axes: Any, pairs: list[PairResult]) -> None:
         low, high = s[closed].min(), s[closed].max()
         margin = 0.15 * (high - low) + 1e-12
         axes.set_xlim(max(low - margin, s.min()), min(high + margin, s.max()))
-
-
-def _spread(pair: PairResult, count: int) -> Index:
-    """Closed nodes about equally far from one another."""
-    closed = np.flatnonzero(pair.state != OPEN)
-    if len(closed) <= count:
-        return closed
-    s = pair.arc_length[closed]
-    places = np.searchsorted(s, np.linspace(s.min(), s.max(), count)).clip(0, len(closed) - 1)
-    return np.asarray(np.unique(closed[places]))

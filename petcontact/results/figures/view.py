@@ -36,20 +36,18 @@ class View:
     Attributes
     ----------
     factor : float
-        Of displacements: at least 1, unless they are larger than the bodies.
+        Of displacements: at least 1, unless they are larger than the bodies; 1 where sides are
+        apart that did not fit, as a round one on a flat one. A round side would look concave.
     low, high : (d,) arrays
         What the bodies cover as they were and as they are drawn [length].
     largest : float
         |u| [length].
-    gaps : bool
-        Whether there are any: they are not magnified, so that bodies may seem to overlap.
     """
 
     factor: float
     low: Array
     high: Array
     largest: float
-    gaps: bool = False
 
     @property
     def text(self) -> str:
@@ -57,7 +55,7 @@ class View:
         if self.factor == 1.0:
             return "displacements to scale"
         how = f"× {self.factor:g}" if self.factor > 1.0 else f"/ {1.0 / self.factor:g}"
-        return f"displacements {how}, gaps to scale" if self.gaps else f"displacements {how}"
+        return f"displacements {how}"
 
 
 def view_of(
@@ -76,11 +74,19 @@ def view_of(
     largest = max(float(np.linalg.norm(values, axis=1).max()) for _, values in u)
     if factor is None:
         factor = round_number(share * size, largest)
-        if factor < 1.0 and largest <= size:
-            factor = 1.0
+        if _apart(solution) or (factor < 1.0 and largest <= size):
+            factor = min(factor, 1.0) if largest > size else 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
-    gaps = any(np.any(pair.state == OPEN) for pair in solution.last.pairs.values())
-    return View(factor, places.min(axis=0), places.max(axis=0), largest, gaps)
+    return View(factor, places.min(axis=0), places.max(axis=0), largest)
+
+
+def _apart(solution: SolutionData) -> bool:
+    """Whether sides that had a gap are apart somewhere at the end."""
+    return any(
+        side.law.gap != 0.0 and np.any(solution.last.pairs[side.name].state == OPEN)
+        for side in solution.problem.interfaces
+        if not side.periodic and side.name in solution.last.pairs
+    )
 
 
 @frozen

@@ -1,0 +1,215 @@
+"""What acts on bodies in the plane: rigid obstacles, supports by the symbols of statics, and loads
+and contact tractions as arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN
+from ...frozen import frozen
+from ...geometry.rotation import MOTIONS
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...model.bodies import Displacement, Symmetry, Traction
+from ...runtime.figure_style import COLOURS
+from ..data import SolutionData
+from ..records import ObstacleResult, PairResult
+from .view import View
+
+ARROWS = 24
+"""Most arrows of one interface or part: in a figure 7 inches wide their heads stay apart."""
+LONG, LONGEST = 0.1, 0.15
+"""Length of the arrow of a usual traction, and of the longest, over the size of the bodies."""
+THICK = 0.03
+"""Of the edge of obstacles and supports that is drawn, over the size of the bodies."""
+REACH = 0.15
+"""Distance from a body, over the size of the bodies, up to which an obstacle is drawn: beyond it
+would take more room than the bodies."""
+BEHIND: dict[str, dict[str, str]] = {
+    "obstacle": {"facecolor": "0.8"},
+    "held": {"facecolor": "w", "hatch": "/////"},
+    "moved": {"facecolor": "w", "hatch": "xxxxx"},
+}
+"""How what lies behind an edge is filled."""
+EDGE, CONTACT, LOAD = "0.35", "0.25", COLOURS[3]
+"""Colours."""
+
+
+def size_of(solution: SolutionData) -> float:
+    """Of all bodies: the longer side of the box about them [length]."""
+    return float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
+
+
+def moved(solution: SolutionData, name: str, factor: float) -> Array:
+    """Where the secondary's nodes of an interface are drawn (m, 2)."""
+    pair, (body, _) = solution.pairs[name], solution.sides[name]
+    return np.asarray(pair.x + factor * solution.bodies[body].u[solution.nodes[name]])
+
+
+def draw_obstacles(axes: Any, solution: SolutionData, view: View) -> None:
+    """The edge of each rigid obstacle: the secondary's surface as it was, moved by the gap that was
+    there along the normal, and then with the obstacle."""
+    size = size_of(solution)
+    for interface in solution.problem.interfaces:
+        if interface.primary is not None or interface.periodic:
+            continue
+        order = np.argsort(solution.pairs[interface.name].arc_length)
+        pair, normal = solution.pairs[interface.name], solution.pairs[interface.name].normal[order]
+        motion = np.zeros_like(pair.x)
+        if interface.obstacle is not None:
+            obstacle = solution.problem.obstacle[interface.obstacle]
+            motion = _rigid(pair.x, obstacle.centre, solution.last.obstacles[obstacle.name])
+        away = moved(solution, interface.name, 1.0) - pair.x - motion
+        gap = (pair.gap + np.sum(away * pair.normal, axis=1))[order]
+        shown = np.isfinite(gap) & (gap <= REACH * size)
+        edge = (pair.x + view.factor * motion)[order] + gap[:, None] * normal
+        for run in np.split(np.arange(len(gap)), np.flatnonzero(np.diff(shown)) + 1):
+            if shown[run[0]]:
+                _band(axes, edge[run], edge[run] + THICK * size * normal[run], "obstacle")
+
+
+def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
+    """Displacement (m, 2) of an obstacle at points."""
+    about = np.broadcast_to(np.asarray(centre, dtype=float), 2)
+    return np.asarray(MOTIONS[2].every(x, about) @ np.append(found.displacement, found.rotation))
+
+
+def _band(axes: Any, near: Array, far: Array, word: str) -> None:
+    """The edge of something rigid: a line, and what `BEHIND` says."""
+    style = {"edgecolor": EDGE, "lw": 0.0, **BEHIND[word]}
+    named = axes.get_legend_handles_labels()[1]
+    label = None if word in named else word
+    axes.fill(*np.vstack([near, far[::-1]]).T, label=label, zorder=0.5, **style)
+    axes.plot(*near.T, color=EDGE, lw=1.0, zorder=1.5)
+
+
+def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
+    """What holds bodies at the end: hatching where all components are given, else rollers."""
+    size, high = size_of(solution), THICK * size_of(solution)
+    for side in _sides(solution, view):
+        condition = side.condition
+        if isinstance(condition, Symmetry) or (
+            isinstance(condition, Displacement) and "free" in condition.value
+        ):
+            start = 0.5 * high * side.normal
+            rollers = _spread(side.x, size / ARROWS)
+            word = "roller" if "roller" not in axes.get_legend_handles_labels()[1] else None
+            axes.plot(
+                *(side.x + start)[rollers].T, "o", ms=4.0, mfc="w", mec=EDGE, mew=0.8, label=word
+            )
+            axes.plot(*(side.x + 2.0 * start).T, color=EDGE, lw=1.0)
+        elif isinstance(condition, Displacement):
+            still = all(value == 0.0 for value in condition.value)
+            far = side.x + high * side.normal
+            _band(axes, side.x, far, "held" if still else "moved")
+
+
+def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
+    """Tractions that are given, at the end."""
+    size = size_of(solution)
+    sides = [side for side in _sides(solution, view) if isinstance(side.condition, Traction)]
+    every = np.vstack([np.zeros((1, 2)), *(side.traction for side in sides)])
+    largest = float(np.hypot(*every.T).max())
+    for side in sides if largest > 0.0 else ():
+        shown = _spread(side.x, size / ARROWS)
+        pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
+        _arrows(axes, side.x, side.traction * (LONG * size / largest), pulls, shown, "load", LOAD)
+
+
+def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
+    """Contact tractions on the secondaries; the largest are cut."""
+    size, pairs = size_of(solution), solution.pairs
+    usual = [float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in pairs.values()]
+    largest = max(usual, default=0.0)
+    for name, pair in pairs.items() if largest > 0.0 else ():
+        traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
+        arrows = traction * (LONG * size / largest)
+        cut = LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300)
+        x, closed = moved(solution, name, view.factor), _closed(pair)
+        shown = closed[_spread(x[closed], 0.5 * size / ARROWS)]
+        arrows = arrows * np.minimum(1.0, cut)[:, None]
+        _arrows(axes, x, arrows, pair.pressure < 0.0, shown, "contact traction", CONTACT)
+
+
+def _arrows(
+    axes: Any, x: Array, arrows: Array, pulls: Array, shown: Index, word: str, colour: str
+) -> None:
+    """Arrows with their points at places (m, 2), or where they pull with their feet."""
+    shown = shown[np.any(arrows[shown] != 0.0, axis=1)]
+    if not len(shown):
+        return
+    start = x[shown] - np.where(pulls[shown, None], 0.0, arrows[shown])
+    axes.quiver(
+        *start.T,
+        *arrows[shown].T,
+        angles="xy",
+        scale_units="xy",
+        scale=1.0,
+        width=0.0022,
+        headwidth=4.5,
+        color=colour,
+        zorder=3.0,
+    )
+    axes.update_datalim(np.vstack([start, start + arrows[shown]]))
+    axes.autoscale_view()
+    if word not in axes.get_legend_handles_labels()[1]:
+        axes.plot([], [], ls="", marker=r"$\rightarrow$", color=colour, ms=10.0, label=word)
+
+
+def _closed(pair: PairResult) -> Index:
+    """Closed nodes, along the interface."""
+    order = np.argsort(pair.arc_length)
+    return np.asarray(order[pair.state[order] != OPEN])
+
+
+def _spread(x: Array, apart: float) -> Index:
+    """Numbers of points (m, 2) in order along a curve that are about equally far from one another,
+    at least by a distance, and `ARROWS` at most."""
+    if not len(x):
+        return np.arange(0)
+    way = np.append(0.0, np.cumsum(np.hypot(*np.diff(x, axis=0).T)))
+    count = min(ARROWS, round(way[-1] / apart) + 1)
+    wanted = np.linspace(0.0, way[-1], max(count, 3))
+    return np.unique(np.searchsorted(way, wanted).clip(0, len(x) - 1))
+
+
+@frozen
+class _Side:
+    """Nodes (m, 2) of a connected stretch of a part as they are drawn, in order, and its
+    condition."""
+
+    x: Array
+    normal: Array
+    traction: Array
+    condition: Any
+
+
+def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
+    """The stretches of all parts that have a condition at the end."""
+    for number, (name, mesh) in enumerate(solution.meshes.items()):
+        found, curve = solution.bodies[name], as_curve(mesh)
+        conditions = solution.problem.conditions(number)[solution.last.step - 1]
+        for part, condition in conditions.items():
+            for elements in _stretches(curve, part):
+                rows = np.repeat(elements, 2)
+                place = np.tile([0.0, 1.0], len(elements))
+                at = curve.variables_at(rows, place)
+                basis = curve.basis_at(rows, place)
+                yield _Side(
+                    np.column_stack([at["x"], at["y"]]) + view.factor * (basis @ found.u),
+                    np.column_stack([at["nx"], at["ny"]]),
+                    basis @ found.traction,
+                    condition,
+                )
+
+
+def _stretches(mesh: CurveMesh, part: str) -> list[Index]:
+    """Elements of a part, stretch by stretch."""
+    if part not in mesh.part_names:
+        return []
+    chosen = np.flatnonzero(mesh.part == mesh.part_names.index(part))
+    ends, starts = mesh.end[chosen[:-1]], mesh.start[chosen[1:]]
+    return np.split(chosen, np.flatnonzero(np.any(ends != starts, axis=1)) + 1)
