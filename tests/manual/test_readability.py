@@ -10,15 +10,25 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
 BROKEN = runpy.run_path(str(ROOT / "scripts" / "readability"))["broken"]
-PLAIN = (
-    *("background", "choosing", "config", "extending", "gallery", "installing", "troubleshooting"),
-    "tutorial",
-)
-"""Chapters in plain sentences; the list may only grow."""
+NOT_YET = {
+    *(
+        "cases",
+        "changes",
+        "export",
+        "glossary",
+        "methods",
+        "operators",
+        "python",
+        "recipes",
+        "wear",
+    ),
+}
+"""Chapters that are still to be written in plain sentences; the set may only shrink."""
+PAGES = [ROOT / "README.md", *sorted(MANUAL.glob("*.md"))]
 
 
 @pytest.mark.parametrize(
-    "page", [ROOT / "README.md", *(MANUAL / f"{name}.md" for name in PLAIN)], ids=lambda p: p.stem
+    "page", [page for page in PAGES if page.stem not in NOT_YET], ids=lambda page: page.stem
 )
 def test_a_chapter_is_read_at_once(page):
     assert BROKEN(page.read_text()) == []
