@@ -17,7 +17,8 @@ SHOWN = 6
 """Most places of one chapter that a search prints."""
 OTHER_WORDS = {
     **dict.fromkeys(("3d", "three-dimensional", "three dimensions"), "space"),
-    **dict.fromkeys(("axisymmetric", "axial symmetry", "units", "mpa", "preload"), "choosing"),
+    **dict.fromkeys(("axisymmetric", "axial symmetry"), "axial"),
+    **dict.fromkeys(("units", "mpa", "preload"), "choosing"),
     **dict.fromkeys(("bolt", "2d", "two-dimensional", "plane strain"), "choosing"),
     **dict.fromkeys(("windows", "wsl", "crash", "failed", "wrong sign"), "troubleshooting"),
     **dict.fromkeys(("hertz", "first steps", "beginner", "example"), "tutorial"),

@@ -10,19 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
 BROKEN = runpy.run_path(str(ROOT / "scripts" / "readability"))["broken"]
-NOT_YET = {
-    *(
-        "cases",
-        "changes",
-        "export",
-        "glossary",
-        "methods",
-        "operators",
-        "python",
-        "recipes",
-        "wear",
-    ),
-}
+NOT_YET = {"changes"}
 """Chapters that are still to be written in plain sentences; the set may only shrink."""
 PAGES = [ROOT / "README.md", *sorted(MANUAL.glob("*.md"))]
 
