@@ -13,6 +13,7 @@ import pytest
 from curved_bodies import as_surface, icosphere
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from petcontact import (
@@ -33,7 +34,7 @@ from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, beyond, cut
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap
-from petcontact.results.figures.surface import best_view
+from petcontact.results.figures.surface import best_view, draw_surface
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
@@ -358,3 +359,14 @@ def test_panels_that_face_nothing_have_no_gap_in_the_picture():
     assert np.isinf(found.pairs["pair"].gap).sum() == 32
     draw_gap(figure, found)
     assert figure.axes[0].dataLim.extents == pytest.approx([0.0, 0.0, 1.0, 1.0])
+
+
+def test_titles_of_figures_in_space_stand_apart_from_axis_labels(solution):
+    """Layouts keep room for a title of the figure, and none for that of axes in space."""
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    draw_surface(figure, solution)
+    canvas.draw()
+    heights = figure.axes[0].get_tightbbox(canvas.get_renderer())
+    assert figure.axes[0].get_title() == "" and "displacements" in figure._suptitle.get_text()
+    assert figure._suptitle.get_window_extent().y0 >= heights.y1 - 1.0

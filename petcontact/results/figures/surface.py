@@ -29,7 +29,7 @@ SHADE = 0.2
 SEEN = 0.8
 """Share of the most that any view shows of a contact, with which the first view that has it is
 taken."""
-COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.6, 2.9, 0.4, 1.2
+COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.8, 2.9, 0.5, 1.2
 """Columns of bodies drawn alone; heights of all together, of a row of those and of titles, width of
 the bar [inches]."""
 ZOOM, ALONE_ZOOM = 0.95, 0.8
@@ -71,13 +71,14 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
 def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
     """The deformed surfaces of all bodies at the end, shaded by |u|, on given axes; in a view that
     others share, else in the one that suits them."""
-    shade(
+    text = shade(
         [axes],
         solution,
         *_displacements(solution),
         view or view_of(solution),
         view.largest if view else None,
     )
+    axes.set_title(text, fontsize="medium")
 
 
 def draw_surface(figure: Any, solution: SolutionData) -> None:
@@ -105,7 +106,8 @@ def shade_each(
     that its contact is seen: together they hide it. Colours are as of `shade`."""
     alone = [name for name in bodies if contact_normals(solution, name)] if len(bodies) > 1 else []
     if not alone:
-        shade([figure.add_subplot(projection="3d")], solution, bodies, what, view, top)
+        every = [figure.add_subplot(projection="3d")]
+        figure.suptitle(shade(every, solution, bodies, what, view, top), fontsize="medium")
         return
     columns = min(len(alone), COLUMNS)
     rows = -(-len(alone) // columns)
@@ -125,7 +127,8 @@ def shade_each(
     ]
     every = [figure.add_axes(place, projection="3d") for place in places]
     bar = figure.add_axes((1.0 - 0.8 * BAR / wide, 0.25, 0.15 / wide, 0.5))
-    shade(every, solution, bodies, what, view, top, names=alone, bar=bar)
+    text = shade(every, solution, bodies, what, view, top, names=alone, bar=bar)
+    figure.suptitle(text, fontsize="medium")
 
 
 def shade(
@@ -137,9 +140,11 @@ def shade(
     top: float | None = None,
     names: Sequence[str] = (),
     bar: Any = None,
-) -> None:
+) -> str:
     """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with
-    a colour bar: on the first of some axes all of them, on the others those of the names alone."""
+    a colour bar: on the first of some axes all of them, on the others those of the names alone.
+    Returns the title: the layout of figures keeps room for theirs, and not for that of axes in
+    space, whose labels stand there."""
     values = np.concatenate([body.values for body in bodies.values()])
     colours = band_colours(values, top)
     moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
@@ -150,7 +155,6 @@ def shade(
         np.maximum(moved.max(axis=0), view.high),
     )
     text = f"{view.text}, seen from below" if every[0].elev < 0.0 else view.text
-    every[0].set_title("\n".join(filter(None, (headed_end(solution), text))), fontsize="medium")
     for axes, name in zip(every[1:], names, strict=True):
         moved = _draw(
             axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name)
@@ -167,6 +171,7 @@ def shade(
     every[0].figure.colorbar(
         colours, label=what, spacing="proportional", extend=beyond(values, colours), **place
     )
+    return "\n".join(filter(None, (headed_end(solution), text)))
 
 
 def _draw(
