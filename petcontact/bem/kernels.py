@@ -29,7 +29,7 @@ KERNELS: dict[type, Callable[..., Kernel]] = {
 }
 """By the kind of a mesh, from a material and the unit of length of a mesh, and a `tolerance` of
 quadrature where one is wanted."""
-COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
+COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller]] = {
     Kelvin2D: plane.compiled_columns,
     Kelvin3D: space.compiled_columns,
     RingKernel: rings.compiled_columns,
@@ -39,7 +39,7 @@ COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
 """What elements add to a field far from them, likewise by the very class of a kernel."""
 
-FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {
+FIELDS: dict[type, Callable[..., tuple[Array, Array, Array]]] = {
     Kelvin3D: Kelvin3D.field,
     RingKernel: RingKernel.field,
     TwistedRingKernel: TwistedRingKernel.field,
@@ -55,11 +55,9 @@ def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None =
 
 
 def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
-    """What fills blocks of columns on a mesh: compiled code, or the kernel's integrals where there
-    is none."""
-    maker = COLUMN_FILLERS.get(type(kernel))
-    compiled = None if maker is None else maker(kernel, mesh, data)
-    return PlainFiller(kernel, mesh, data) if compiled is None else compiled
+    """What fills blocks of columns on a mesh: compiled code, or the integrals of a kernel that has
+    none."""
+    return COLUMN_FILLERS.get(type(kernel), PlainFiller)(kernel, mesh, data)
 
 
 def field_of(
@@ -92,10 +90,8 @@ def field_of(
             compiled(kernel, targets, elements, u[..., s], traction[..., s])
             for s in range(u.shape[2])
         ]
-        found = [one for one in each if one is not None]
-        if found:
-            moved, stressed, (wound, *_) = zip(*found, strict=True)
-            return np.stack(moved, axis=2), _in_plane(np.stack(stressed, axis=2), kernel.dim), wound
+        moved, stressed, (wound, *_) = zip(*each, strict=True)
+        return np.stack(moved, axis=2), _in_plane(np.stack(stressed, axis=2), kernel.dim), wound
     kernel_g, kernel_h = kernel.integrals(targets, elements)
     kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
     axes = range(kernel.dim)

@@ -12,6 +12,7 @@ from prepared import operators
 from petcontact import MeshOptions, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.bem.kernels import KERNELS, kernel_for
+from petcontact.mesh.curve_mesh import CurveMesh
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ def test_a_new_kernel_is_one_registration(monkeypatch, comm, mat_type):
     case = example(2, mesh=MeshOptions(element_size=0.25)).model_copy(deep=True)
     case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": mat_type})})
     usual = solve(case, comm=comm)
-    monkeypatch.setitem(KERNELS, 2, OtherUnit)
+    monkeypatch.setitem(KERNELS, CurveMesh, OtherUnit)
     assert isinstance(operators(case).kernel, OtherUnit)
     other = solve(case, comm=comm)
     assert other.status == "converged" and len(other.history) == len(usual.history)

@@ -25,7 +25,6 @@ ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
 _panels = native.function("petcontact_panels", "pipiippp")
 _field = native.function("petcontact_panel_field", "pipiipppp")
-_columns = native.function("petcontact_panel_columns", native.FILLER)
 
 
 @functools.lru_cache(maxsize=16)
@@ -120,8 +119,8 @@ def _kind(panels: AnyPanels) -> int:
 
 
 def available() -> bool:
-    """Whether anything was compiled."""
-    return _panels is not None
+    """True; tests say False and have numpy's integrals, an oracle."""
+    return True
 
 
 def compiled_integrals(
@@ -134,7 +133,6 @@ def compiled_integrals(
     kernel_h: Array,
 ) -> None:
     """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
-    assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels, tolerance), _kind(panels)
     family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
     _panels(
@@ -149,7 +147,7 @@ def compiled_integrals(
 
 def compiled_field(
     points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float | None, data: Array
-) -> tuple[Array, tuple[Index, Index]] | None:
+) -> tuple[Array, tuple[Index, Index]]:
     """What panels add to displacement and stress at points inside the body, contracted with the
     boundary data.
 
@@ -171,11 +169,8 @@ def compiled_field(
         Displacement [length], stress over 2µ, and the share of the solid angle that the panels
         take.
     close : pair of arrays
-        Panels and points too near for Gauss points, whose stress is missing. Nothing where nothing
-        was compiled.
+        Panels and points too near for Gauss points, whose stress is missing.
     """
-    if _field is None:
-        return None
     tolerance = tolerance_of(panels, tolerance)
     points, data = native.contiguous(points), native.contiguous(data)
     records, kind = _records(panels, tolerance), _kind(panels)
@@ -201,10 +196,8 @@ def compiled_field(
     return field, (element, column)
 
 
-def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller | None:
-    """The compiled filler of columns for a `Kelvin3D`; None where nothing was compiled."""
-    if _columns is None:
-        return None
+def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller:
+    """The compiled filler of columns for a `Kelvin3D`."""
     kind, first = (
         np.zeros(mesh.n_elements, dtype=np.int64),
         np.zeros(mesh.n_elements, dtype=np.int64),

@@ -45,13 +45,12 @@ class Kelvin3D(KelvinSolution):
 
     def field(
         self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
-    ) -> tuple[Array, Array, Array] | None:
-        """As `bem.kernels.field_of`, by compiled code; None where nothing was compiled."""
+    ) -> tuple[Array, Array, Array]:
+        """As `bem.kernels.field_of`, of one state, by compiled code."""
         data = np.concatenate([traction / self.unit_length, u], axis=1)
-        found = compiled_field(targets, elements, self.poisson_ratio, self.tolerance, data)
-        if found is None:
-            return None
-        field, (element, column) = found
+        field, (element, column) = compiled_field(
+            targets, elements, self.poisson_ratio, self.tolerance, data
+        )
         stress = field[:, 3:9]
         if isinstance(elements, Panels):
             stress = stress + near_stress(
