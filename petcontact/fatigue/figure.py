@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from ..model.bodies import Units
 from ..results.data import SolutionData
 from ..results.figures.curves import headed
-from ..runtime.figure_style import label, plain, save
+from ..runtime.figure_style import LINES, label, plain, save
 from .evaluate import Fatigue
 
-UNITS = {"ruiz-1": "stress·length", "ruiz-2": "stress²·length"}
+UNITS = {"ruiz-1": "{0}·{1}", "ruiz-2": "({0})²·{1}"}
+"""Of stress and length; other parameters are stresses."""
 
 
 def fatigue_figure(solution: SolutionData, result: Fatigue, path: str | Path) -> Path:
@@ -30,11 +32,19 @@ def fatigue_figure(solution: SolutionData, result: Fatigue, path: str | Path) ->
     return Path(path)
 
 
+def _unit(parameter: str, units: Units) -> str | None:
+    """Of a parameter; None without names of units."""
+    if parameter not in UNITS:
+        return units.stress
+    if units.stress and units.length:
+        return UNITS[parameter].format(units.stress, units.length)
+    return None
+
+
 def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
     deep = any(np.any(one.sites.depth > 0.0) for one in result.found)
     axes = np.atleast_1d(figure.subplots(1, 1 + deep))
     units, plane = solution.problem.units, next(iter(solution.meshes.values())).dim == 2
-    stress = units.stress if result.parameter not in UNITS else None
     curves = [
         (found, part) for found in result.found for part in dict.fromkeys(found.sites.part.tolist())
     ]
@@ -43,7 +53,11 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
         name = plain(f"{one.sites.body}.{part}" if len(solution.meshes) > 1 else part)
         across = one.sites.along if plane else one.sites.x[:, 0]
         order = np.flatnonzero(mine)[np.argsort(across[mine], kind="stable")]
-        style: dict[str, Any] = {"lw": 1.2} if plane else {"ls": "", "marker": ".", "ms": 2.5}
+        style: dict[str, Any] = (
+            {"lw": 1.2, "ls": LINES[number % len(LINES)]}
+            if plane
+            else {"ls": "", "marker": ".", "ms": 2.5}
+        )
         axes[0].plot(across[order], one.value[order], color=f"C{number}", label=name, **style)
         if deep:
             levels = np.unique(one.sites.depth)
@@ -57,9 +71,10 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
     where = "arc length along the part" if plane else "x"
     axes[0].set(
         xlabel=label(where, units.length),
-        ylabel=label(plain(result.parameter), stress),
-        title=headed(solution, "on the surface"),
+        ylabel=label(plain(result.parameter), _unit(result.parameter, units)),
+        title="on the surface",
     )
+    figure.suptitle(headed(solution), fontsize="large")
     axes[0].legend()
     if deep:
         axes[1].set(xlabel=label("depth", units.length), title="largest at a depth")
