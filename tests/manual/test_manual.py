@@ -196,3 +196,23 @@ def test_every_key_has_a_meaning():
     rows = [line.split(" | ") for line in chapter("config").splitlines() if line.startswith("| `")]
     assert len(rows) > 60
     assert not [row[0] for row in rows if len(row) < 4 or not row[3].strip(" |")]
+
+
+@pytest.mark.parametrize(
+    ("file", "changes"),
+    [
+        ("petcontact/manual/starters/block.toml", {}),
+        ("configs/hertz.toml", {"mesh": {"accuracy": 1e-2}}),
+        ("petcontact/manual/starters/bodies.toml", {}),
+    ],
+)
+def test_the_tutorial_has_what_is_printed(file, changes):
+    """Line by line, but for residuals, which are round-off."""
+    verdict = petcontact.solve(petcontact.load(ROOT / file, changes)).verdict()
+    printed, shown = (re.sub(r"[0-9.]+e-1\d", "", text) for text in (verdict, chapter("tutorial")))
+    title, _, rest = printed.partition("  time [s]")[0].partition("\n")
+    lines = (
+        rest.splitlines() if title in shown else rest[rest.index("  step 1") :].splitlines()[:10]
+    )
+    assert len(lines) > 5
+    assert not [line for line in lines if line not in shown]
