@@ -46,6 +46,7 @@ Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
 LONGEST_EXPRESSION = 500
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+NOT_IN_TITLES = re.compile(r"\x00")
 
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
@@ -191,14 +192,15 @@ class Model(pydantic.BaseModel, metaclass=_OneLine):
     @pydantic.model_validator(mode="before")
     @classmethod
     def _without_control_characters(cls, data: Any) -> Any:
-        """Names go into files and file names; titles and expressions may have several lines."""
+        """Names go into files and file names; expressions may have several lines, and a title is
+        printed with all that is no letter written out."""
         for key, value in data.items() if isinstance(data, dict) else ():
             field = cls.model_fields.get(key)
-            lines = key == "title" or (
-                field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
-            )
+            lines = field and any(isinstance(m, pydantic.PlainValidator) for m in field.metadata)
+            refused = NOT_IN_LINES if lines else NOT_IN_NAMES
+            refused = NOT_IN_TITLES if key == "title" else refused
             for text in value if isinstance(value, (list, tuple, dict)) else (value,):
-                if isinstance(text, str) and (NOT_IN_LINES if lines else NOT_IN_NAMES).search(text):
+                if isinstance(text, str) and refused.search(text):
                     raise pydantic_core.PydanticCustomError(
                         "control", f"has a character below 32, got {_shown(text)}", {"key": key}
                     )

@@ -134,7 +134,8 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
 
 
 def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
-    if first == second == FREE and angle <= math.pi:
+    # elements of an altered file may lie on one another
+    if not angle > 0.0 or (first == second == FREE and angle <= math.pi):
         return 1.0
     return corner_exponent(angle, kappa, first, second)
 

@@ -117,8 +117,6 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
         "multiprocessing",
         "concurrent.futures",
         "gmsh",
-        "petsc4py",
-        "mpi4py",
         "shapely",
         "scipy.spatial",
         "scipy.special",

@@ -154,8 +154,12 @@ class _Builder:
 
     def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
         self.tolerance, self.layout, self.d = tolerance, layout, entries.components
-        self.callback = None if entries.compiled is not None else Callback(entries)
-        self.addresses = entries.compiled if self.callback is None else self.callback.addresses
+        self.callback: Callback | None = None
+        addresses = entries.compiled
+        if addresses is None:
+            self.callback = Callback(entries)
+            addresses = self.callback.addresses
+        self.addresses: tuple[int, int] = addresses
         self.beside = native.contiguous(entries.beside, np.int64)
         self.nodes = np.arange(len(self.beside), dtype=np.int64)
         self.wide = int(np.diff(self.beside).max(initial=0))

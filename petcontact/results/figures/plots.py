@@ -76,7 +76,7 @@ def drawings(solution: SolutionData) -> Drawings:
     return {
         name: draw
         for name, draw in found.items()
-        if (solution.nodes or name in OF_BODIES) and NEEDS.get(name, lambda _: True)(solution)
+        if (solution.nodes or name in OF_BODIES) and (name not in NEEDS or NEEDS[name](solution))
     }
 
 
