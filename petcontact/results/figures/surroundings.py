@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...frozen import frozen
 from ...geometry.rotation import MOTIONS
@@ -135,7 +135,7 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
 
 
 def _arrows(
-    axes: Any, x: Array, arrows: Array, pulls: Array, shown: Index, word: str, colour: str
+    axes: Any, x: Array, arrows: Array, pulls: Mask, shown: Index, word: str, colour: str
 ) -> None:
     """Arrows with their points at places (m, 2), or where they pull with their feet."""
     shown = shown[np.any(arrows[shown] != 0.0, axis=1)]
@@ -173,7 +173,8 @@ def _spread(x: Array, apart: float) -> Index:
     way = np.append(0.0, np.cumsum(np.hypot(*np.diff(x, axis=0).T)))
     count = min(ARROWS, round(way[-1] / apart) + 1)
     wanted = np.linspace(0.0, way[-1], max(count, 3))
-    return np.unique(np.searchsorted(way, wanted).clip(0, len(x) - 1))
+    numbers: Index = np.unique(np.searchsorted(way, wanted).clip(0, len(x) - 1))
+    return numbers
 
 
 @frozen
