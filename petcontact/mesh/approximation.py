@@ -17,7 +17,10 @@ from ..frozen import frozen
 from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
 
-POINTS = 0.5 + np.sqrt(0.05) * np.array([-math.sqrt(5.0), -1.0, 1.0, math.sqrt(5.0)])
+WITHIN = 1.0 - 2e-7
+"""Part of a cell that its points span. A function that jumps where an element ends has the value of
+the element there, and not that of its neighbour; coordinates have the digits for it."""
+POINTS = 0.5 + WITHIN * np.sqrt(0.05) * np.array([-math.sqrt(5.0), -1.0, 1.0, math.sqrt(5.0)])
 WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12.0
 """Lobatto's rule along each direction of a cell, its ends among the points: a jump that lies close
 to an end is between two of them."""

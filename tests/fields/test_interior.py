@@ -338,7 +338,9 @@ def test_figure_of_the_deformed_body(solved, tmp_path):
 
     path = deformed_figure(solved["graded"], tmp_path / "body.png", resolution=(24, 12))
     picture = imread(path)
-    assert picture.shape == (630, 1050, 4) and len(np.unique(picture.reshape(-1, 4), axis=0)) > 500
+    height, *rest = picture.shape  # the height is that of the body
+    assert 400 < height < 900 and rest == [1050, 4]
+    assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 500
 
 
 def test_field_of_a_stored_result(solved, tmp_path):
