@@ -236,7 +236,8 @@ def known_function(
     """What a condition says anywhere on its part, 0 where it is not finite; None where that is a
     number, or known at nodes only."""
     of_pressure = isinstance(condition, Traction) and condition.pressure is not None
-    given = (condition.pressure,) if of_pressure else condition.value or ()  # type: ignore[union-attr]
+    pressure = condition.pressure if of_pressure else None  # type: ignore[union-attr]
+    given = (pressure,) if of_pressure else condition.value or ()
     if any(isinstance(value, tuple) for value in given) or not any(
         callable(value) or (isinstance(value, str) and value != "free") for value in given
     ):
