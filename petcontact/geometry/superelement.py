@@ -226,8 +226,9 @@ def _loaded(path: Path) -> dict[str, Any]:
                 raise InputError(f"{path}: {name}: is there twice")
             info = archive.getinfo(file)
             with archive.open(info) as stream:
-                version = np.lib.format.read_magic(stream)
-                header = np.lib.format._read_array_header(stream, version)  # type: ignore[attr-defined]
+                header = np.lib.format._read_array_header(  # type: ignore[attr-defined]
+                    stream, np.lib.format.read_magic(stream)
+                )
                 shape, dtype = header[0], header[2]
                 check_declared(f"{path}: {name}", shape, dtype.kind, wanted, sizes)
                 size = math.prod(shape) * dtype.itemsize
