@@ -131,7 +131,11 @@ def failure(increment: Increment, outcome: ContactState) -> str:
         push = _run_away(increment, outcome)
     if push is None:
         return f"{outcome.reason}{where}{unsure}"
-    return f"no equilibrium{where}: {_pushed(increment, push)}{unsure}"
+    name, way = _pushed(increment, push)
+    return (
+        f"did not converge{where}: {name} is not in equilibrium in the last iterate, the load "
+        f"{way}; that contact and friction cannot hold it is not proved{unsure}"
+    )
 
 
 def unheld_at_the_end(increment: Increment) -> str:
@@ -154,7 +158,13 @@ def unheld(increment: Increment, where: str = "") -> str:
     """Which body or obstacle no admissible traction holds, in words; "" where all loads can be
     held."""
     push = unbalanced_load(increment.system.modes, increment.problem.discrete.law)
-    return "" if push is None else f"no equilibrium{where}: {_pushed(increment, push)}"
+    if push is None:
+        return ""
+    name, way = _pushed(increment, push)
+    return (
+        f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
+        "friction allow"
+    )
 
 
 def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
@@ -173,10 +183,10 @@ def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
     )
 
 
-def _pushed(increment: Increment, push: Array) -> str:
-    """The body or obstacle that the loads push along a motion that nothing holds, in words."""
+def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
+    """The body or obstacle that the loads push along a motion, and how they move it, in words."""
     system, posed = increment.problem.system, increment.problem.discrete.problem
-    worst, text = 0.0, "the loads"
+    worst, name, way = 0.0, "a body", "moves it"
     for b, body in enumerate(system.bodies):
         mine = system.motion(b, push[: system.modes.shape[1]])
         along = np.abs(mine).max(initial=0.0)
@@ -184,9 +194,7 @@ def _pushed(increment: Increment, push: Array) -> str:
             motion = body.modes @ mine
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
-            text = (
-                f"body {posed.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
-            )
+            name, way = f"body {posed.body[b].name!r}", _direction(motion, weight)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.dim][: len(of_obstacle.free)])[of_obstacle.free]
@@ -194,9 +202,9 @@ def _pushed(increment: Increment, push: Array) -> str:
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:
             worst = float(np.abs(mine).max())
-            name, way = posed.obstacle[k].name, names[np.argmax(np.abs(mine))]
-            text = f"obstacle {name!r} cannot be held: the load pushes it {way}"
-    return f"{text} beyond what contact and friction allow"
+            name = f"obstacle {posed.obstacle[k].name!r}"
+            way = f"pushes it {names[np.argmax(np.abs(mine))]}"
+    return name, way
 
 
 def _direction(motion: Array, weight: Array) -> str:
