@@ -30,6 +30,9 @@ QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 NOTHING = 1e-6
 """Stress, over the largest component in the body, that is none: ten times the defect up to which
 the boundary integral equations are taken for solved."""
+MOVED = 1e-13
+"""Stress, over E times displacement over the size of the body, that is none: what a rigid motion
+leaves of it by round-off."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
@@ -92,13 +95,13 @@ class Peaks:
 
 def stress_peaks(solution: Evaluated) -> dict[str, Peaks]:
     """By the names of `QUANTITIES`; without those that are nowhere finite."""
-    samples = [
-        _Samples(solution, body, step, places)
-        for step in step_ends(solution.steps or solution.tried)
-        for body, places in unbounded_places(solution, step).items()
-    ]
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
+        samples = [
+            _Samples(solution, body, step, places)
+            for step in step_ends(solution.steps or solution.tried)
+            for body, places in unbounded_places(solution, step).items()
+        ]
         found = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
     return {name: peaks for name, peaks in found.items() if peaks != Peaks(None, None, [])}
 
@@ -142,18 +145,25 @@ class _Samples:
         self._x = np.vstack([state.x for state in self._states])
         of_places = [e for place in places for e in place.elements]
         self._seeds = np.flatnonzero(np.isin(self._element, of_places))
-        reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
-        away = [np.linalg.norm(self._x - place.x, axis=1) for place in places]
-        self._beside = np.any([distance < reach for distance in away], axis=0) if away else away
-        self._least = NOTHING * float(np.nanmax(np.abs(boundary.components), initial=0.0))
+        self._reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+        self._beside = np.zeros(len(self._x), dtype=bool)
+        for place in places:
+            self._beside |= np.linalg.norm(self._x - place.x, axis=1) < self._reach
+        u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
+        moved = (
+            material.young_modulus * float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
+        )
+        largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
+        self._least = max(NOTHING * largest, MOVED * moved)
 
     def peaks(self, key: str) -> Iterator[StressPeak]:
         """The largest on the boundary and inside, off the hills of unbounded places."""
         values = self._values(key)
+        count = len(self._element)
         usable = np.isfinite(values)
         if usable.any():
             usable &= ~self._on_hills(values)
-        count = len(self._element)
+        usable[count:] &= ~self._beside[count:]  # peaks of another kind lie on the surface
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
@@ -184,8 +194,7 @@ class _Samples:
             if values[k] > value:
                 value, place = float(values[k]), state.x[k]
             step /= 3.0
-        away = [np.linalg.norm(np.stack([peak.place, place]) - p.x, axis=1) for p in self._places]
-        if any(after < 0.5 * before for before, after in away):
+        if any(np.linalg.norm(place - each.x) < self._reach for each in self._places):
             return None
         return replace(peak, value=value, place=place)
 

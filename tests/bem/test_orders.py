@@ -75,7 +75,7 @@ def error_of(order: int, size: float, geometry, formulation: str = "condensed") 
 @pytest.mark.parametrize("order", range(6))
 def test_rate_on_a_smooth_problem(order, geometry):
     """p + 1 at least."""
-    sizes = (0.125, 0.0625) if order < 2 else (0.5, 0.25)
+    sizes = (0.0625, 0.03125) if order < 2 else (0.5, 0.25)
     coarse, fine = (error_of(order, size, geometry) for size in sizes)
     assert np.log2(coarse / fine) > order + 0.9
     assert fine < 10.0 ** -(order + 1.5)

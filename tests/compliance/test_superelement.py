@@ -377,9 +377,8 @@ def test_a_config_with_a_superelement_is_solved_plotted_and_told_what_it_lacks(t
     )
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()
-    assert (
-        len(solution.plot(Figure().add_subplot()).lines[0].get_xdata()) == 3
-    )  # not closed: it is no outline
+    lines = solution.plot(Figure().add_subplot()).lines
+    assert 3 in [len(line.get_xdata()) for line in lines]  # not closed: it is no outline
     assert main(["export", str(tmp_path / "r.h5"), "--vtkhdf", str(tmp_path / "r.vtkhdf")]) == 0
     with pytest.raises(InputError, match="is a superelement: fields inside it are not known"):
         solution.stress_at([[1.0, 0.5]])

@@ -198,7 +198,7 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
     """SIGTERM after the third increment, of several whose fields are computed together: three are
     kept, and the rest is solved from there."""
-    original, made = load_steps.solved, []
+    original, made = load_steps.with_wear, []
 
     def signalled(*words, **keys):
         made.append(original(*words, **keys))
@@ -215,7 +215,7 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
     ]
     monkeypatch.chdir(tmp_path)
     assert main([*config, "-o", "whole.h5"]) == 0
-    monkeypatch.setattr(load_steps, "solved", signalled)
+    monkeypatch.setattr(load_steps, "with_wear", signalled)
     assert main([*config, "-o", "part.h5"]) == 143
     assert "interrupted by SIGTERM; the last iterate is saved in part.h5" in capsys.readouterr().err
     part, whole = read_result(tmp_path / "part.h5"), read_result(tmp_path / "whole.h5")
@@ -224,7 +224,7 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
         and len(part.steps) == 3
         and all(step.status == "converged" for step in part.steps)
     )
-    monkeypatch.setattr(load_steps, "solved", original)
+    monkeypatch.setattr(load_steps, "with_wear", original)
     assert main([*config, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
     rest = read_result(tmp_path / "rest.h5")
     assert len(rest.steps) == len(whole.steps)
@@ -235,7 +235,7 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
 
 
 def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):
-    original, made = load_steps.solved, []
+    original, made = load_steps.with_wear, []
 
     def failing(*words, **keys):
         if len(made) == 3:
@@ -243,7 +243,7 @@ def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch)
         made.append(original(*words, **keys))
         return made[-1]
 
-    monkeypatch.setattr(load_steps, "solved", failing)
+    monkeypatch.setattr(load_steps, "with_wear", failing)
     coarse = {f"body.{b}.mesh": {"element_size": 0.5} for b in (0, 1)}
     solution = solve(load(ROOT / "configs" / "fretting.toml", coarse))
     assert solution.status == "failed" and "nothing to keep" in solution.reason

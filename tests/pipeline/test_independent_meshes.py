@@ -102,7 +102,7 @@ def test_bonded_cubes_under_an_even_pressure(tmp_path):
         posed(blocks(tmp_path), {**contact, "secondary": "lower.top", "primary": "upper.bottom"})
     )
     (told,) = mismatch(other.sides[0], other.facings[0])
-    assert "better" not in told and "do not match" in told
+    assert "better" not in str(told) and "do not match" in str(told)
 
 
 @pytest.mark.parametrize("small", ["secondary", "primary"])

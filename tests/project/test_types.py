@@ -118,8 +118,6 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
         "concurrent.futures",
         "gmsh",
         "shapely",
-        "scipy.spatial",
-        "scipy.special",
         "scipy.optimize",
         "scipy.stats",
         "scipy.fft",

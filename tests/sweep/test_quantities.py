@@ -110,7 +110,7 @@ tolerance = [1e-8, 1e-9]
     kept = load_case(tmp_path / "out", sweep.ids[3])
     if keep == "all":
         assert kept.last.pairs["top"].area == pytest.approx(area[3], rel=1e-12)
-        assert kept.assembly.contact[0].friction_coefficient == 0.3
+        assert kept.problem.contact[0].friction_coefficient == 0.3
     else:
         assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
         assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[3], rel=1e-12)

@@ -468,7 +468,7 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
 
 def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
     (tmp_path / "raising_quantity.py").write_text(
-        "def bad(solution):\n    return 1.0 / (solution.case.method.rho - 1.0)\n"
+        "def bad(solution):\n    return 1.0 / (solution.problem.method.rho - 1.0)\n"
     )
     text = (
         'problems = ["example1.toml"]\nquantities = ["raising_quantity:bad"]\n[cross]\nrho = '

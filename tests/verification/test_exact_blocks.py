@@ -16,6 +16,7 @@ from problems import block, contact_pair
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
+from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.adapt import loop as adaptive
 from petcontact.pipeline.pose import discretise as assemble
 from petcontact.pipeline.run import prepare, run
@@ -131,7 +132,7 @@ def test_a_cycle_dissipates_what_its_loop_encloses(increments):
 
 def test_edges_are_found(monkeypatch):
     """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
-    monkeypatch.setattr(adaptive, "discretise", discretise)
+    monkeypatch.setattr(level_solver, "discretise", discretise)
     solution = adaptive.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
     assert errors(solution).max() < solution.accuracy.error <= 2e-4

@@ -42,7 +42,7 @@ def peak_lines(solution: SolutionData) -> list[str]:
 
 def _words(peak: StressPeak, where: str, solution: SolutionData) -> str:
     if peak.value == 0.0:
-        return f"0 {where}"
+        return "0"
     text = f"{peak.value:.4g} {where} at {_place(peak.place, solution)}"
     if name := _named(peak.body, printable(peak.part)):
         text += f" ({name})"
