@@ -3,6 +3,7 @@ silently."""
 
 from __future__ import annotations
 
+import atexit
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,18 @@ EXACT = ("lu", "cholesky", "svd", "redundant", blocked_lu.TYPE)
 
 LOOKING = ("monitor", "view_", "residual", "compute_", "test_")
 """Parts of names of options of a KSP that multiply with the matrix, or show it."""
+
+_UNCLOSED: dict[int, Any] = {}
+"""KSPs over several ranks, in the order in which all ranks made them. To free one is collective, so
+no rank does it when it drops the solver. PETSc ends after Python, and then it cannot free those
+whose preconditioner is Python's."""
+
+
+@atexit.register
+def _free_all() -> None:
+    for ksp in list(_UNCLOSED.values()):
+        ksp.destroy()
+    _UNCLOSED.clear()
 
 
 def is_asked_for(prefix: str) -> bool:
@@ -94,6 +107,8 @@ class LinearSolver:
         """The PETSc KSP."""
         if self._ksp is None:
             self._ksp = petsc().KSP().create(self._comm)
+            if self._comm.getSize() > 1:
+                _UNCLOSED[id(self._ksp)] = self._ksp
             try:
                 self._configure(self._ksp)
             except petsc().Error as error:
@@ -214,6 +229,7 @@ class LinearSolver:
     def close(self) -> None:
         """Free the KSP, its preconditioner, and what it owns."""
         if self._ksp is not None:
+            _UNCLOSED.pop(id(self._ksp), None)
             self._ksp.destroy()
             self._ksp = None
         while self._owned:
