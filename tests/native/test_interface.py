@@ -61,6 +61,7 @@ def refused(library, why):
     found = [
         subprocess.run(
             [sys.executable, "-m", "petcontact", *words],
+            cwd=library.parent,
             capture_output=True,
             text=True,
             timeout=300,

@@ -136,7 +136,10 @@ def test_stress_on_the_boundary(solution, tmp_path):
     )
     peaks = stress_peaks(solution)
     assert set(peaks) == {"von Mises", "first principal"}
-    assert "  largest von Mises stress: " in solution.verdict()
+    # all of a coarse mesh may lie beside edges without a bound
+    assert any(
+        words in solution.verdict() for words in ("  largest von Mises stress: ", "has no bound")
+    )
     for name, values in (("von Mises", "von_mises"), ("first principal", "first_principal")):
         for peak in filter(None, (peaks[name].inside, peaks[name].surface)):
             found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part or None)
