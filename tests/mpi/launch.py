@@ -3,6 +3,7 @@ interpreter."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 import os
@@ -45,21 +46,30 @@ def environment() -> dict[str, str]:
 
 
 def start(ranks: int, *words: str, **keywords) -> subprocess.Popen:
-    """The job in a process group of its own, its output captured as text."""
+    """The job in a session of its own, its output captured as text."""
     arguments = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | keywords
     return subprocess.Popen(
         command(ranks, *words), env=environment(), start_new_session=True, **arguments
     )
 
 
+def kill(job: subprocess.Popen) -> None:
+    """Kill every process of the job's session: a launcher gives its children groups of their own."""
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            with contextlib.suppress(OSError):
+                session = (entry / "stat").read_text().rpartition(")")[2].split()[3]
+                if int(session) == job.pid:
+                    os.kill(int(entry.name), signal.SIGKILL)
+
+
 def run(ranks: int, *words: str, timeout: float = 120.0, **keywords) -> subprocess.CompletedProcess:
-    """Run the job to its end; past the timeout its whole process group is killed and the test
-    fails."""
+    """Run the job to its end; past the timeout all its processes are killed and the test fails."""
     job = start(ranks, *words, **keywords)
     try:
         out, err = job.communicate(timeout=timeout)
     except subprocess.TimeoutExpired:
-        os.killpg(job.pid, signal.SIGKILL)
+        kill(job)
         out, err = job.communicate()
         raise AssertionError(f"mpiexec still ran after {timeout} s\n{out}\n{err}") from None
     return subprocess.CompletedProcess(job.args, job.returncode, out, err)

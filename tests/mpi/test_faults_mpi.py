@@ -165,7 +165,7 @@ def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatc
         _, err = job.communicate(timeout=SOON)
     finally:
         if job.poll() is None:
-            os.killpg(job.pid, signal.SIGKILL)
+            launch.kill(job)
     assert job.returncode == 128 + number
     # Open MPI's mpiexec may stop forwarding output once it is told to end: what counts is the file
     assert "Traceback" not in err, err
