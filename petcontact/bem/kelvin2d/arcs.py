@@ -17,14 +17,13 @@ import functools
 
 import numpy as np
 
-from ...arrays import Array, Complex, Index, Mask
+from ...arrays import Array, Complex, Index
 from ...frozen import frozen
 from ...geometry.arcs import half_angles
 from ...mesh.basis import gauss, product_weights
 from . import moments
-from .moments import RULES, Moments, Parts
+from .moments import RULES, Parts
 
-Pairs = tuple[Index, Index]
 MIDDLE, CLOSE_SUM = 24, 2.9
 """As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks
 for."""
@@ -103,40 +102,12 @@ class Arcs:
         itself."""
         return _far_points(order, float(np.max(np.abs(self.angle))))
 
-    def close_sum(self, order: int) -> float:
-        """Targets with |z+1| + |z-1| below this are close."""
-        return CLOSE_SUM
-
     def reach(self, radius: float) -> Array:
         """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >=
         ln(1+|u|)."""
         stretched = np.minimum(radius * np.abs(self.angle), 300.0)
         distance: Array = np.expm1(stretched) / np.abs(self.curvature)
         return distance
-
-    def far(
-        self, order: int, point: Complex, off_line: Array | None
-    ) -> tuple[Moments, Complex, Pairs]:
-        """Moments (n, p+1, m) of all targets in the global frame, its squared tangent 1 for each
-        element, and the pairs that are not far enough for them."""
-        dx, dy = point.real - self.middle.real[:, None], point.imag - self.middle.imag[:, None]
-        element, column = np.nonzero(
-            dx * dx + dy * dy < self.reach(RULES[order].far_radius)[:, None] ** 2
-        )
-        with np.errstate(divide="ignore", invalid="ignore"):  # of pairs that are taken once more
-            x, tangent = self.nodes(self.far_points(order))
-            part = self._distant(
-                order, x.T[:, :, None], tangent.T[:, :, None], point, self.half[:, None, None]
-            )
-        return part, np.ones(len(self.half), dtype=np.complex128), (element, column)
-
-    def middle_range(
-        self, order: int, point: Complex, xi: Array, h: Array
-    ) -> tuple[Moments, Complex]:
-        """Moments (p+1, n) of one target an arc that is neither far nor close, in the global frame,
-        and 1 for each."""
-        part = self._distant(order, *self.nodes(MIDDLE), point, self.half)
-        return part, np.ones(len(self.half), dtype=np.complex128)
 
     def nodes(self, points: int) -> tuple[Complex, Complex]:
         """Points of Gauss quadrature and dx/ds there, (q, n)."""
@@ -146,70 +117,22 @@ class Arcs:
         chord = self.half * s[:, None] * np.sinc(0.5 * turn / np.pi) * np.exp(0.5j * turn)
         return self.middle + self.tangent * chord, self.tangent * self.half * np.exp(1j * turn)
 
-    @staticmethod
-    def _distant(order: int, x: Complex, tangent: Complex, point: Complex, half: Array) -> Moments:
-        """Moments in the global frame by Gauss quadrature over the second axis from the end."""
-        _, product = product_weights(order, x.shape[-2])
-        rx, ry = x.real - point.real, x.imag - point.imag
-        square = rx * rx + ry * ry
-        log = product @ np.log(square)
-        log *= 0.5
-        log -= product.sum(axis=1)[:, None] * np.log(half)
-        inverse = 1.0 / square
-        normal = (rx * tangent.imag - ry * tangent.real) * inverse
-        tangential = (rx * tangent.real + ry * tangent.imag) * inverse
-        shear_re, shear_im = (rx * rx - ry * ry) * inverse, (2.0 * rx * ry) * inverse
-        return Moments(
-            log=log,
-            tangential=product @ tangential,
-            normal=product @ normal,
-            shear_re=0.5 * (product @ shear_re),
-            shear_im=0.5 * (product @ shear_im),
-            dipole_re=product @ (normal * shear_re),
-            dipole_im=product @ (normal * shear_im),
-        )
-
-    def close(self, order: int, left: Array, right: Array, h: Array, on_line: Mask) -> Moments:
-        """Moments (p+1, n) of one close target an arc, in the frames of the middles; see
-        `moments.powers`."""
-        parts = self.powers(order, left, right, h, on_line, 2)
-        weight = gauss(order)[1][:, None]
-        cauchy = parts.first + 0.5j * self.angle * weight
-        angle, phase, lift = self.bend(0.5 * (left + right), h)
-        shear = phase * (0.5 * parts.wave + lift * (cauchy - 1j * angle * weight))
-        dipole = phase * (0.5 * angle * parts.wave - 1j * lift * parts.second)
-        return Moments(
-            log=parts.log,
-            tangential=cauchy.real,
-            normal=cauchy.imag,
-            shear_re=shear.real,
-            shear_im=-shear.imag,
-            dipole_re=dipole.real,
-            dipole_im=-dipole.imag,
-        )
-
-    def powers(
-        self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
-    ) -> Parts:
+    def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Integrals of the trigonometric kernels for one close target an arc: those of a straight
         element in the coordinate s, and a smooth remainder by Gauss quadrature; see
         `moments.powers`."""
-        log, straight = moments.powers(order, left, right, h, on_line, highest)
+        _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
         widest = float(np.max(np.abs(self.angle)))
         s, product = product_weights(order, _points(order, widest))
         z = 0.5 * (left + right) + 1j * h
         # α(s-z)/2π: the remainders are power series of its square.
         offset = (0.5 / np.pi) * self.angle * (s[:, None] - z)
-        rest = np.polynomial.polynomial.polyval(offset * offset, series(_terms(widest)))
+        rest = np.polynomial.polynomial.polyval(offset * offset, series(_terms(widest))[:, 1:])
         half_angle = 0.5 * self.angle
-        weight = gauss(order)[1][:, None]
         return Parts(
-            log=log + product @ rest[0].real - (half_angle * h) * weight,
-            first=straight[0] + half_angle * (product @ (offset * rest[1])),
-            second=straight[1] + half_angle**2 * (product @ rest[2]),
-            third=straight[2] + half_angle**3 * (product @ (offset * rest[3]))
-            if highest > 2
-            else None,
+            first=straight[0] + half_angle * (product @ (offset * rest[0])),
+            second=straight[1] + half_angle**2 * (product @ rest[1]),
+            third=straight[2] + half_angle**3 * (product @ (offset * rest[2])),
             wave=product @ np.exp(-1j * np.multiply.outer(s, self.angle)),
         )
 

@@ -141,11 +141,6 @@ def point_members(targets: Targets) -> list[Any]:
     return [native.contiguous(targets.point), native.contiguous(targets.xi), *whole]
 
 
-def available() -> bool:
-    """True; tests say False and have numpy's integrals, an oracle."""
-    return True
-
-
 def compiled_integrals(
     targets: Targets,
     elements: Elements,

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Complex, Mask
 from ...frozen import frozen
-from ...mesh.basis import lagrange_coefficients, product_weights
+from ...mesh.basis import lagrange_coefficients
 
 
 @frozen
@@ -44,42 +44,11 @@ RULES = {
 
 
 @frozen
-class Moments:
-    """What both kernels ask of an element, arrays of one shape (..., p+1, m).
-
-    With ζ = (x-y)/τ, τ the unit complex tangent of the moments' frame, and a half the length of the
-    element:
-
-    Attributes
-    ----------
-    log
-        ∫ L_b ln(|x-y|/a) ds/a.
-    tangential, normal
-        Real and imaginary part of ∫ L_b dx/(x-y): weighted with L_b = 1, the logarithm of the ratio
-        of the distances to the ends, and the angle under which the element is seen.
-    shear_re, shear_im
-        ½ ∫ L_b ζ/ζ̄ ds/a: the deviator of r r/r².
-    dipole_re, dipole_im
-        ∫ L_b Im(dx/(x-y)) ζ/ζ̄: the deviator of 2 r r/r² times r·n/r².
-    """
-
-    log: Array
-    tangential: Array
-    normal: Array
-    shear_re: Array
-    shear_im: Array
-    dipole_re: Array
-    dipole_im: Array
-
-
-@frozen
 class Parts:
     """Integrals over elements of half the angle α, one target each, arrays (p+1, n); x = α(s-z)/2.
 
     Attributes
     ----------
-    log
-        ∫ L_b ln(|x-y|/a) ds.
     first, second, third
         ∫ L_b α/2 cot x ds, ∫ L_b (α/2)²/sin² x ds, ∫ L_b (α/2)³ cos x/sin³ x ds; ∫ L_b/(s-z)^k ds
         for α = 0.
@@ -87,64 +56,10 @@ class Parts:
         ∫ L_b exp(-iαs) ds.
     """
 
-    log: Array
     first: Complex
     second: Complex
-    third: Complex | None
+    third: Complex
     wave: Complex
-
-
-def straight(
-    log: Array, cauchy: tuple[Array, Array], dipole: tuple[Array, Array], h: Array, weight: Array
-) -> Moments:
-    """Moments of a straight element from cauchy = ∫ L_b/(s-z) and dipole = h ∫ L_b/(s-z)², real and
-    imaginary parts."""
-    tangential, normal = cauchy
-    return Moments(
-        log=log,
-        tangential=tangential,
-        normal=normal,
-        shear_re=0.5 * weight - h * normal,
-        shear_im=-h * tangential,
-        dipole_re=dipole[0],
-        dipole_im=-dipole[1],
-    )
-
-
-def distant(order: int, points: int, xi: Array, h: Array) -> Moments:
-    """Moments of targets away from a straight element, by Gauss quadrature.
-
-    Parameters
-    ----------
-    order, points : int
-        Order p of the basis and number q of Gauss points; the error is about ρ^(p-2q), ρ being the
-        sum of the half-axes of the ellipse with foci ±1 through z.
-    xi, h : (..., m) arrays
-        Targets, in half-lengths.
-    """
-    s, product = product_weights(order, points)
-    u: Array = s[:, None] - xi[..., None, :]
-    h = h[..., None, :]
-    inverse: Array = u * u
-    inverse += h * h
-    log = product @ np.log(inverse)
-    log *= 0.5
-    np.reciprocal(inverse, out=inverse)
-    first = product @ inverse
-    u *= inverse
-    tangential = product @ u
-    u *= inverse
-    square_im = product @ u
-    inverse *= inverse
-    square_re = product @ inverse
-    double_square = 2.0 * h * h
-    square_re *= -double_square
-    square_re += first
-    square_re *= h
-    square_im *= double_square
-    first *= h
-    weight = product.sum(axis=1)[:, None]
-    return straight(log, (tangential, first), (square_re, square_im), h, weight)
 
 
 def powers(

@@ -1,17 +1,14 @@
-"""Straight elements: geometry, local coordinates of targets, and the moments of both kernels at
-every distance."""
+"""Straight elements: geometry, local coordinates of targets, and integrals of 1/(s-z)^k."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Complex, Index, Mask
+from ...arrays import Array, Complex, Index
 from ...frozen import frozen
 from ...mesh.basis import gauss
 from . import moments
-from .moments import RULES, Moments, Parts
-
-Pairs = tuple[Index, Index]
+from .moments import RULES, Parts
 
 
 @frozen
@@ -68,56 +65,11 @@ class Segments:
         """Gauss points for far targets."""
         return RULES[order].far
 
-    def close_sum(self, order: int) -> float:
-        """Targets with |z+1| + |z-1| below this are close."""
-        return RULES[order].close_sum
-
-    def far(
-        self, order: int, point: Complex, off_line: Array | None
-    ) -> tuple[Moments, Complex, Pairs]:
-        """Moments (n, p+1, m) of all targets, the square of their frames' tangents (n,), and the
-        pairs that are not far enough for them; `off_line` is 0 for pairs on one line, else 1."""
-        dx, dy = point.real - self.middle.real[:, None], point.imag - self.middle.imag[:, None]
-        scaled: Complex = self.tangent / self.half
-        tx, ty = scaled.real[:, None], scaled.imag[:, None]
-        xi, h = dx * tx, dy * tx
-        dy *= ty
-        xi += dy
-        dx *= ty
-        h -= dx
-        if off_line is not None:
-            h *= off_line
-        rule = RULES[order]
-        element, column = np.nonzero(xi * xi + h * h < rule.far_radius**2)
-        # What is taken once more may be anything here but a Gauss point.
-        xi[element, column] = rule.far_radius
-        return moments.distant(order, rule.far, xi, h), self.tangent**2, (element, column)
-
-    def middle_range(
-        self, order: int, point: Complex, xi: Array, h: Array
-    ) -> tuple[Moments, Complex]:
-        """Moments (p+1, n) of one target an element that is neither far nor close, and the square
-        of their frames."""
-        return moments.distant(order, RULES[order].middle, xi, h), self.tangent**2
-
-    def close(self, order: int, left: Array, right: Array, h: Array, on_line: Mask) -> Moments:
-        """Moments (p+1, n) of one close target an element, in the elements' frames; see
-        `moments.powers`."""
-        log, (cauchy, square) = moments.powers(order, left, right, h, on_line, 2)
-        square = square * h
-        weight = gauss(order)[1][:, None]
-        return moments.straight(
-            log, (cauchy.real, cauchy.imag), (square.real, square.imag), h, weight
-        )
-
-    def powers(
-        self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
-    ) -> Parts:
+    def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
         """Integrals of the powers of 1/(s-z) for one close target an element; see
         `moments.powers`."""
-        log, found = moments.powers(order, left, right, h, on_line, highest)
-        weight = gauss(order)[1][:, None].astype(np.complex128)
-        return Parts(log, found[0], found[1], found[2] if highest > 2 else None, weight)
+        _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
+        return Parts(*straight, wave=gauss(order)[1][:, None].astype(np.complex128))
 
     def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
         """0, 1 and ih; see `Arcs.bend`."""

@@ -141,9 +141,8 @@ def _closed_form(
     ζ̄ = 2/(κτ) [P exp(-ix) sin x + Q] on an arc; exp(-2ix) = 1 - 2i exp(-ix) sin x leads everything
     back to the integrals of cot x, 1/sin² x and cos x/sin³ x.
     """
-    parts = shape.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
+    parts = shape.powers(order, left, right, h)
     angle, phase, lift = shape.bend(0.5 * (left + right), h)
-    assert parts.third is not None
     weight = gauss(order)[1][:, None]
     conjugate_tangent: Complex = shape.tangent.conjugate()
     turn: Complex = conjugate_tangent * phase
