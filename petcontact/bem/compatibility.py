@@ -10,7 +10,8 @@ from ..geometry.arcs import on_arcs
 from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
 from ..model.expressions import evaluate
-from ..model.problem import Contact, Displacement, Problem
+from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
+from ..model.problem import Contact, Displacement, Periodic, Problem
 from ..round_off import SINGLE
 
 
@@ -49,16 +50,38 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
                     )
 
 
-def check_axis(problem: Problem, number: int, outline: Meridian) -> None:
-    """Refuse a displacement of a body of revolution, in any step, that moves the axis along r.
+def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
+    """Refuse data of a body of revolution, in any step, that are not the same all around its axis.
 
     Raises
     ------
     InputError
-        One line that names the part and the place.
+        One line that names the key, what was given and what is allowed.
     """
+    name = f"body {problem.body[number].name!r}"
+    try:
+        _check_axis(problem, number, outline)
+        for conditions in problem.conditions(number):
+            for condition in conditions.values():
+                if isinstance(condition, Periodic):
+                    _check_periodic(condition, outline)
+        for loads in loads_by_step(problem, number):
+            _check_loads(loads)
+        for forces in forces_by_step(problem, number):
+            for k, force in enumerate(forces):
+                if force.at[0] == 0.0 != force.force[0]:
+                    raise InputError(
+                        f"point_force[{k}].force[0]: is {force.force[0]:g} on the axis, where a "
+                        f"force acts along the axis only"
+                    )
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
+    """Of displacements that move the axis along r."""
     before, after = outline.neighbours
-    own, name = np.arange(len(outline.sides)), problem.body[number].name
+    own = np.arange(len(outline.sides))
     for conditions in problem.conditions(number):
         for k, at in [
             *((k, -1.0) for k in own[before == own]),
@@ -70,9 +93,43 @@ def check_axis(problem: Problem, number: int, outline: Meridian) -> None:
                 u = _displacement(moved, side, outline.offsets[k], at, np.zeros(2))
                 if u is not None and abs(u[0]) > 1e-12 * outline.diameter:
                     raise InputError(
-                        f"body {name!r}: {side.part}.value[0]: is {u[0]:g} at "
+                        f"{side.part}.value[0]: is {u[0]:g} at "
                         f"{shown(_at(side, at)[0])}, on the axis, where u_r is 0"
                     )
+
+
+def _check_periodic(condition: Periodic, outline: Meridian) -> None:
+    """Of parts that are not the same rings at another height."""
+    own, other = (
+        [side.start[0] for side in outline.sides if side.part == part]
+        + [side.end[0] for side in outline.sides if side.part == part]
+        for part in (condition.part, condition.partner)
+    )
+    if not np.allclose(sorted(own), sorted(other), rtol=0.0, atol=SINGLE * outline.diameter):
+        raise InputError(
+            f"{condition.part}.partner: {condition.partner!r} lies at other radii; periodic "
+            f"parts of a body of revolution are one the other moved along the axis"
+        )
+    if condition.jump[0] != 0.0:
+        raise InputError(
+            f"{condition.part}.jump[0]: u_r does not grow along the axis; must be 0, got "
+            f"{condition.jump[0]:g}"
+        )
+
+
+def _check_loads(loads: VolumeLoads) -> None:
+    """Of volume loads across the axis."""
+    across = (loads.acceleration or (0.0,))[0]
+    if isinstance(across, float) and across != 0.0:
+        raise InputError(
+            f"loads.acceleration[0]: is {across:g}; weight acts along the axis, so it must be 0 or "
+            f"an expression"
+        )
+    if loads.centre is not None and loads.centre[0] != 0.0:
+        raise InputError(
+            f"loads.centre[0]: is {loads.centre[0]:g}; a body of revolution turns about its axis "
+            f"x = 0"
+        )
 
 
 def _at(side: Side, xi: float) -> tuple[Array, Array]:

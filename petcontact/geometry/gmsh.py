@@ -13,6 +13,7 @@ from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
 from ..round_off import CHAINED
 from .arcs import turn_through
+from .meridian import ON_AXIS
 from .outline import Outline, Side, arc, oriented, shown
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
@@ -20,8 +21,9 @@ CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4,
 of nodes."""
 
 
-def gmsh_outline(mesh: Any, file: str) -> Outline:
-    """The outline of a plane mesh as meshio has it.
+def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
+    """The outline of a plane mesh as meshio has it; of a half section of a body of revolution the
+    lines on the axis x = 0 need no group.
 
     Each boundary line of the mesh is a side of its own; lines of second order become circular arcs
     through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
@@ -34,6 +36,8 @@ def gmsh_outline(mesh: Any, file: str) -> Outline:
     points = np.asarray(mesh.points[:, :2], dtype=float)
     lines = _lines(mesh, file)
     edges = _boundary_edges(mesh)
+    if axial:
+        lines |= _on_axis(lines, edges, points)
     if edges is not None:
         missing = edges - set(lines)
         if missing:
@@ -145,6 +149,26 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
             "of a body whose nodes all lie in one plane z = const"
         )
     return result
+
+
+def _on_axis(
+    lines: dict[tuple[int, int], Line], edges: set[tuple[int, int]] | None, points: Array
+) -> dict[tuple[int, int], Line]:
+    """Lines on the axis that no group has: edges of one cell, without cells what closes chains that
+    begin and end there."""
+    used, count = np.unique(np.array(list(lines)), return_counts=True)
+    places = points[used] if edges is None else points[np.array(list(edges)).ravel()]
+    near = np.abs(points[:, 0]) <= ON_AXIS * np.hypot(*np.ptp(places, axis=0))
+    if edges is None:
+        ends = used[(count == 1) & near[used]]
+        ends = ends[np.argsort(points[ends, 1])]
+        found = [
+            tuple(sorted(pair))
+            for pair in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=False)
+        ]
+    else:
+        found = [edge for edge in edges - set(lines) if near[list(edge)].all()]
+    return {(a, b): (a, b, None, "axis") for a, b in found}
 
 
 def _boundary_edges(mesh: Any) -> set[tuple[int, int]] | None:

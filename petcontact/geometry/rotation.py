@@ -43,6 +43,11 @@ class Motions:
         return self.dim + len(self.planes)
 
     @property
+    def across(self) -> tuple[int, ...]:
+        """Axes along which nothing is translated."""
+        return tuple(sorted({*range(self.dim)} - {*self.along}))
+
+    @property
     def possible(self) -> Index:
         """Which columns of `every` are rigid motions, (count,)."""
         return np.array([*self.along, *range(self.dim, self.components)], dtype=int)
@@ -73,11 +78,6 @@ SPACE = Motions(3, (0, 1, 2), ((1, 2), (2, 0), (0, 1)))
 REVOLUTION = Motions(2, (1,), ())
 """Of bodies of revolution, in (r, z): they are translated along their axis."""
 MOTIONS = {2: PLANE, 3: SPACE}
-
-
-def rigid_motions(away: Array) -> Array:
-    """Translations along the axes, then rotations, (m, d, d(d+1)/2)."""
-    return MOTIONS[away.shape[1]].of(away)
 
 
 def axial(components: Array) -> Axial:

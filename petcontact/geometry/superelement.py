@@ -39,6 +39,7 @@ SCHEMA = {
     "side_start": Stored("e", low=-LARGEST_COORDINATE, high=LARGEST_COORDINATE),
     "unit_length": Stored("", low=1.0 / LARGEST_COORDINATE, high=LARGEST_COORDINATE),
     "middles": Stored("e 5", "i", -1),
+    "axial": Stored("", "i", 0, 1),
 }
 """Arrays that are read, those first whose sizes others have."""
 NOT_IN_A_PART = re.compile(r"[./]")
@@ -81,6 +82,29 @@ class CondensedSurface:
     def dim(self) -> int:
         """Dimension d of its points."""
         return self.points.shape[1]
+
+    @property
+    def axial(self) -> bool:
+        """Whether it is a body of revolution, whose points are (r, z)."""
+        return bool(self.arrays.get("axial", 0))
+
+    def demand(self, axial: bool) -> None:
+        """Refuse a body of revolution among others, and others among bodies of revolution.
+
+        Raises
+        ------
+        InputError
+            One line that names the file.
+        """
+        if self.axial != axial:
+            raise InputError(
+                f"{self.source}: axial: "
+                + (
+                    'must be 1 with symmetry = "axial"; this superelement is no body of revolution'
+                    if axial
+                    else 'this superelement is a body of revolution; write symmetry = "axial"'
+                )
+            )
 
     @property
     def diameter(self) -> float:
@@ -127,6 +151,9 @@ def read_superelement(path: str | Path) -> CondensedSurface:
       plane; `middles` (e, 5) of curved faces in space: points in the middles of the sides, and of
       quadrilaterals in the middle, -1 where there are none.
 
+    `axial` is 1 where points are (r, z), r >= 0, of a body of revolution. Forces are then those on
+    whole rings.
+
     Raises
     ------
     InputError
@@ -147,6 +174,8 @@ def read_superelement(path: str | Path) -> CondensedSurface:
     if real.min() < 0 or elements.max() >= p:
         raise InputError(f"{path}: elements: must be numbers of points, 0 to {p - 1}")
     demand_unique(f"{path}: elements", np.sort(elements, axis=1))
+    if arrays.get("axial", 0) and (d == 3 or points[:, 0].min() < 0.0):
+        raise InputError(f"{path}: axial: points must be (r, z) with r >= 0")
     following = points[np.where(elements < 0, elements[:, :1], elements)]
     sides = np.linalg.norm(following - np.roll(following, -1, axis=1), axis=2)[elements >= 0]
     if not sides.min() >= 1.0 / LARGEST_COORDINATE:

@@ -121,18 +121,25 @@ class Obstacle(Model):
             If one has another number of components, or no rigid motion has it.
         """
         moved = self._each("displacement", kind.dim)
-        for axis in set(range(kind.dim)) - {*kind.along}:
+        for axis in kind.across:
             if moved[axis] not in (0.0, "free"):
-                raise InputError(
-                    f"obstacle {self.name!r}: displacement[{axis}]: it moves along the axis of "
-                    f"revolution only, got {moved[axis]!r}"
-                )
+                raise self._across("displacement", axis, moved[axis])
             moved[axis] = 0.0
         return moved + self._each("rotation", len(kind.planes))
 
     def loads(self, kind: Kind) -> list[float]:
         """Force and moment, component by component; errors as of `motions`."""
-        return self._each("force", kind.dim) + self._each("moment", len(kind.planes))
+        force = self._each("force", kind.dim)
+        for axis in kind.across:
+            if force[axis] != 0.0:
+                raise self._across("force", axis, force[axis])
+        return force + self._each("moment", len(kind.planes))
+
+    def _across(self, key: str, axis: int, given: Any) -> InputError:
+        return InputError(
+            f"obstacle {self.name!r}: {key}[{axis}]: it moves along the axis of revolution only, "
+            f"got {given!r}"
+        )
 
     def centre_in(self, d: int) -> list[float]:
         """Centre of rotation in d dimensions; errors as of `motions`."""

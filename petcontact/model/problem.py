@@ -13,6 +13,7 @@ import tomli_w
 from ..errors import InputError
 from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
+from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
 from .base import Model, nearest
 from .bodies import (
@@ -33,6 +34,7 @@ from .cycle import Cycle, check_cycle
 from .interfaces import PosedInterface, posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
+from .shapes.files import Gmsh
 from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
 
@@ -257,13 +259,20 @@ class Problem(Setting):
         InputError
             If the shape has none, or with `symmetry = "axial"` is no half section.
         """
-        body = self.body[number]
-        boundary = body.geometry.outline()
-        if self.symmetry is None:
-            return boundary
+        body, axial = self.body[number], self.symmetry == "axial"
+        boundary: Boundary = (
+            body.geometry.outline(axial)
+            if isinstance(body.geometry, Gmsh)
+            else body.geometry.outline()
+        )
         try:
+            if isinstance(boundary, CondensedSurface):
+                boundary.demand(axial)
+                return boundary
+            if self.symmetry is None:
+                return boundary
             outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
-            return meridian(outline) if self.symmetry == "axial" else outline
+            return meridian(outline) if axial else outline
         except InputError as error:
             raise InputError(
                 str(error) if self.is_flat else f"body {body.name!r}: {error}"

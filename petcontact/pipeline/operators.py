@@ -66,7 +66,7 @@ class BodyOperators:
     @functools.cached_property
     def _matrices(self) -> tuple[Array, Array]:
         operators, d, n = self.eliminated.operators, self.mesh.dim, self.mesh.n_nodes
-        if isinstance(self._problem.body[self._number].geometry.outline(), CondensedSurface):
+        if isinstance(self._problem.outline(self._number), CondensedSurface):
             raise InputError(
                 f"body {self.name!r} is a superelement: it has no boundary integral operators"
             )

@@ -13,7 +13,7 @@ from ..contact.laws import Tresca
 from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh
 from ..mesh.surface_mesh import as_surface
 from ..model.base import nearest
 from ..results.data import SolutionData
@@ -188,6 +188,7 @@ def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any
         corners = np.stack([mesh.start[chosen], mesh.end[chosen]], axis=1)
         more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
         more["unit_length"] = np.array(mesh.unit_length)
+        more["axial"] = np.array(int(isinstance(mesh, RingMesh)))
     else:
         surface = as_surface(mesh)
         corners, more = (

@@ -17,7 +17,7 @@ from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurfa
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh
 from ..mesh.grading import mesh_outline
 from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
@@ -150,7 +150,7 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
     for part in range(len(surface.parts)):
         mine = surface.part == part
         along[mine] = np.cumsum(length[mine]) - length[mine]
-    return CurveMesh(
+    return (RingMesh if surface.axial else CurveMesh)(
         start,
         end,
         arrays.get("curvature", np.zeros(count)),

@@ -4,6 +4,7 @@ refused in one line."""
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,65 +27,95 @@ SOFT, HARD = (
 )
 
 
-def body(dim, lower, upper, size, material, *conditions):
-    """A rectangle or a box, x and the last coordinate given; in y from 0 to 1."""
-    corners = [
-        [corner[0], *([y] if dim == 3 else []), corner[1]]
-        for corner, y in ((lower, 0.0), (upper, 1.0))
-    ]
-    names = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
-    geometry = {
-        "shape": "rectangle" if dim == 2 else "box",
-        **dict(zip(names, corners, strict=True)),
-    }
-    return {
-        "material": material,
-        "geometry": geometry,
-        "mesh": {"element_size": size, "order": 1},
-        "boundary": list(conditions),
-    }
+@dataclass(frozen=True)
+class Kind:
+    """How a problem that is drawn in x and z is posed: as it is, as a box of depth 1, or as a ring
+    whose x is the height and whose z is the distance from the middle radius.
+
+    Attributes
+    ----------
+    dim : int
+    sides : tuple of str
+        Below, beside at both ends, above.
+    areas : (float, float)
+        Of the side that is pushed, and above.
+    more : dict
+        Keys at the top of the problem.
+    """
+
+    dim: int
+    sides: tuple[str, ...]
+    areas: tuple[float, float]
+    more: dict
+
+    def vector(self, x, z):
+        if self.more:
+            return [z, x]
+        return [x, *([0.0] if self.dim == 3 else []), z]
+
+    def point(self, x, z, y):
+        if self.more:
+            return [z + 3.0, x]
+        return [x, *([y] if self.dim == 3 else []), z]
+
+    @property
+    def along(self):
+        """The component of x."""
+        return self.vector(0, 1).index(0)
+
+    def body(self, lower, upper, size, material, *conditions):
+        names = ("lower_left", "upper_right") if self.dim == 2 else ("lower", "upper")
+        shape = "rectangle" if self.dim == 2 else "box"
+        corners = self.point(*lower, 0.0), self.point(*upper, 1.0)
+        return {
+            "material": material,
+            "geometry": {"shape": shape, **dict(zip(names, corners, strict=True))},
+            "mesh": {"element_size": size, "order": 1},
+            "boundary": list(conditions),
+        }
 
 
-def vector(dim, x, z):
-    return [x, *([0.0] if dim == 3 else []), z]
+PLANE = Kind(2, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
+SPACE = Kind(3, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
+AREAS = np.pi * (4.0**2 - 3.0**2), 2.0 * np.pi * 4.0 * 2.0
+AXIAL = Kind(2, ("left", "bottom", "top", "right"), AREAS, {"symmetry": "axial"})
 
 
 def condition(part, kind, value):
     return {"part": part, "condition": kind, "value": value}
 
 
-def one_body(dim):
+def one_body(kind):
     """A block that is held at its top and pushed over a foundation of given friction."""
-    zero = vector(dim, 0.0, 0.0)
-    contact = {"part": "bottom", "condition": "contact", "friction_bound": 0.4}
-    free = ("right", "front", "back") if dim == 3 else ("right",)
-    return body(
-        dim,
+    zero, (below, start, end, above) = kind.vector(0.0, 0.0), kind.sides
+    free = (end, "front", "back") if kind.dim == 3 else (end,)
+    return kind.more | kind.body(
         (0.0, 0.0),
         (2.0, 1.0),
         0.5,
         SOFT,
-        contact,
-        condition("top", "displacement", zero),
-        condition("left", "traction", vector(dim, 1.0, 0.0)),
+        {"part": below, "condition": "contact", "friction_bound": 0.4},
+        condition(above, "displacement", zero),
+        condition(start, "traction", kind.vector(1.0, 0.0)),
         *(condition(part, "traction", zero) for part in free),
     )
 
 
-def bodies(dim):
+def bodies(kind):
     """A block that is pressed on a larger one and pushed, held by Coulomb friction only, in two
     steps."""
-    zero, pressed = vector(dim, 0.0, 0.0), vector(dim, 0.0, -1.0)
-    base = body(dim, (-1.0, -1.0), (3.0, 0.0), 1.0, HARD, condition("bottom", "displacement", zero))
-    block = body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, condition("top", "traction", pressed))
-    push = {"body": "block", "part": "top", "value": vector(dim, 0.1, -1.0)}
-    return {
+    zero, pressed = kind.vector(0.0, 0.0), kind.vector(0.0, -1.0)
+    below, _, _, above = kind.sides
+    base = kind.body((-1.0, -1.0), (3.0, 0.0), 1.0, HARD, condition(below, "displacement", zero))
+    block = kind.body((0.0, 0.0), (2.0, 1.0), 0.5, SOFT, condition(above, "traction", pressed))
+    push = {"body": "block", "part": above, "value": kind.vector(0.1, -1.0)}
+    return kind.more | {
         "body": [{"name": "base", **base}, {"name": "block", **block}],
         "contact": [
             {
                 "name": "pair",
-                "secondary": "block.bottom",
-                "primary": "base.top",
+                "secondary": f"block.{below}",
+                "primary": f"base.{above}",
                 "friction_coefficient": 0.4,
             }
         ],
@@ -93,10 +124,9 @@ def bodies(dim):
 
 
 KINDS = {
-    "plane, one body": (one_body, 2),
-    "plane, bodies and steps": (bodies, 2),
-    "space, one body": (one_body, 3),
-    "space, bodies and steps": (bodies, 3),
+    f"{name}, {what}": (make, kind)
+    for name, kind in (("plane", PLANE), ("axial", AXIAL), ("space", SPACE))
+    for what, make in (("one body", one_body), ("bodies and steps", bodies))
 }
 STEPPED = [kind for kind in KINDS if "steps" in kind]
 
@@ -106,14 +136,14 @@ class Case:
 
     Attributes
     ----------
-    kind : str
-    dim : int
+    name : str
+    kind : Kind
     single : bool
         Whether it is of one body, without steps.
     """
 
-    def __init__(self, kind):
-        self.kind, (self._make, self.dim) = kind, KINDS[kind]
+    def __init__(self, name):
+        self.name, (self._make, self.kind) = name, KINDS[name]
         self.single = self._make is one_body
         self.friction = (
             "boundary.0.friction_bound" if self.single else "contact.0.friction_coefficient"
@@ -122,7 +152,7 @@ class Case:
     def problem(self, **changes):
         """With changes, __ for a dot."""
         changes = {key.replace("__", "."): value for key, value in changes.items()}
-        return parse_problem(self._make(self.dim), "test", changes, Path())
+        return parse_problem(self._make(self.kind), "test", changes, Path())
 
     @functools.cached_property
     def solution(self):
@@ -155,7 +185,7 @@ def case(request):
 
 
 def compressed_operators(case, tmp_path):
-    kind, tolerance = ("hodlr", 1e-9) if case.dim == 2 else ("hmatrix", 1e-7)
+    kind, tolerance = ("hodlr", 1e-9) if case.kind.dim == 2 else ("hmatrix", 1e-7)
     solution = solve(case.problem(**{"bem.mat_type": kind, f"bem.{kind}_tol": tolerance}))
     assert kind in solution.provenance.solver
     assert_alike(case.solution, solution, 1e-6)
@@ -187,7 +217,7 @@ def monitor_ends_the_solve(case, tmp_path):
 
 
 def pictures_and_tables(case, tmp_path):
-    axes = Figure().add_subplot(projection="3d" if case.dim == 3 else None)
+    axes = Figure().add_subplot(projection="3d" if case.kind.dim == 3 else None)
     assert case.solution.plot(axes) is axes
     assert len(case.solution.to_dataframe()) == sum(
         len(pair.x) for pair in case.solution.pairs.values()
@@ -211,7 +241,7 @@ def fields(case, tmp_path):
                 "field",
                 str(tmp_path / "r.h5"),
                 "--grid",
-                "x".join(["3"] * case.dim),
+                "x".join(["3"] * case.kind.dim),
                 *map(str, words),
             ]
         )
@@ -223,7 +253,7 @@ def fields(case, tmp_path):
 
 
 def von_mises_in_a_sweep(case, tmp_path):
-    point = vector(case.dim, 1.0, 0.5) if case.dim == 2 else [1.0, 0.5, 0.5]
+    point = case.kind.point(1.0, 0.5, 0.5)
     table = case.swept(tmp_path, case.problem(), f"von_mises = [{point}]")
     if "failed" in table.status:
         raise InputError(str(table.values("reason")[0]))
@@ -260,24 +290,25 @@ def method_of_ones_own(case, tmp_path):
 
     assert_alike(case.solution, solve(case.problem(), method=method), 1e-12)
     nodes = sum(len(pair.x) for pair in case.solution.pairs.values())
-    assert set(seen) == {(nodes, case.dim - 1 if case.single else case.dim)}
+    assert set(seen) == {(nodes, case.kind.dim - 1 if case.single else case.kind.dim)}
 
 
 def held_by_friction_only(case, tmp_path):
-    loose = condition("top", "traction", vector(case.dim, 0.0, 0.0))
+    loose = condition(case.kind.sides[-1], "traction", case.kind.vector(0.0, 0.0))
     problem = case.problem(
-        **{"boundary.1": loose, "boundary.2.value": vector(case.dim, 0.5, 0.0)}
+        **{"boundary.1": loose, "boundary.2.value": case.kind.vector(0.5, 0.0)}
         if case.single
         else {}
     )
     solution = solve(problem)
     assert solution.converged and sum(solution.provenance.motions.values()) > 0
-    along = [pair.force[0] for pair in solution.pairs.values()]
-    assert along == pytest.approx([-0.5 if case.single else -0.2], rel=1e-9)
+    along = [pair.force[case.kind.along] for pair in solution.pairs.values()]
+    start, above = case.kind.areas
+    assert along == pytest.approx([-0.5 * start if case.single else -0.1 * above], rel=1e-9)
     table = case.swept(tmp_path, problem)
-    assert list(table.status) == ["converged"] * 2 and table.numbers("force_x") == pytest.approx(
-        along * 2, rel=1e-9
-    )
+    assert list(table.status) == ["converged"] * 2 and table.numbers(
+        f"force_{'xyz'[case.kind.along]}"
+    ) == pytest.approx(along * 2, rel=1e-9)
 
 
 def frictionless_start(case, tmp_path):
@@ -325,9 +356,15 @@ def wear(case, tmp_path):
     else:
         pull = {
             "name": "pull",
-            "boundary": [{"body": "block", "part": "top", "value": vector(case.dim, -0.1, -1.0)}],
+            "boundary": [
+                {
+                    "body": "block",
+                    "part": case.kind.sides[-1],
+                    "value": case.kind.vector(-0.1, -1.0),
+                }
+            ],
         }
-        steps = [*bodies(case.dim)["step"], pull]
+        steps = [*bodies(case.kind)["step"], pull]
         problem = case.problem(
             step=steps,
             cycle={"first": "push", "last": "pull", "count": 50},
@@ -368,6 +405,11 @@ YET_TO_COME = {
         if "one body" in kind
     },
     **{
+        (compressed_operators, kind): "does not compress bodies of revolution"
+        for kind in KINDS
+        if "axial" in kind
+    },
+    **{
         (full_formulation, kind): '"full" is the paper\'s, for one body that is held'
         for kind in STEPPED
     },
@@ -384,7 +426,7 @@ def test_every_kind_of_problem(case, capability, tmp_path, request, monkeypatch)
         if capability is monitor_of_the_command_line
         else {}
     )
-    refusal = YET_TO_COME.get((capability, case.kind))
+    refusal = YET_TO_COME.get((capability, case.name))
     if refusal is None:
         capability(case, tmp_path, **more)
         return

@@ -18,7 +18,7 @@ from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
 from petcontact.errors import InputError
-from petcontact.geometry.rotation import rigid_motions
+from petcontact.geometry.rotation import MOTIONS
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
@@ -189,7 +189,7 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     """A plate on the floor slides at µN in every direction, to 0.1 %."""
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
-    motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
+    motion = np.einsum("kc,mcr->mkr", frame, MOTIONS[x.shape[1]].of(x))
     law = SignoriniCoulomb(
         np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3
     )

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import meshio
 import numpy as np
 import pytest
 
 from petcontact import InputError, operators, read_result, solve, write_solution
 from petcontact.model.case import parse_problem
+from petcontact.pipeline.superelement import condensed_body
 
 STEEL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
 E, NU = 100.0, 0.3
@@ -21,7 +25,7 @@ def rectangle(lower, upper, **more):
 
 
 def problem(**data):
-    return parse_problem({"symmetry": "axial", **data}, "case.toml", {}, None)
+    return parse_problem({"symmetry": "axial", **data}, "case.toml", {}, Path())
 
 
 def parts(**conditions):
@@ -165,8 +169,58 @@ def test_two_balls_are_hertz_s_in_what_force_edge_and_pressure_have_in_common():
     )
 
 
+def pressed(block, base):
+    """A block on a base, both of elements of one size."""
+    common = {"material": STEEL, "mesh": {"element_size": 0.5, "order": 1}}
+    down = {"condition": "displacement", "value": ["free", -0.01]}
+    return problem(
+        body=[
+            {"name": "block", **common, "boundary": parts(top=down), **block},
+            {"name": "base", **common, **base},
+        ],
+        contact=[
+            {
+                "name": "pair",
+                "secondary": "block.bottom",
+                "primary": "base.top",
+                "friction_coefficient": 0.3,
+            }
+        ],
+    )
+
+
+BLOCK = rectangle([0, 0], [2, 1])
+BASE = rectangle([0, -1], [3, 0], boundary=parts(bottom=CLAMPED))
+
+
+@pytest.mark.parametrize("cells", [True, False])
+def test_lines_of_mesh_files_on_the_axis_need_no_group(tmp_path, cells):
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], dtype=float)
+    names = {name: np.array([k, 1]) for k, name in enumerate(("bottom", "right", "top"), 1)}
+    kinds = [("line", np.array([[0, 1], [1, 2], [2, 3]]))]
+    kinds += [("quad", np.array([[0, 1, 2, 3]]))] * cells
+    tags = [np.array([1, 2, 3]), np.array([9])][: len(kinds)]
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    meshio.Mesh(corners, kinds, cell_data=data, field_data=names).write(
+        tmp_path / "block.msh", file_format="gmsh22", binary=False
+    )
+    file = {"geometry": {"shape": "gmsh", "file": str(tmp_path / "block.msh")}}
+    forces = [solve(pressed(block, BASE)).pairs["pair"].force for block in (BLOCK, file)]
+    assert forces[1] == pytest.approx(forces[0], rel=1e-12)
+
+
+def test_a_superelement_carries_what_its_body_does_and_is_none_of_the_plane(tmp_path):
+    whole = solve(pressed(BLOCK, BASE))
+    condensed_body(whole, "base").save(tmp_path / "base.npz")
+    file = {"geometry": {"shape": "superelement", "file": str(tmp_path / "base.npz")}, "mesh": {}}
+    posed = pressed(BLOCK, file)
+    assert solve(posed).pairs["pair"].force == pytest.approx(whole.pairs["pair"].force, rel=1e-9)
+    with pytest.raises(InputError, match=r"base.npz: axial: this superelement is a body of revol"):
+        solve(posed.model_copy(update={"symmetry": None}))
+
+
 def test_what_is_no_body_of_revolution_is_refused():
-    block = {"material": STEEL, "mesh": {"element_size": 0.5, "order": 1}}
+    block = {"material": LOADED, "mesh": {"element_size": 0.5, "order": 1}}
     held = parts(bottom=CLAMPED, right=FREE)
     touching = {"part": "top", "condition": "contact", "normal": "unilateral", "gap": -0.01}
     whole = [*held, touching]
@@ -196,6 +250,43 @@ def test_what_is_no_body_of_revolution_is_refused():
             "material.plane: a body of revolution is no plate",
         ),
         ({**one, "boundary": whole, "bem": {"mat_type": "hodlr"}}, "does not compress bodies of"),
+        (
+            {**one, "boundary": whole, "loads": {"acceleration": [9.8, 0]}},
+            r"acceleration\[0\]: is 9.8",
+        ),
+        (
+            {**one, "boundary": whole, "loads": {"angular_velocity": 1, "centre": [1, 0]}},
+            r"loads.centre\[0\]: is 1; a body of revolution turns about its axis",
+        ),
+        (
+            {**one, "boundary": whole, "point_force": [{"at": [0, 0.5], "force": [1, 1]}]},
+            r"point_force\[0\].force\[0\]: is 1 on the axis",
+        ),
+        (
+            {**one, "boundary": whole, "point_force": [{"at": [-0.5, 0.5], "force": [1, 1]}]},
+            r"point_force\[0\].at: \[-0.5, 0.5\] does not lie inside the body",
+        ),
+        (
+            {
+                **block,
+                **rectangle([1, 0], [2, 1]),
+                "boundary": [
+                    {"part": "left", "condition": "periodic", "partner": "right"},
+                    *parts(bottom=CLAMPED),
+                    touching,
+                ],
+            },
+            "left.partner: 'right' lies at other radii",
+        ),
+        (
+            {
+                **one,
+                "boundary": held,
+                "obstacle": [{"name": "punch", "displacement": [0, -0.01], "force": [1, 0]}],
+                "contact": [pair],
+            },
+            r"'punch': force\[0\]: it moves along the axis of revolution only, got 1",
+        ),
     ):
         with pytest.raises(InputError, match=text):
             solve(problem(**data))

@@ -84,14 +84,15 @@ class RingKernel(KelvinSolution):
         self, targets: Targets, elements: Elements, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
         """As `bem.kernels.field_of` of one state: u (m, d), stress (m, components), and what is
-        wound round each point, by the rigid translation along z."""
+        wound round each point, by the rigid translation along z; around none at r < 0."""
         kernel_g, kernel_h = self.integrals(targets, elements)
         kernel_d, kernel_s = self.stress_integrals(targets, elements)
         moved = np.einsum("ijkm,kj->mi", kernel_g, traction)
         moved -= np.einsum("ijkm,kj->mi", kernel_h, u)
         stressed = np.einsum("ijkm,kj->mi", kernel_d, traction)
         stressed += np.einsum("ijkm,kj->mi", kernel_s, u)
-        return moved, stressed, -kernel_h[1, 1].sum(axis=0)
+        wound = np.where(targets.point[:, 0] < 0.0, 0.0, -kernel_h[1, 1].sum(axis=0))
+        return moved, stressed, wound
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
         """u (n, d) [length] at points (n, 2) for whole forces (f, d) of rings through (f, 2)."""

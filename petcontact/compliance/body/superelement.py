@@ -22,7 +22,6 @@ from ...arrays import Array
 from ...bem.operators import BoundaryOperators
 from ...errors import InputError
 from ...frozen import frozen
-from ...geometry.rotation import rigid_motions
 from ...geometry.superelement import CondensedSurface, expect
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import reference_nodes
@@ -88,15 +87,15 @@ def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
             return np.zeros((*mesh.x.shape, 0))
         modes = surface.arrays["modes"]
         return np.asarray(expect(surface, "modes", (*mesh.x.shape, modes.shape[-1])))
-    at_points = _free_at_points(surface).reshape(*surface.points.shape, -1)
+    at_points = _free_at_points(surface, mesh).reshape(*surface.points.shape, -1)
     shapes = shape_functions(surface, mesh)
     return np.stack([shapes @ at_points[:, c] for c in range(surface.dim)], axis=1)
 
 
-def _free_at_points(surface: CondensedSurface) -> Array:
+def _free_at_points(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
     """Rigid motions of the points without stiffness, of about unit size, (d p, r)."""
     stiffness, away = surface.arrays["stiffness"], surface.points - surface.points.mean(axis=0)
-    every = rigid_motions(away / np.abs(away).max()).reshape(surface.points.size, -1)
+    every = mesh.motions.of(away / np.abs(away).max()).reshape(surface.points.size, -1)
     values, vectors = np.linalg.eigh(every.T @ stiffness @ every)
     largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
     free = vectors[:, np.abs(values) <= HALF * largest]
@@ -123,7 +122,7 @@ def condensed(
         compliance = expect(surface, "compliance", (d * n, d * n))
         free = _by_state(surface, "u_0", (n, d), states).reshape(states, d * n)
         return Condensed(compliance, free, modes, _by_state(surface, "resultant", (r,), states))
-    motions, size = _free_at_points(surface), surface.points.size
+    motions, size = _free_at_points(surface, mesh), surface.points.size
     scale = float(np.abs(surface.arrays["stiffness"]).max())
     bordered = np.block(
         [[surface.arrays["stiffness"] / scale, motions], [motions.T, np.zeros((r, r))]]
@@ -150,7 +149,7 @@ def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
     [length]."""
     weighted = shapes.T * mesh.weight
     left = np.eye(mesh.n_nodes) - shapes @ np.linalg.solve(weighted @ shapes, weighted)
-    size = np.bincount(mesh.element, mesh.weight)[mesh.element] ** (1.0 / (mesh.dim - 1))
+    size = np.bincount(mesh.element, mesh.measure)[mesh.element] ** (1.0 / (mesh.dim - 1))
     return np.asarray((left * size) @ left)
 
 

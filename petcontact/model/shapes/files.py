@@ -70,8 +70,9 @@ class Gmsh(Model):
                 raise ValueError(f"parts: surface {number} is named twice")
         return self
 
-    def outline(self) -> Outline | FacetSurface | CadSurface:
-        """The outline, or the surface where the nodes do not lie in a plane z = const.
+    def outline(self, axial: bool = False) -> Outline | FacetSurface | CadSurface:
+        """The outline, or the surface where the nodes do not lie in a plane z = const; of a half
+        section of a body of revolution the lines on the axis x = 0 need no physical group.
 
         Raises
         ------
@@ -82,7 +83,9 @@ class Gmsh(Model):
         if is_cad(self.file):
             return cad_surface(str(regular_file(self.file, LARGEST_CAD)), self.parts, self.solid)
         mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
-        return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)
+        if is_surface(mesh):
+            return gmsh_surface(mesh, self.file)
+        return gmsh_outline(mesh, self.file, axial)
 
 
 class Superelement(Model):

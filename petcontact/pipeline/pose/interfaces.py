@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sized
 from typing import Any
 
-from ...bem.compatibility import check_axis
+from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.superelement import CondensedSurface
@@ -32,7 +32,7 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
             )
         _check_loads(problem, number, boundary)
         if isinstance(boundary, Meridian):
-            check_axis(problem, number, boundary)
+            check_revolution(problem, number, boundary)
     for side in problem.interfaces:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)

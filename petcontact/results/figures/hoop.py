@@ -66,7 +66,7 @@ def hoop_stress(
     at = solution.meshes[body].variables_at(element, place)
     state = solution.body_fields(body, step).on_boundary(element, place)
     x, y = -at["ny"], at["nx"]
-    xx, yy, xy = state.stress.T
+    xx, yy, xy = state.in_plane.T
     return np.asarray(xx * x * x + yy * y * y + 2.0 * xy * x * y)
 
 

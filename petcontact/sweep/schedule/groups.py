@@ -87,7 +87,8 @@ def _has_fixed_meshes(case: Problem | None) -> bool:
     """Whether sizes are given, or bodies are in space: other meshes of bodies in the plane resolve
     their data."""
     return case is not None and not any(
-        body.mesh.automatic and isinstance(body.geometry.outline(), Outline) for body in case.body
+        body.mesh.automatic and isinstance(case.outline(number), Outline)
+        for number, body in enumerate(case.body)
     )
 
 
