@@ -96,11 +96,12 @@ class CondensedSurface:
         InputError
             One line that names the file.
         """
-        if self.axial != axial:
+        beyond = self.dim == 3 or self.points[:, 0].min() < 0.0
+        if self.axial != axial or (axial and beyond):
             raise InputError(
                 f"{self.source}: axial: "
                 + (
-                    'must be 1 with symmetry = "axial"; this superelement is no body of revolution'
+                    'with symmetry = "axial" it must be 1, and points (r, z) with r >= 0'
                     if axial
                     else 'this superelement is a body of revolution; write symmetry = "axial"'
                 )
@@ -174,8 +175,6 @@ def read_superelement(path: str | Path) -> CondensedSurface:
     if real.min() < 0 or elements.max() >= p:
         raise InputError(f"{path}: elements: must be numbers of points, 0 to {p - 1}")
     demand_unique(f"{path}: elements", np.sort(elements, axis=1))
-    if arrays.get("axial", 0) and (d == 3 or points[:, 0].min() < 0.0):
-        raise InputError(f"{path}: axial: points must be (r, z) with r >= 0")
     following = points[np.where(elements < 0, elements[:, :1], elements)]
     sides = np.linalg.norm(following - np.roll(following, -1, axis=1), axis=2)[elements >= 0]
     if not sides.min() >= 1.0 / LARGEST_COORDINATE:
