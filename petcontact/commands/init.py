@@ -21,12 +21,21 @@ KINDS = {
     "sweep": "many cases of a block",
 }
 
+OTHER_WORDS = {"2d": "block", "3d": "space", "polygon": "outline", "contact": "bodies"}
+"""What others call a kind."""
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact init`."""
     parser.add_argument("name", metavar="NAME", help="NAME.toml is written, and what goes with it")
     kinds = "; ".join(f"{kind}: {text}" for kind, text in KINDS.items())
-    parser.add_argument("--kind", choices=KINDS, metavar="KIND", help=f"{kinds} (default: block)")
+    parser.add_argument(
+        "--kind",
+        choices=KINDS,
+        metavar="KIND",
+        type=lambda word: OTHER_WORDS.get(word.lower(), word),
+        help=f"{kinds} (default: block)",
+    )
     parser.add_argument(
         "--from",
         metavar="FILE.inp",

@@ -7,6 +7,7 @@ import contextlib
 import difflib
 import math
 import os
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -256,12 +257,16 @@ def unused_reported(first: bool) -> Iterator[None]:
 
 def report_unused(first: bool) -> None:
     """Name the PETSc options that no object asked for, and the nearest of ours."""
+    from ..manual import chapter
     from ..model.solver_options import Bem
     from ..runtime.petsc import unused_options
 
-    ours = [f"-bem_{name}" for name in Bem.model_fields]
-    for name in unused_options() if first else []:
-        near = difflib.get_close_matches(name, ours, n=1)
+    unused = unused_options() if first else []
+    # PETSc lists no options that no object asked for; the manual names the usual ones
+    named = re.findall(r"-[a-z]\w+", chapter("options")) if unused else []
+    ours = [*(f"-bem_{name}" for name in Bem.model_fields), *sorted(set(named))]
+    for name in unused:
+        near = [] if name in ours else difflib.get_close_matches(name, ours, n=1)
         hint = f", did you mean {near[0]}?" if near else " (-help lists those that are)"
         print(f"petcontact: PETSc option {name} was not used by any object{hint}", file=sys.stderr)
 

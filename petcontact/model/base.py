@@ -47,6 +47,10 @@ Vector = pydantic.Field(min_length=2, max_length=3)
 LONGEST_EXPRESSION = 500
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
+UNIT = re.compile(
+    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
+)
+"""A number, a space, and what is no variable of ours."""
 
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
@@ -302,13 +306,34 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     message = (
         str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
     )
-    if kind == "literal_error":
-        given += nearest(
-            mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", ")
-        )
+    given += _meant(kind, mistake["input"], context)
     # a model's own check names its values itself
     own_check = kind == "value_error" and isinstance(mistake["input"], dict)
     return ": ".join(filter(None, [_key(loc, data), message + ("" if own_check else given)]))
+
+
+def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
+    """What a value that is not allowed most often means."""
+    if kind == "literal_error":
+        words = context["expected"].replace(" or ", ", ").replace("'", "")
+        return nearest(given, words.split(", "))
+    if kind == "tuple_type" and _is_number(given):
+        return f"; in brackets, a value for each component: [{_shown(given)}, 0.0]"
+    if kind == "float_type" and isinstance(given, str) and (refused := unit_refused(given)):
+        return f"; {refused}"
+    return ""
+
+
+def unit_refused(text: str) -> str:
+    """Why a text that is a number with a unit is no number; nothing for any other text.
+
+    Examples
+    --------
+    >>> unit_refused("150 MPa")
+    'a number has no unit here: 150; [units] names units'
+    """
+    unit = UNIT.fullmatch(text.strip())
+    return f"a number has no unit here: {unit[1]}; [units] names units" if unit else ""
 
 
 def _allowed(kind: str, message: str) -> str:

@@ -142,7 +142,10 @@ class Traction(Model):
     @pydantic.model_validator(mode="after")
     def _one_of_two(self) -> Traction:
         if (self.value is None) == (self.pressure is None):
-            raise ValueError("a traction needs either value = [tx, ty] or pressure = p")
+            given = "neither" if self.value is None else "both"
+            raise ValueError(
+                f"a traction needs either value = [tx, ty] or pressure = p, got {given}"
+            )
         return self
 
 
@@ -216,6 +219,7 @@ class Contact(Model):
         What is known on the part.
     normal : {"bilateral", "unilateral", "bonded"}
         u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
+        Required beside a gap or a friction coefficient.
     gap : expression
         Initial gap along the outward normal [length].
     friction_coefficient : expression, optional
@@ -242,6 +246,11 @@ class Contact(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Contact:
+        if "normal" not in self.model_fields_set and not self.plain:
+            raise ValueError(
+                "normal: this key is required beside a gap or a friction coefficient; "
+                '"unilateral" contact may open, "bilateral" contact stays closed'
+            )
         no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
         no_wear_unless_unilateral(self.normal, self.wear_coefficient)
         return self

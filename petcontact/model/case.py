@@ -25,6 +25,7 @@ TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^
 SHOWN = 60
 """Characters of a line that a message quotes."""
 DECIMAL_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)")
+NO_QUOTES = re.compile(r"=\s*(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)")
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
@@ -87,6 +88,8 @@ def _reason(text: str, error: Exception) -> str:
     line = text.splitlines()[int(place[1]) - 1].strip()[:SHOWN]
     comma = DECIMAL_COMMA.search(line)
     hint = f"; a decimal point, not a comma: {comma[1]}.{comma[2]}" if comma else ""
+    bare = NO_QUOTES.search(TEXT.sub('""', line)) if not hint else None
+    hint = f'; a text needs quotes: "{bare[1]}"' if bare else hint
     return f"({error}): {line!r}{hint}"
 
 

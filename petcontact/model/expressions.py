@@ -15,11 +15,8 @@ import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
+from .base import unit_refused
 
-UNIT = re.compile(
-    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
-)
-"""A number, a space, and what is no variable of ours."""
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
     "sin": (np.sin, 1),
@@ -86,8 +83,8 @@ def _real(value: Any) -> Array:
 
 def _reason(text: str, error: Exception) -> str:
     """Why a text is no expression, and what is most often meant."""
-    if unit := UNIT.fullmatch(text.strip()):
-        return f"a number has no unit here: {unit[1]}; [units] names units"
+    if refused := unit_refused(text):
+        return refused
     if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
         return PRODUCT
     return f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})"
@@ -178,7 +175,7 @@ def evaluate(
                 f'{key}: only a displacement can be "free"; a free component of a traction is 0.0'
             ) from None
         text = f"{key}: unknown name {_shown(name)} in expression {_shown(value)}"
-        raise InputError(f"{text}; {_allowed(variables)}") from None
+        raise InputError(f"{text}; {_allowed(variables, name)}") from None
     except InputError as error:
         raise InputError(f"{key}: cannot evaluate expression {_shown(value)}: {error}") from None
     except RecursionError:
@@ -193,7 +190,9 @@ def evaluate(
     return _finite(result, variables, f"{key}: expression {_shown(value)}") if finite else result
 
 
-def _allowed(variables: Mapping[str, Array]) -> str:
+def _allowed(variables: Mapping[str, Array], name: str = "") -> str:
+    if name == "z":
+        return "z is known in 3D only, 2D has x and y"
     return f"allowed are {', '.join(variables)}, pi, e and {', '.join(sorted(_FUNCTIONS))}"
 
 

@@ -170,7 +170,8 @@ class BoundaryChange(Model):
     @pydantic.model_validator(mode="after")
     def _one_of_two(self) -> BoundaryChange:
         if (self.value is None) == (self.pressure is None):
-            raise ValueError("a change needs either value = [...] or pressure = p")
+            given = "neither" if self.value is None else "both"
+            raise ValueError(f"a change needs either value = [...] or pressure = p, got {given}")
         return self
 
 

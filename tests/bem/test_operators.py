@@ -113,7 +113,7 @@ def test_columns_against_residual():
 def test_contact_columns_in_any_directions():
     """The normal traction looked for as well: two columns a contact node, along the axes, and the
     same residual."""
-    coulomb = Contact(part="a", friction_coefficient=0.3)
+    coulomb = Contact(part="a", normal="bilateral", friction_coefficient=0.3)
     ops = operators_of(
         problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])})
     )

@@ -15,7 +15,7 @@ import pytest
 
 from petcontact import load
 from petcontact.commands.main import COMMANDS, main, split_arguments
-from petcontact.commands.solve import report_ignored
+from petcontact.commands.solve import report_ignored, report_unused
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = (ROOT / "configs" / "example1.toml").read_text()
@@ -277,6 +277,16 @@ def test_unused_options_are_named_wherever_they_come_from(folder, place):
         done.stderr.startswith("petcontact: PETSc option -no_such_option was not used")
         and done.stderr.count("\n") == 1
     )
+
+
+def test_unused_options_are_compared_with_those_of_the_manual(monkeypatch, capsys):
+    words = ["-ksp_tpye", "-ksp_type", "-bem_mat_tpye"]
+    monkeypatch.setattr("petcontact.runtime.petsc.unused_options", lambda: words)
+    report_unused(True)
+    assert re.findall(r"did you mean (\S+)\?", capsys.readouterr().err) == [
+        "-ksp_type",
+        "-bem_mat_type",
+    ]
 
 
 def test_options_of_a_ksp_that_solves_nothing_are_named(folder):

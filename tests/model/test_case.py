@@ -107,7 +107,10 @@ def test_a_case_survives_its_own_toml():
             "boundary[1].value[1]: must be a finite number or an expression",
         ),
         ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
-        ("boundary.2.pressure", 3.0, "boundary[2]: a traction needs either value"),
+        ("boundary.1.value", 4.0, "a value for each component: [4.0, 0.0]"),
+        ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),
+        ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap or"),
+        ("boundary.0.friction_coefficient", 0.1, "boundary[0]: normal: this key is required"),
         ("boundary", {}, "boundary: must be an array"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
         ("geometry.shape", "rectangel", "geometry.shape: must be one of "),
@@ -123,6 +126,8 @@ def test_a_case_survives_its_own_toml():
             "geometry: 3 vertices need as many part names in parts, got 2",
         ),
         ("material.young_modulus", "10e3", "material.young_modulus: must be a number, got '10e3'"),
+        ("material.young_modulus", "1 MPa", "a number has no unit here: 1; [units] names units"),
+        ("geometry.upper_right", [0.0, 0.0], "upper_right [0.0, 0.0]"),
         (
             "material.young_modulus",
             -1.0,
@@ -206,12 +211,13 @@ def test_the_same_lines_from_python(build, wanted):
         (b"\x00", "not valid TOML"),
         (b"title = ", "not valid TOML"),
         (b"a = 1\na = 2", "not valid TOML"),
+        (b"a = box", 'a text needs quotes: "box"'),
         (b"[material]\nyoung_modulus = 0,3 # N", "'young_modulus = 0,3 # N'; .* comma: 0.3"),
         (b"x = " + b"[" * 5000, "nested deeper than 16 levels"),
         (b"x = " + b"9" * 10_000, "not valid TOML"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(9),
+    ids=range(10),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"

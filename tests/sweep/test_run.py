@@ -129,6 +129,7 @@ problems = ["example1.toml"]
 keep = "all"
 [set]
 element_size = 0.8
+"boundary.0.normal" = "bilateral"
 [zip]
 "boundary.2.value" = [["1/(x - x)", 0.0], [400.0, 0.0], [300.0, "y"], [0.0, 0.0]]
 "boundary.1.value.0" = [0.0, 0.0, 1e-3, 1e-3]

@@ -36,7 +36,10 @@ class Rectangle(Model):
         if not (
             self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]
         ):
-            raise ValueError("upper_right must lie to the right of and above lower_left")
+            raise ValueError(
+                f"upper_right must lie to the right of and above lower_left; got lower_left "
+                f"{list(self.lower_left)}, upper_right {list(self.upper_right)}"
+            )
         return self
 
     def outline(self) -> Outline:

@@ -76,7 +76,7 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if condition.part in taken:
             raise InputError(
                 f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition "
-                f"already"
+                f"already, boundary[{taken.index(condition.part)}]"
             )
         taken.append(condition.part)
     ends = [
@@ -108,8 +108,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
     if missing and problem.is_flat:
         raise InputError(
             f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} "
-            f"needs one "
-            "or a [[contact]] (only parts of a [[body]] of another name are free without)"
+            "needs one or a [[contact]] where the file has no [[body]]; a free part has "
+            'condition = "traction" and a value of zeros'
         )
 
 
