@@ -94,6 +94,16 @@ class KelvinSolution(abc.ABC):
         return result / (4.0 * np.pi * (d - 1) * (1.0 - nu))
 
 
+def weighted(
+    by_traction: Array, by_displacement: Array, traction: Array, displacement: Array
+) -> Array:
+    """Integrals (c, d, k, m) times data (k, d, s) at the nodes of elements, summed: (m, c, s)."""
+    return np.asarray(
+        np.einsum("ijkm,kjs->mis", by_traction, traction, optimize=True)
+        + np.einsum("ijkm,kjs->mis", by_displacement, displacement, optimize=True)
+    )
+
+
 def _from(x: Array, place: Array) -> tuple[Array, Array]:
     """r and |r|, which is kept from zero: at the force itself, where all is infinite, r = 0 leaves
     nothing."""

@@ -124,14 +124,29 @@ class Kernel(Protocol):
         nodes `rows` gain from the powers over constants, (d, d, m) each."""
         ...
 
-    def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
-        """Stress at points off the boundary: σ/s = Σ D t/s + Σ S u, s being `traction_scale`.
+    def field(
+        self, targets: Any, elements: Any, u: Array, traction: Array
+    ) -> tuple[Array, Array, Array]:
+        """What some elements add to the field inside a body: (4.9) and its derivative.
+
+        Parameters
+        ----------
+        targets, elements
+            m points off the boundary and elements with k nodes, as the mesh gives them.
+        u, traction : (k, d, s) arrays
+            Displacement [length] at the nodes, and traction over `traction_scale` [length], in s
+            states.
 
         Returns
         -------
-        D, S : (d(d+1)/2, d, k, m) arrays
-            [-]; the stress component comes first (xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz
-            in space).
+        u : (m, d, s) array
+            [length]
+        stress : (m, d(d+1)/2, s) array
+            Over `traction_scale`; xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz in space.
+        wound : (m,) array
+            The part of the full angle, in space of the full solid angle, under which the elements
+            are seen: a rigid translation, whose sum over a closed boundary is 1 inside and 0
+            outside.
         """
         ...
 
@@ -141,5 +156,5 @@ class Kernel(Protocol):
         ...
 
     def point_stress(self, x: Array, at: Array, force: Array) -> Array:
-        """Stress (n, d(d+1)/2) of the same forces, components as in `stress_integrals` [stress]."""
+        """Stress (n, d(d+1)/2) of the same forces, components as in `field` [stress]."""
         ...

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..bem.kernel import Kernel
-from ..bem.kernels import EXPANSIONS, field_of, kernel_for
+from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh, RingMesh
@@ -188,7 +188,7 @@ def fields_at(
         step = max(1, ENTRIES // len(group.nodes))
         for first in range(0, len(near), step):
             rows = near[first : first + step]
-            found = field_of(kernel, mesh.points(points[rows]), group.elements, moved, pushed)
+            found = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
@@ -248,7 +248,7 @@ def _(
     """What changes near the ends of elements where the data are brought together."""
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
-        change_u, change_s, _ = field_of(kernel, targets, near.elements, near.u, pushed)
+        change_u, change_s, _ = kernel.field(targets, near.elements, near.u, pushed)
         displacement[near.rows] += near.share[:, None, None] * change_u
         stress[near.rows] += near.share[:, None, None] * change_s
 

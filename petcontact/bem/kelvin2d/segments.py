@@ -69,7 +69,8 @@ class Segments:
         """Integrals of the powers of 1/(s-z) for one close target an element; see
         `moments.powers`."""
         _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
-        return Parts(*straight, wave=gauss(order)[1][:, None].astype(np.complex128))
+        first, second, third = straight
+        return Parts(first, second, third, gauss(order)[1][:, None].astype(np.complex128))
 
     def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
         """0, 1 and ih; see `Arcs.bend`."""

@@ -17,8 +17,17 @@ from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
-from .polar import digits, tables, warp
-from .rules import COUNTS, MOST_POINTS, degrees, fewest, least_log_rho, tolerance_of
+from .rules import (
+    COUNTS,
+    MOST_POINTS,
+    degrees,
+    digits,
+    fewest,
+    least_log_rho,
+    tables,
+    tolerance_of,
+    warp,
+)
 
 AnyPanels = Panels | CurvedPanels
 ROOM = 256
@@ -116,11 +125,6 @@ def _records(panels: AnyPanels, tolerance: float) -> Array:
 def _kind(panels: AnyPanels) -> int:
     corners = panels.corners.shape[1]
     return panels.order + TRIANGLE * (corners == 3) + CURVED * isinstance(panels, CurvedPanels)
-
-
-def available() -> bool:
-    """True; tests say False and have numpy's integrals, an oracle."""
-    return True
 
 
 def compiled_integrals(

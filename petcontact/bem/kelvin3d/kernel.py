@@ -10,7 +10,7 @@ from ...mesh.panels import Panels
 from ..kelvin import KelvinSolution
 from .compiled import compiled_field
 from .integrals import integrals
-from .stress import near_stress, stress_integrals
+from .stress import near_stress
 
 
 class Kelvin3D(KelvinSolution):
@@ -36,17 +36,20 @@ class Kelvin3D(KelvinSolution):
         kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
-    def stress_integrals(
-        self, targets: Array, elements: Panels | CurvedPanels
-    ) -> tuple[Array, Array]:
-        """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""
-        kernel_d, kernel_s = stress_integrals(targets, elements, self.poisson_ratio)
-        return kernel_d, kernel_s * self.unit_length
-
     def field(
         self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
-        """As `bem.kernels.field_of`, of one state, by compiled code."""
+        """As in `Kernel`, by compiled code."""
+        states = [
+            self._field(targets, elements, u[..., s], traction[..., s]) for s in range(u.shape[2])
+        ]
+        moved, stress = (np.stack([state[k] for state in states], axis=2) for k in range(2))
+        return moved, stress, states[0][2]
+
+    def _field(
+        self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
+    ) -> tuple[Array, Array, Array]:
+        """Of one state, (m, 3), (m, 6) and (m,)."""
         data = np.concatenate([traction / self.unit_length, u], axis=1)
         field, (element, column) = compiled_field(
             targets, elements, self.poisson_ratio, self.tolerance, data

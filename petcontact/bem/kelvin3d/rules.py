@@ -1,4 +1,5 @@
-"""How many Gauss points stand for a panel that is seen from afar."""
+"""How many Gauss points stand for a panel that is seen from afar, and how many digits are wanted
+near a curved one."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
+from ...mesh.basis import gauss
 from ...mesh.curved.panels import CurvedPanels, reference_rule
 from ...mesh.panels import Panels
 from ...round_off import SOLVED
@@ -25,11 +27,14 @@ EXACT = 16
 AFAR = 8.0
 """Error over a usual tolerance that is left there: what the rules near panels come to, too."""
 SAFETY = 2.5
-RECTANGULAR = 0.9
-"""Panels that fill less of their frame's box have slanting lines of Gauss points: the same number
-in both directions."""
-
-
+MOST = 40
+"""Gauss points in s or v at most."""
+MARGIN = 3.3
+"""Digits (natural) beyond the tolerance that the rules aim at."""
+TIGHTER, USUAL = 0.3, 1e-9
+"""More of them for each one beyond a usual tolerance: zeros are known to the second order only."""
+STRETCH, GENTLE = {3: 0.3, 4: 2.0}, 0.1
+"""Rate of `warp` by the corners, and the bend up to which nothing more is needed."""
 CURVED = 1
 """Degree that the area factor of curved panels and their bend add: both are no polynomials, but
 close to low ones."""
@@ -135,44 +140,32 @@ def _moments(panels: CurvedPanels, count: int) -> Array:
     )
 
 
-def point_counts(
-    points: Array, panels: Panels | CurvedPanels, element: int, tolerance: float, least: int = 0
-) -> Index:
-    """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target,
-    out of `COUNTS`, or 999.
+def digits(tolerance: float) -> float:
+    """D, natural digits that the rules of a flat panel aim at."""
+    return math.log(1.0 / tolerance) + MARGIN + TIGHTER * max(math.log(USUAL / tolerance), 0.0)
 
-    `least` is the place of the least number there, see `fewest`.
 
-    Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are
-    the ends, r vanishing at position ± i distance: (ρ + 1/ρ)/2 is half the sum of the distances
-    from both ends over half the length. Slanting lines are as long as the longest edge.
+def warp(panels: CurvedPanels) -> Array:
+    """By how much more digits than flat ones curved panels are integrated, (n,) [-].
+
+    Zeros are sought along rays to the second order only, which is next to enough for triangles of 6
+    nodes, but of |y - x|² to the fourth about a centre of curvature. Tried on 600 random panels,
+    half of them triangles, whose points were moved by 15 % of their size, the area factors varying
+    by up to 2, orders 0 to 3, at seven heights from .0005 to 4 sizes (4200 points): both kernels
+    are within 1e-8, but for one point (2e-8, .0005 above the panel and a tenth of that from a
+    side), and where the tolerance is 1e-11 within 1e-10 but for that one (8e-10).
     """
-    chord = panels.chord
-    local = (points - chord.centre[element]) @ chord.frame[element].T / chord.size[element]
-    polygon, (lowest, highest) = chord.polygon[element], panels.box[element]
-    low, high = lowest[:2], highest[:2]
-    half, edge = 0.5 * (high - low), np.roll(polygon, -1, axis=0) - polygon
-    slanting = abs(
-        polygon[:, 0] @ edge[:, 1] - polygon[:, 1] @ edge[:, 0]
-    ) < 2.0 * RECTANGULAR * np.prod(high - low)
-    length = np.maximum(half, 0.5 * np.hypot(*edge.T).max()) if slanting else half
-    offset = np.abs(local[:, :2] - 0.5 * (high + low))
-    beyond = np.maximum(offset - half, 0.0)
-    above = np.maximum(
-        np.abs(local[:, 2] - 0.5 * (highest[2] + lowest[2])) - 0.5 * (highest[2] - lowest[2]), 0.0
-    )
-    degree = degrees(panels)[element].tolist()
-    counts = np.empty((len(points), 2), dtype=np.int64)
-    for c in range(2):
-        across = np.hypot(beyond[:, 1 - c], above)
-        mean = (
-            0.5
-            * (np.hypot(offset[:, c] - half[c], across) + np.hypot(offset[:, c] + half[c], across))
-            / length[c]
+    if "warp" not in panels.found:
+        panels.found["warp"] = 1.0 + STRETCH[panels.n_corners] * np.maximum(
+            panels.bend - GENTLE, 0.0
         )
-        log_rho = np.arccosh(np.maximum(mean, 1.0))
-        place = np.sum(log_rho[:, None] < least_log_rho(degree[c], tolerance), axis=1)
-        counts[:, c] = np.append(COUNTS, 999)[np.maximum(place, least)]
-    if slanting:
-        counts[:] = counts.max(axis=1, keepdims=True)
-    return counts
+    return np.asarray(panels.found["warp"])
+
+
+@functools.cache
+def tables() -> tuple[Array, Array]:
+    """Gauss points and weights on [-1, 1] by their number, (MOST + 1, MOST) each, zero beyond."""
+    result = np.zeros((2, MOST + 1, MOST))
+    for count in range(1, MOST + 1):
+        result[:, count, :count] = gauss(count - 1)
+    return result[0], result[1]

@@ -1,5 +1,7 @@
-"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over
-panels.
+"""Stress inside the body next to flat panels, in closed form: the derivative of (4.9) with respect
+to the point.
+
+Everywhere else native/space/field.c integrates the same kernels by Gauss points.
 
 With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebbia, Telles and Wrobel,
 1984, section 5.6):
@@ -13,105 +15,23 @@ With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebb
 from __future__ import annotations
 
 import functools
-import itertools
-from collections.abc import Callable
-from typing import Any
+import math
 
 import numpy as np
 
 from ...arrays import AnyArray, Array, Index
-from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
+from ...round_off import SOLVED
 from ..kelvin import COMPONENTS
-from .curved import quadrature, sources
-from .integrals import NEAR_CHUNK, local_targets, to_basis
 from .moments import Edges, Table, solid_angle
-from .rules import MOST_POINTS, point_counts, tolerance_of
 
-TOLERANCE = 1e-10
-"""Relative quadrature error of far panels."""
+NEAR_CHUNK = 4096
+"""Pairs of a panel and a target whose closed forms are worked out at once."""
 LOW = 0.3
 """Below this fraction of the distance the height over the plane is small, and the recursion for [0,
 0] runs backward."""
 BACKWARD = 14
 """Steps of that."""
-Integral = Callable[[int, tuple[int, ...]], Array]
-"""∫ r_i r_j .../r^k times what is to be integrated, by k and the indices."""
-
-
-def stress_integrals(
-    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float
-) -> tuple[Array, Array]:
-    """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ
-    S u.
-
-    Parameters
-    ----------
-    points : (m, 3) array
-        Points off the boundary [length].
-    panels : Panels or CurvedPanels
-        n panels of k nodes.
-    poisson_ratio : float
-
-    Returns
-    -------
-    D : (6, 3, n k, m) array
-        [-], xx, yy, zz, xy, xz, yz of the stress at the point first, then the component of the
-        traction.
-    S : (6, 3, n k, m) array
-        [1/length], the component of the displacement second.
-    """
-    shape = (6, 3, len(panels.index), panels.n_nodes, len(points))
-    kernel_d, kernel_s = np.empty(shape), np.empty(shape)
-    BY_NUMPY[type(panels)](points, panels, poisson_ratio, kernel_d, kernel_s)
-    flat = (6, 3, shape[2] * shape[3], shape[4])
-    return kernel_d.reshape(flat), kernel_s.reshape(flat)
-
-
-def _fill_curved(
-    points: Array, panels: CurvedPanels, poisson_ratio: float, kernel_d: Array, kernel_s: Array
-) -> None:
-    """Pairs of a curved panel and a point."""
-    for number, rows, rule in quadrature(points, panels, tolerance_of(panels, None)):
-        y, normal, weight = sources(panels, number, rule)
-        d, s = _tensors(_at_points(y[:, None] - points[rows]), normal.T[..., None], poisson_ratio)
-        for kernel, part in ((kernel_d, d), (kernel_s, s)):
-            kernel[:, :, number, :, rows] = np.einsum("bq,ckqm->mckb", weight, part, optimize=True)
-
-
-def _fill(
-    points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, kernel_s: Array
-) -> None:
-    """Pairs of a flat panel and a point."""
-    elements, columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
-    for element in range(len(panels.index) if len(points) else 0):
-        counts = point_counts(points, panels, element, TOLERANCE)
-        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
-        columns.append(np.flatnonzero(close))
-        elements.append(np.full(len(columns[-1]), element))
-        for count in np.unique(counts[~close], axis=0).tolist():
-            rows = np.flatnonzero(~close & np.all(counts == count, axis=1))
-            x, weight = panels.take(slice(element, element + 1)).rule((count[0], count[1]))
-            d, s = _tensors(
-                _at_points(x[0][:, None] - points[rows]), panels.frame[element, 2], poisson_ratio
-            )
-            for kernel, part in ((kernel_d, d), (kernel_s, s)):
-                kernel[:, :, element, :, rows] = np.einsum(
-                    "bq,ckqm->mckb", weight[0], part, optimize=True
-                )
-    owner, column = np.concatenate(elements), np.concatenate(columns)
-    for first in range(0, len(owner), NEAR_CHUNK):
-        some = slice(first, first + NEAR_CHUNK)
-        d, s = _near(points[column[some]], panels, owner[some], poisson_ratio)
-        kernel_d[:, :, owner[some], :, column[some]] = d
-        kernel_s[:, :, owner[some], :, column[some]] = s
-
-
-BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {
-    Panels: _fill,
-    CurvedPanels: _fill_curved,
-}
-"""What fills D and S, by the kind of panel."""
 
 
 def near_stress(
@@ -180,96 +100,49 @@ def _contracted(
     return result
 
 
-def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """D and S (6, 3, ...) from integrals of products of r over powers of r, and normals (3, ...),
-    all in one frame."""
-    nu, scale = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio))
-    one_2nu = 1.0 - 2.0 * nu
-    axes = [c for c in range(3) if np.any(normal[c] != 0.0)]
-    d, s = [], []
-    for (i, j), k in itertools.product(COMPONENTS[3], range(3)):
-        d_ki, d_kj, d_ij = float(k == i), float(k == j), float(i == j)
-        d.append(
-            scale
-            * (
-                one_2nu
-                * (d_ki * integral(3, (j,)) + d_kj * integral(3, (i,)) - d_ij * integral(3, (k,)))
-                + 3.0 * integral(5, (i, j, k))
-            )
-        )
-        n_i, n_j, n_k = normal[i], normal[j], normal[k]
-        value = (
-            3.0 * nu * (n_i * integral(5, (j, k)) + n_j * integral(5, (i, k)))
-            + 3.0 * one_2nu * n_k * integral(5, (i, j))
-            + (one_2nu * (n_j * d_ki + n_i * d_kj) - (1.0 - 4.0 * nu) * n_k * d_ij)
-            * integral(3, ())
-        )
-        for c in axes:
-            near = one_2nu * d_ij * integral(5, (k, c))
-            near = near + nu * (d_ki * integral(5, (j, c)) + d_kj * integral(5, (i, c)))
-            value = value + 3.0 * normal[c] * (near - 5.0 * integral(7, (i, j, k, c)))
-        s.append(-scale * value)
-    shape = (6, 3, *np.shape(d[0]))
-    return np.array(d).reshape(shape), np.array(s).reshape(shape)
-
-
-def _at_points(r: Array) -> Integral:
-    """The integrands themselves for vectors r (..., 3)."""
-    component = np.moveaxis(r, -1, 0)
-    inverse = 1.0 / np.sqrt(np.sum(r * r, axis=-1))
-    powers = {k: inverse**k for k in (3, 5, 7)}
-
-    def integral(k: int, indices: tuple[int, ...]) -> Array:
-        value: Array = powers[k]
-        for index in indices:
-            value = np.asarray(value * component[index])
-        return value
-
-    return integral
-
-
-def _near(x: Array, panels: Panels, element: Index, poisson_ratio: float) -> tuple[Array, Array]:
-    """D and S (pairs, 6, 3, k) of pairs of a panel and a point in closed form."""
-    exponents, frame, size = panels.exponents, panels.frame[element], panels.size[element]
-    moments, basis, w = _near_moments(x, panels, element)
-    parts = []
-    for a, b in exponents.tolist():
-
-        def integral(k: int, indices: tuple[int, ...], a: int = a, b: int = b) -> Array:
-            table = moments[k][a + indices.count(0), b + indices.count(1)]
-            return np.asarray(table * w ** indices.count(2))
-
-        parts.append(_tensors(integral, np.array([0.0, 0.0, 1.0]), poisson_ratio))
-    values = [
-        np.einsum("nbq,qckn->ckbn", basis, np.array(part), optimize=True)
-        for part in zip(*parts, strict=True)
-    ]
-    full = [np.empty((3, 3, 3, *value.shape[2:])) for value in values]
-    for whole, value in zip(full, values, strict=True):
-        for c, (i, j) in enumerate(COMPONENTS[3]):
-            whole[i, j] = whole[j, i] = value[c]
-    rotated = [
-        np.einsum("nai,nbj,nck,abcmn->ijknm", frame, frame, frame, whole, optimize=True)
-        for whole in full
-    ]
-    d, s = (
-        np.array([whole[i, j] for i, j in COMPONENTS[3]]).transpose(2, 0, 1, 3) for whole in rotated
-    )
-    return d, s / size[:, None, None, None]
-
-
 def _near_moments(
     x: Array, panels: Panels, element: Index
 ) -> tuple[dict[int, Table], Array, Array]:
     """Moments of pairs of a panel and a point, its basis in their monomials (n, k, q), and the
     height of its plane (n,)."""
-    local, w = local_targets(x, panels, element)
+    local, w = _local_targets(x, panels, element)
     highest = int(panels.exponents.sum(axis=1).max()) + 4
     return (
         _moments(panels.polygon[element], local[:2].T, w, panels.order + 4, highest),
-        to_basis(panels, element, local[:2]),
+        _to_basis(panels, element, local[:2]),
         w,
     )
+
+
+def _local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Array]:
+    """Targets x (n, 3) in the coordinates of a panel each, (3, n), and the height of the panel's
+    plane over them, (n,)."""
+    local = (
+        np.einsum("nij,nj->in", panels.frame[element], x - panels.centre[element])
+        / panels.size[element]
+    )
+    return local, np.where(np.abs(local[2]) <= SOLVED, 0.0, -local[2])
+
+
+def _to_basis(panels: Panels, element: Index, origin: Array) -> Array:
+    """Coefficients (n, k, monomials) of the basis of a panel each by monomials about the origin (2,
+    n)."""
+    return np.asarray(
+        np.einsum("nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, origin))
+    )
+
+
+def _shift(exponents: Array, origin: Array) -> Array:
+    """ξ^a η^b of the panel's coordinates by monomials about the origin (2, n): shift[m, q] the
+    factor of monomial q in m."""
+    highest = int(exponents.max(initial=0))
+    x, y = (np.array([c**k for k in range(highest + 1)]) for c in origin)
+    shift = np.zeros((len(exponents), len(exponents), origin.shape[1]))
+    for m, (a, b) in enumerate(exponents.tolist()):
+        for q, (i, j) in enumerate(exponents.tolist()):
+            if i <= a and j <= b:
+                shift[m, q] = math.comb(a, i) * math.comb(b, j) * x[a - i] * y[b - j]
+    return shift
 
 
 def _moments(

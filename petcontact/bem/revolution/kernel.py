@@ -30,7 +30,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..kelvin import KelvinSolution
+from ..kelvin import KelvinSolution, weighted
 from ..kelvin2d.corner_elements import corner_columns
 from .compiled import LOADS, STRESSES, ring_forces, ring_integrals, ring_stress
 
@@ -70,7 +70,8 @@ class RingKernel(KelvinSolution):
         return ring_integrals(self, targets, elements)
 
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
-        """As in `Kernel`, the components those of `stress_components`."""
+        """D and S, (components, d, k, m) as of `Kelvin2D`, the components those of
+        `stress_components`."""
         found = ring_stress(self, targets, elements)
         shape = len(self.stress_components), self.dim, *found[0].shape[1:]
         kernel_d, kernel_s = np.zeros(shape), np.zeros(shape)
@@ -83,16 +84,15 @@ class RingKernel(KelvinSolution):
     def field(
         self, targets: Targets, elements: Elements, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
-        """As `bem.kernels.field_of` of one state: u (m, d), stress (m, components), and what is
-        wound round each point, by the rigid translation along z; around none at r < 0."""
+        """As in `Kernel`; `wound` is that of a rigid translation along z, around none at r < 0."""
         kernel_g, kernel_h = self.integrals(targets, elements)
         kernel_d, kernel_s = self.stress_integrals(targets, elements)
-        moved = np.einsum("ijkm,kj->mi", kernel_g, traction)
-        moved -= np.einsum("ijkm,kj->mi", kernel_h, u)
-        stressed = np.einsum("ijkm,kj->mi", kernel_d, traction)
-        stressed += np.einsum("ijkm,kj->mi", kernel_s, u)
+        # without the hoop stress and what follows it: that is known from u_r/r
+        count = self.dim * (self.dim + 1) // 2
+        moved = weighted(kernel_g, -kernel_h, traction, u)
+        stress = weighted(kernel_d[:count], kernel_s[:count], traction, u)
         wound = np.where(targets.point[:, 0] < 0.0, 0.0, -kernel_h[1, 1].sum(axis=0))
-        return moved, stressed, wound
+        return moved, stress, wound
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
         """u (n, d) [length] at points (n, 2) for whole forces (f, d) of rings through (f, 2)."""

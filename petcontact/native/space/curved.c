@@ -1,4 +1,4 @@
-/* Both kernels over a curved panel that is near: petcontact.bem.kelvin3d.curved in C, with the same formulas; see there. */
+/* Both kernels over a curved panel that is near, by the points of polar.c. */
 
 #include "polar.h"
 #include "sources.h"

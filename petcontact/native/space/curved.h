@@ -1,4 +1,4 @@
-/* Curved panels: petcontact.bem.kelvin3d.curved in C, with the same formulas; see there. */
+/* Places, tangents and Gauss points of curved panels. */
 
 #ifndef PETCONTACT_CURVED_H
 #define PETCONTACT_CURVED_H

@@ -1,4 +1,11 @@
-/* Rays about the foot of a target on a curved panel: petcontact.bem.kelvin3d.polar in C, with the same formulas; see there. */
+/* Rays about the foot of a target on a curved panel, and how many Gauss points lie along them.
+
+   The map ζ = M(ξ - ξ_0), MᵀM the metric at the foot ξ_0, makes |y - y_0| = ρ + O(ρ²) in every direction. From 0 to a side at
+   the distance h its coordinate is t = h sinh s, dφ = ds/cosh s and the length of the ray h cosh s, so that Gauss points in s
+   do not feel how flat the angle is. Along the rays ρ itself serves on the panel; beside it |y - x|² ≈ d² + 2bρ + ρ², and with
+   ρ = -b + c sinh v, c² = max(d² - b², d²/100), the integrand is smooth in v. Numbers of points follow from Bernstein's
+   ellipses through the zeros of |y - y_0| and of the area factor on the true panel. Compare Guiggiani et al. (J. Appl. Mech.
+   59, 1992) for the principal value, and Johnston, Johnston and Elliott (J. Comput. Appl. Math. 245, 2013) for sinh. */
 
 #include "foot.h"
 #include "polar.h"

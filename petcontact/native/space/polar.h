@@ -1,5 +1,5 @@
-/* Rays about the foot of a target on a curved panel and Gauss points along them: petcontact.bem.kelvin3d.polar in C, with
-   the same formulas; see there. Four rays make a vector, and take the same number of points. */
+/* Rays about the foot of a target on a curved panel and Gauss points along them, see polar.c.
+   Four rays make a vector, and take the same number of points. */
 
 #ifndef PETCONTACT_POLAR_H
 #define PETCONTACT_POLAR_H
