@@ -10,6 +10,7 @@ from ..contact.methods.registry import method_of
 from ..model.problem import Problem
 from ..pipeline.pose.discretise import discretise
 from ..pipeline.run import prepare, run
+from ..pipeline.solve import adapts_itself, solve
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
@@ -59,14 +60,21 @@ def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
     return value
 
 
-def run_case(shared: PreparedProblem, case: Problem) -> Solution:
+def prepared_for(case: Problem, comm: Any, cases: int) -> PreparedProblem | None:
+    """What the cases of a group share; nothing where meshes follow the solution of each."""
+    return None if adapts_itself(case) else prepare(case, comm, cases=cases)
+
+
+def run_case(shared: PreparedProblem | None, case: Problem, comm: Any = None) -> Solution:
     """One case on the preparation of its group; eliminated on its own where other loads take
-    that."""
+    that, and solved as by itself where nothing is shared."""
+    if shared is None:
+        return solve(case, comm=comm)
     discrete = discretise(case, like=shared.discrete)
     system = shared.system.loaded(discrete.data, discrete.interfaces)
     if system is not None:
         return run(replace(shared, discrete=discrete, system=system, method=method_of(case.method)))
-    own = prepare(case, shared.comm, discrete)
+    own = prepare(case, comm, discrete)
     try:
         return run(own)
     finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError
 from ..model.problem import Problem
+from ..results.peaks import stress_peaks
 from ..results.solution import Solution
 from .published import published_count
 
@@ -23,8 +25,11 @@ QUANTITIES = (
     "slip_share",
     "contact_area",
     "tension_share",
+    "max_pressure",
     "dissipated_energy",
 )
+PEAKS = {"peak_von_mises": "von Mises", "peak_first_principal": "first principal"}
+"""Largest stresses, by their names in `stress_peaks`."""
 
 
 def contact_quantities(solution: Solution) -> dict[str, float]:
@@ -36,8 +41,8 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
         max_u_t: largest |u_t|, between bodies the largest slip, at a node [length]; slip_length,
         slip_share: length (in space: area) of what slips, and its share; contact_area: length
         (area) of what is not open; tension_share: share that is pulled, σ_n > 0, where a foundation
-        would let go [-]; dissipated_energy: what friction took in all steps, of a single one -∫
-        σ_t·u_t [stress · length^dim].
+        would let go [-]; max_pressure: largest p at a node [stress]; dissipated_energy: what
+        friction took in all steps, of a single one -∫ σ_t·u_t [stress · length^dim].
     """
     columns = solution.columns()
     weight, state, sigma_n = columns["weight"], columns["state"], columns["sigma_n"]
@@ -50,6 +55,7 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
         slips / length,
         float(weight[state != OPEN].sum()),
         float(weight[pulled].sum()) / length,
+        float(-sigma_n.min(initial=0.0)),
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
     )
     return dict(zip(QUANTITIES, found, strict=True))
@@ -67,19 +73,43 @@ def resultants(solution: Solution) -> dict[str, float]:
 
 
 def wear(solution: Solution) -> dict[str, float]:
-    """worn_volume and worn_depth of both sides together, and max_pressure, where anything wears; of
-    several interfaces that do with their names."""
+    """worn_volume and worn_depth of both sides together, where anything wears; of several
+    interfaces that do with their names."""
     worn = {name: pair for name, pair in solution.pairs.items() if pair.wear is not None}
-    found = {
+    return {
         f"{key}_{name}" if len(worn) > 1 else key: float(value)
         for name, pair in worn.items()
         for key, value in (("worn_volume", pair.worn_volume.sum()), ("worn_depth", pair.worn_depth))
     }
-    return (
-        {**found, "max_pressure": float(-solution.columns()["sigma_n"].min(initial=0.0))}
-        if found
-        else {}
-    )
+
+
+def peaks(solution: Solution) -> dict[str, float]:
+    """The largest stresses in the bodies and on them [stress]: peak_von_mises,
+    peak_first_principal; nan where one is large only next to places where it has no bound."""
+    found, values = stress_peaks(solution), dict[str, float]()
+    for name, stress in PEAKS.items():
+        both = (found[stress].inside, found[stress].surface) if stress in found else ()
+        values[name] = max((peak.value for peak in both if peak), default=math.nan)
+    return values
+
+
+def peak_von_mises(solution: Solution) -> float:
+    """That of `peaks`, which a sweep on fixed meshes may name among its quantities."""
+    return peaks(solution)["peak_von_mises"]
+
+
+def peak_first_principal(solution: Solution) -> float:
+    """That of `peaks`, likewise."""
+    return peaks(solution)["peak_first_principal"]
+
+
+def of_adaptive(solution: Solution) -> dict[str, float]:
+    """What a case on adaptive meshes has besides: there it costs little beside the solve.
+    estimated_error is that of `Accuracy`."""
+    accuracy = solution.accuracy
+    if accuracy.wanted is None:
+        return {}
+    return {"estimated_error": accuracy.error, **peaks(solution)}
 
 
 COLUMNS = (
@@ -150,7 +180,11 @@ def users(
             if not callable(function):
                 raise InputError(f"quantities: {name}: not a function")
             short = attribute.rsplit(".", 1)[-1]
-            if short in found or short in coordinates or is_column(short):
+            taken_by_own = is_column(short) and function not in (
+                peak_von_mises,
+                peak_first_principal,
+            )
+            if short in found or short in coordinates or taken_by_own:
                 raise InputError(
                     f"quantities: {name}: there is a column {short} already; give the function "
                     f"another name"
@@ -163,8 +197,8 @@ def users(
 
 def is_column(name: str) -> bool:
     """Whether the table of any sweep has, or may have, such a column of its own."""
-    own = name in COLUMNS or name in QUANTITIES or name == "max_pressure"
-    return own or name.startswith(("force_", "von_mises_", "history_", "worn_"))
+    own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error"}
+    return name in own or name.startswith(("force_", "von_mises_", "history_", "worn_"))
 
 
 def row_of(
@@ -186,6 +220,7 @@ def row_of(
         **contact_quantities(solution),
         **resultants(solution),
         **wear(solution),
+        **of_adaptive(solution),
         **von_mises_at(solution, points),
         **{name: float(function(solution)) for name, function in (more or {}).items()},
     }

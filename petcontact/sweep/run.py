@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
-from ..pipeline.run import prepare
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
@@ -19,7 +18,7 @@ from ..runtime.petsc import given_options
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
-from .problems import run_case
+from .problems import prepared_for, run_case
 from .progress import DONE, FAILED, Progress, Summary
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost, estimate
@@ -239,7 +238,7 @@ class _Worker:
         """Prepare a group by one of its cases."""
         size = int(self.groups.size[group])
         self._prepared, self._reason = self.team.attempt(
-            lambda: prepare(self.sweep[place].case, self.team.comm, cases=size)
+            lambda: prepared_for(self.sweep[place].case, self.team.comm, size)
         )
         if self._prepared is not None:
             self._took(self._prepared.timings)
@@ -257,15 +256,11 @@ class _Worker:
             case = self.sweep[place].case
         except PetcontactError as error:  # of a sweep too large to be validated before
             reason = str(error)
-        if prepared is not None and case is not None:
-            solution, reason = self.team.attempt(lambda: run_case(prepared, case))
+        if case is not None and not reason:
+            solution, reason = self.team.attempt(lambda: run_case(prepared, case, self.team.comm))
         if solution is not None:
-            self._took(
-                {
-                    name: solution.timings[name]
-                    for name in {"iterate", "check", "steps"} & set(solution.timings)
-                }
-            )
+            own = solution.timings if prepared is None else {"iterate", "check", "steps"}
+            self._took({name: solution.timings[name] for name in own if name in solution.timings})
         if not self.team.leads:
             return
         began = time.perf_counter()

@@ -25,7 +25,8 @@ for options in json.loads(sys.argv[1]):
         problem = example(1, mesh=MeshOptions(element_size=8 / 23), formulation=formulation, tolerance=1e-11)
         solution = solve(problem.model_copy(update={"petsc": options}))
         assert solution.converged, solution.reason
-        result.append(solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
+        error = [solution.accuracy.error]
+        result.append(error + solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(result))
 """

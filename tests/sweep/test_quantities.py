@@ -12,7 +12,7 @@ from petcontact import load_case
 from petcontact.fields.interior import field_at
 from petcontact.pipeline.run import prepare
 from petcontact.pipeline.solve import solve
-from petcontact.sweep import run as running
+from petcontact.sweep import problems as running
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.quantities import contact_quantities, resultants, row_of, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
@@ -114,6 +114,55 @@ tolerance = [1e-8, 1e-9]
     else:
         assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
         assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[3], rel=1e-12)
+
+
+ROUND = """
+[material]
+young_modulus = 1000.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [-3.0, 0.0]
+upper_right = [3.0, 3.0]
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+gap = "x**2/16"
+[[boundary]]
+part = "top"
+condition = "displacement"
+value = ["free", -0.05]
+[[boundary]]
+part = "left"
+condition = "symmetry"
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0.0, 0.0]
+"""
+
+
+def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
+    (tmp_path / "round.toml").write_text(ROUND)
+    text = """
+problems = ["round.toml"]
+keep = "all"
+quantities = ["petcontact.sweep.quantities:peak_von_mises"]
+[cross]
+accuracy = [5e-2, 2e-2]
+"""
+    sweep, lines = read_sweep(sweep_file(tmp_path, text)), list[str]()
+    assert quietly(sweep, tmp_path / "out", say=lines.append).exit_status == 0
+    assert "share" not in lines[0] and "on a first mesh" in lines[2]
+    table = read_case_table(tmp_path / "out")
+    assert np.all(table.numbers("estimated_error") <= [5e-2, 2e-2])
+    alone, kept = solve(sweep[0].case, comm=comm), load_case(tmp_path / "out", sweep.ids[0])
+    assert kept.verdict().split("time")[0] == alone.verdict().split("time")[0]
+    assert table.numbers("estimated_error")[0] == alone.accuracy.error
+    assert table.numbers("max_pressure")[0] == alone.last.pairs["bottom"].pressure.max()
+    peak = f"{table.numbers('peak_von_mises')[0]:.4g}"
+    assert f"largest von Mises stress: {peak}" in alone.verdict()
 
 
 def test_friction_and_motions_of_obstacles_share_one_elimination(tmp_path, comm, monkeypatch):

@@ -19,7 +19,7 @@ from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems
-from petcontact.sweep import run as running
+from petcontact.sweep import problems as running
 from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
@@ -64,7 +64,7 @@ def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
         "9 cases, 2 finished already, 7 to compute in 1 group that share assembly and elimination"
     )
     assert describe(small, [cost], (7, 0, 7, 7), 2, 4)[0].endswith("7 to compute")
-    assert f"{n} unknowns, {m} contact unknowns" in lines[2]
+    assert f"{mesh.n_nodes} nodes, {m} contact unknowns" in lines[2]
 
 
 def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):

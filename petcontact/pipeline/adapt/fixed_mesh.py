@@ -63,7 +63,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if not curves and not reason:
         return _on_surfaces(solution, lambda make: _again(solution, make, comm, law))
-    reason = reason or _costly(solution, comm)
+    reason = reason or _costly(solution)
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
@@ -115,13 +115,11 @@ def carries_something(solution: Solution) -> bool:
     return solution.kind == "bilateral" or any((pair.pressure > least).any() for pair in pairs)
 
 
-def _costly(solution: Solution, comm: Any) -> str:
+def _costly(solution: Solution) -> str:
     """Why no other mesh is solved on; empty where one is."""
     meshes = list(solution.meshes.values())
     if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
         return "a superelement has one mesh"
-    if comm.getSize() > 1:
-        return "it is estimated on one rank only"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):
         return f"more than {CHEAP} nodes a body; compare with a finer mesh"
     if any(mesh.n_elements < FEWEST for mesh in meshes):

@@ -12,6 +12,7 @@ from ...errors import PetcontactError
 from ...frozen import frozen
 from ...model.problem import Problem
 from ...pipeline.choice import is_compressed, resolved_bem
+from ...pipeline.solve import adapts_itself
 from ...refinement.meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
@@ -24,6 +25,9 @@ PRODUCT = 6e-8
 """Of a case that shares its elimination: m²."""
 COMPRESSED = 3e-4
 """Of a compressed body: a node."""
+MESHES = 4.0
+"""Solves that an adaptive case takes, over one on its first mesh: in the plane it has three to six
+meshes of about that size."""
 PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
@@ -40,6 +44,8 @@ class Cost:
         Estimated seconds of assembly and elimination, and of each case after them.
     memory : float
         Estimated bytes of its matrices, all ranks of a team together.
+    adaptive : bool
+        Whether each case has meshes of its own; the others are those of its first one.
     """
 
     nodes: int
@@ -47,6 +53,7 @@ class Cost:
     prepare: float
     case: float
     memory: float
+    adaptive: bool = False
 
 
 def estimate(case: Problem, ranks: int) -> Cost:
@@ -56,9 +63,11 @@ def estimate(case: Problem, ranks: int) -> Cost:
     except PetcontactError:
         # the sweep meets the same error in its turn and records it case by case
         return Cost(0, 0, FIXED, FIXED, 0.0)
-    n, m, prepare, solve, memory = (
+    n, m, prepare, solve, memory, _ = (
         sum(column) for column in zip(*map(astuple, costs), strict=True)
     )
+    if adapts_itself(case):
+        return Cost(n, m, 0.0, CASE + MESHES * (prepare + solve) / ranks, memory, adaptive=True)
     return Cost(n, m, FIXED + prepare / ranks, CASE + solve / ranks, memory)
 
 

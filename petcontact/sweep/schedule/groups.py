@@ -146,7 +146,7 @@ def describe(
     cases, finished, to_do, groups = counts
     shared = (
         f" in {_count(groups, 'group')} that share assembly and elimination"
-        if groups < to_do
+        if groups < to_do and not all(cost.adaptive for cost in costs)
         else ""
     )
     plan = [
@@ -159,9 +159,9 @@ def describe(
         largest = max(costs, key=lambda cost: cost.memory)
         per_rank = PROCESS_MEMORY + largest.memory / ranks
         plan.append(
-            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_unknowns} contact "
-            f"unknowns; "
-            f"memory: about {per_rank / 1e6:.0f} MB a rank"
+            f"  largest system{' on a first mesh' * largest.adaptive}: {largest.nodes} nodes, "
+            f"{largest.contact_unknowns} contact unknowns; memory: about "
+            f"{per_rank / 1e6:.0f} MB a rank"
         )
     return plan
 
