@@ -20,6 +20,7 @@ from ..runtime.threads import cap_blas_threads
 COMMANDS = {
     "init": "write a commented starter config",
     "mesh": "surfaces of a CAD file (STEP, IGES, BREP), and its mesh as a .msh file",
+    "draw": "draw a problem before it is solved: parts, supports, loads, what may touch",
     "solve": "solve one problem, print a verdict, write the result and figures",
     "sweep": "compute independent cases over MPI ranks, and go on where a sweep was stopped",
     "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",

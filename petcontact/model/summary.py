@@ -19,7 +19,7 @@ def summary(problem: Any) -> list[tuple[str, str]]:
         ]
         rows.append((f"obstacle {obstacle.name}", ", ".join(given) or "fixed"))
     rows += [
-        (f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {_law(pair)}")
+        (f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {law_text(pair)}")
         for pair in problem.contact
     ]
     for k, step in enumerate(problem.step, 1):
@@ -55,7 +55,9 @@ def _body(body: Body) -> str:
         for kind in ("displacement", "traction", "symmetry", "periodic")
     }
     given = [f"{kind} on {', '.join(names)}" for kind, names in parts.items() if names]
-    given += [f"contact on {c.part}, {_law(c)}" for c in body.boundary if isinstance(c, Contact)]
+    given += [
+        f"contact on {c.part}, {law_text(c)}" for c in body.boundary if isinstance(c, Contact)
+    ]
     given += [f"{len(body.point_force)} point forces"] * bool(body.point_force)
     loads = body.loads.model_fields_set if body.loads else set()
     given += [key.replace("_", " ") for key in sorted(loads - {"centre", "axis"})]
@@ -63,7 +65,36 @@ def _body(body: Body) -> str:
     return "; ".join([f"{body.geometry.shape}, {material}", *given])
 
 
-def _law(law: Contact | Pair) -> str:
+def condition_text(condition: Any) -> str:
+    """What a condition of a part says, in a few characters.
+
+    Examples
+    --------
+    >>> from petcontact.model.bodies import Displacement, Traction
+    >>> condition_text(Displacement("top", ("free", -0.01)))
+    'u = [free, -0.01]'
+    >>> condition_text(Traction("left", pressure="20*x"))
+    'p = 20*x'
+    """
+    if isinstance(condition, Contact):
+        return law_text(condition)
+    if getattr(condition, "pressure", None) is not None:
+        return f"p = {_value(condition.pressure)}"
+    if condition.condition in ("symmetry", "periodic"):
+        return str(condition.condition)
+    letter = "u" if condition.condition == "displacement" else "t"
+    return f"{letter} = {_value(condition.value)}"
+
+
+def law_text(law: Contact | Pair) -> str:
+    """What holds where two sides meet: the normal condition and the friction.
+
+    Examples
+    --------
+    >>> from petcontact.model.bodies import Contact
+    >>> law_text(Contact("bottom", normal="unilateral"))
+    'unilateral, frictionless'
+    """
     names = {"friction_coefficient": "friction coefficient", "friction_bound": "friction bound"}
     given = [
         f"{name} {_value(getattr(law, key))}"

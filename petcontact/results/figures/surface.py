@@ -147,8 +147,8 @@ def shade(
     space, whose labels stand there."""
     values = np.concatenate([body.values for body in bodies.values()])
     colours = band_colours(values, top)
-    moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
-    _fit(
+    moved = draw_bodies(every[0], solution, bodies, view.factor, colours, best_view(solution))
+    fit_axes(
         every[0],
         solution,
         np.minimum(moved.min(axis=0), view.low),
@@ -156,10 +156,10 @@ def shade(
     )
     text = f"{view.text}, seen from below" if every[0].elev < 0.0 else view.text
     for axes, name in zip(every[1:], names, strict=True):
-        moved = _draw(
+        moved = draw_bodies(
             axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name)
         )
-        _fit(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
+        fit_axes(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
         axes.set(xticks=[], yticks=[], zticks=[])
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.labelpad = -12.0
@@ -174,7 +174,7 @@ def shade(
     return "\n".join(filter(None, (headed_end(solution), text)))
 
 
-def _draw(
+def draw_bodies(
     axes: Any,
     solution: SolutionData,
     bodies: Mapping[str, Sampled],
@@ -187,7 +187,7 @@ def _draw(
 
     axes.view_init(*angles)
     axes.set_proj_type("ortho")
-    toward = _toward(axes.elev, axes.azim)
+    toward = toward_eye(axes.elev, axes.azim)
     closed, moved = filled_bodies(solution), []
     polygons, fills, rims = list[Array](), list[Array](), list[Array]()
     for name, body in bodies.items():
@@ -249,18 +249,21 @@ def best_view(solution: SolutionData, body: str | None = None) -> tuple[float, f
     if not normals:
         return views[0]
     seen = [
-        float(np.maximum(np.concatenate(normals) @ _toward(*angles), 0.0).sum()) for angles in views
+        float(np.maximum(np.concatenate(normals) @ toward_eye(*angles), 0.0).sum())
+        for angles in views
     ]
     return views[int(np.argmax(np.array(seen) > SEEN * max(seen)))]
 
 
-def _toward(elevation: float, azimuth: float) -> Array:
+def toward_eye(elevation: float, azimuth: float) -> Array:
     """The unit vector towards the eye."""
     up, round_ = np.radians([elevation, azimuth])
     return np.array([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)])
 
 
-def _fit(axes: Any, solution: SolutionData, low: Array, high: Array, zoom: float = ZOOM) -> None:
+def fit_axes(
+    axes: Any, solution: SolutionData, low: Array, high: Array, zoom: float = ZOOM
+) -> None:
     """Limits, equal scales, and few enough ticks that their numbers do not run into each other."""
     from matplotlib.ticker import MaxNLocator
 

@@ -34,6 +34,8 @@ BEHIND: dict[str, dict[str, str]] = {
     "moved": {"facecolor": "w", "hatch": "xxxxx"},
 }
 """How what lies behind an edge is filled."""
+WITHIN = np.linspace(0.0, 1.0, 9)
+"""Places on an element at which its edge is drawn: arrows are as even on large elements."""
 EDGE, CONTACT, LOAD = "0.35", "0.25", COLOURS[3]
 """Colours."""
 
@@ -95,7 +97,7 @@ def draw_supports(axes: Any, solution: SolutionData, view: View) -> None:
             isinstance(condition, Displacement) and "free" in condition.value
         ):
             start = 0.5 * high * side.normal
-            rollers = _spread(side.x, size / ARROWS)
+            rollers = spread(side.x, size / ARROWS)
             word = "roller" if "roller" not in axes.get_legend_handles_labels()[1] else None
             axes.plot(
                 *(side.x + start)[rollers].T, "o", ms=4.0, mfc="w", mec=EDGE, mew=0.8, label=word
@@ -113,10 +115,14 @@ def draw_loads(axes: Any, solution: SolutionData, view: View) -> None:
     sides = [side for side in _sides(solution, view) if isinstance(side.condition, Traction)]
     every = np.vstack([np.zeros((1, 2)), *(side.traction for side in sides)])
     largest = float(np.hypot(*every.T).max())
+    word = f"load, up to {largest:.3g} {solution.problem.units.stress or ''}".rstrip()
     for side in sides if largest > 0.0 else ():
-        shown = _spread(side.x, size / ARROWS)
-        pulls = np.sum(side.traction * side.normal, axis=1) > 0.0
-        _arrows(axes, side.x, side.traction * (LONG * size / largest), pulls, shown, "load", LOAD)
+        shown = spread(side.x, size / ARROWS)
+        pulls, arrows = (
+            np.sum(side.traction * side.normal, axis=1) > 0.0,
+            side.traction * (LONG * size / largest),
+        )
+        draw_arrows(axes, side.x, arrows, pulls, shown, word, LOAD)
 
 
 def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
@@ -129,12 +135,12 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
         arrows = traction * (LONG * size / largest)
         cut = LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300)
         x, closed = moved(solution, name, view.factor), _closed(pair)
-        shown = closed[_spread(x[closed], 0.5 * size / ARROWS)]
+        shown = closed[spread(x[closed], 0.5 * size / ARROWS)]
         arrows = arrows * np.minimum(1.0, cut)[:, None]
-        _arrows(axes, x, arrows, pair.pressure < 0.0, shown, "contact traction", CONTACT)
+        draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, "contact traction", CONTACT)
 
 
-def _arrows(
+def draw_arrows(
     axes: Any, x: Array, arrows: Array, pulls: Mask, shown: Index, word: str, colour: str
 ) -> None:
     """Arrows with their points at places (m, 2), or where they pull with their feet."""
@@ -165,7 +171,7 @@ def _closed(pair: PairResult) -> Index:
     return np.asarray(order[pair.state[order] != OPEN])
 
 
-def _spread(x: Array, apart: float) -> Index:
+def spread(x: Array, apart: float) -> Index:
     """Numbers of points (m, 2) in order along a curve that are about equally far from one another,
     at least by a distance, and `ARROWS` at most."""
     if not len(x):
@@ -194,9 +200,9 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
         found, curve = solution.bodies[name], as_curve(mesh)
         conditions = solution.problem.conditions(number)[solution.last.step - 1]
         for part, condition in conditions.items():
-            for elements in _stretches(curve, part):
-                rows = np.repeat(elements, 2)
-                place = np.tile([0.0, 1.0], len(elements))
+            for elements in stretches(curve, part):
+                rows = np.repeat(elements, len(WITHIN))
+                place = np.tile(WITHIN, len(elements))
                 at = curve.variables_at(rows, place)
                 basis = curve.basis_at(rows, place)
                 yield _Side(
@@ -207,7 +213,7 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
                 )
 
 
-def _stretches(mesh: CurveMesh, part: str) -> list[Index]:
+def stretches(mesh: CurveMesh, part: str) -> list[Index]:
     """Elements of a part, stretch by stretch."""
     if part not in mesh.part_names:
         return []

@@ -1,0 +1,85 @@
+"""A problem on its meshes before anything moves, in the form of a solution, to be drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...compliance.interface import Interface
+from ...contact.law_protocol import OPEN
+from ...geometry.rotation import Axial, axial
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.problem import Problem
+from ...results.data import SolutionData
+from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from .discretise import Discrete, discretise
+
+
+def as_posed(problem: Problem) -> SolutionData:
+    """What a solve would begin with: meshes, initial gaps, and the tractions that are known at the
+    end of the last step. Nothing is displaced and nothing touches.
+
+    Raises
+    ------
+    InputError
+        If the problem is ill-posed.
+    """
+    discrete = discretise(problem)
+    problem, names = discrete.problem, [body.name for body in discrete.problem.body]
+    meshes = dict(zip(names, discrete.meshes, strict=True))
+    steps = max(1, len(problem.step))
+    d, none = discrete.meshes[0].dim, np.zeros(0)
+    spin: Axial = axial(np.zeros(2 * d - 3))
+    step = StepResult(
+        problem.step[-1].name if problem.step else "load",
+        steps,
+        1.0,
+        "converged",
+        "",
+        0,
+        {},
+        {
+            face.name: _untouched(face, discrete.meshes[face.body], spin)
+            for face in discrete.interfaces
+        },
+        _loaded(discrete),
+        {
+            obstacle.name: ObstacleResult(np.zeros(d), spin, np.zeros(d), spin)
+            for obstacle in problem.obstacle
+        },
+        none,
+    )
+    sides = {side.name: (names[side.body], side.part) for side in discrete.sides}
+    nodes = {face.name: face.nodes for face in discrete.interfaces}
+    return SolutionData(problem, meshes, nodes, sides, [step], "converged", "", {})
+
+
+def _loaded(discrete: Discrete) -> dict[str, BodyResult]:
+    """The bodies where they are, under the tractions that are known."""
+    found = {}
+    for body, data in zip(discrete.problem.body, discrete.data, strict=True):
+        known = np.where(data.traction_known, data.value[-1], 0.0)
+        traction = np.einsum("icj,ic->ij", data.frame, known)
+        found[body.name] = BodyResult(np.zeros_like(traction), traction)
+    return found
+
+
+def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:
+    """An interface that is open everywhere."""
+    zeros, shear = np.zeros(len(face.nodes)), np.zeros(face.tangent.shape[:2])
+    return PairResult(
+        mesh.x[face.nodes],
+        face.normal,
+        face.tangent,
+        mesh.weight[face.nodes],
+        mesh.variables(face.nodes).get("s", zeros),
+        zeros,
+        shear,
+        zeros,
+        face.gap,
+        shear,
+        shear,
+        np.full(len(zeros), OPEN),
+        np.zeros(mesh.dim),
+        spin,
+        0.0,
+    )

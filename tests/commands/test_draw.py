@@ -1,0 +1,48 @@
+"""`petcontact draw`: a problem as it is posed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import load
+from petcontact.commands.main import main
+from petcontact.contact.law_protocol import OPEN
+from petcontact.pipeline.pose.as_posed import as_posed
+from petcontact.results.figures.model import parts_of
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+@pytest.mark.parametrize("name", ["wedge", "axial_ball", "space_sphere"])
+def test_problems_of_every_kind_are_drawn_without_a_solve(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("petcontact.pipeline.run.prepare", None)
+    assert main(["draw", str(CONFIGS / f"{name}.toml")]) == 0
+    assert capsys.readouterr().out == f"{name}-model.png\n"
+    assert Path(f"{name}-model.png").stat().st_size > 10_000
+
+
+def test_a_part_has_what_holds_on_it_at_the_end_of_the_last_step():
+    problem = load(CONFIGS / "blade.toml")
+    solution = as_posed(problem)
+    parts = {(part.body, part.name): part for part in parts_of(solution)}
+    assert parts["disc", "bottom"].kind == "held"
+    assert parts["disc", "bottom"].text == "u = [0, 0]"
+    assert parts["blade", "top"].kind == "loaded" and parts["blade", "top"].text == "t = [0, 50]"
+    assert parts["blade", "left neck"].kind == "free" and not parts["blade", "left neck"].text
+    assert parts["blade", "left flank"].text.endswith("unilateral, friction coefficient 0.3")
+    top = solution.meshes["blade"].nodes_of("top")
+    assert np.allclose(solution.bodies["blade"].traction[top], (0.0, 50.0))
+    assert all(np.all(pair.state == OPEN) for pair in solution.pairs.values())
+
+
+def test_draw_refuses_what_solve_refuses(tmp_path, capsys):
+    config = tmp_path / "own.toml"
+    config.write_text((CONFIGS / "hertz.toml").read_text().replace('"top"', '"topp"'))
+    assert main(["draw", str(config), "-o", str(tmp_path / "own.png")]) == 2
+    assert "did you mean 'top'" in capsys.readouterr().err
+    assert main(["draw", str(CONFIGS / "hertz.toml"), "-o", "own.jpg"]) == 2
+    assert "own.jpg: a figure is .png, .pdf or .svg" in capsys.readouterr().err
