@@ -3,6 +3,7 @@ the law allows."""
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -11,7 +12,7 @@ import scipy
 from ..arrays import Array, Index
 from ..round_off import HALF
 from .friction_law import lengths
-from .law_protocol import ContactLaw, LimitedLaw
+from .law_protocol import Admissible, ContactLaw, LimitedLaw
 from .system import Modes
 
 ROUNDS = 8
@@ -20,21 +21,27 @@ NEW = 4
 """Sides that are added to all polygons at a time."""
 
 
-def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
+Forces = tuple[Array, Admissible]
+"""Resultants (r, q, k) of further tractions, and their limits."""
+
+
+def unbalanced_load(
+    modes: Modes | None, law: ContactLaw, beside: Forces | None = None
+) -> Array | None:
     """What of the loads no admissible traction holds, (r,); None where all can be held, or the law
     has no `admissible`.
 
     Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons
     around them that get further sides where σ_t leaves the disk: what it says cannot be held
     cannot. A load that passes may still not be held: the tractions that would do it need not follow
-    from the elastic problem.
+    from the elastic problem. Tractions are those of the nodes, and others `beside` them.
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
-    r, m, k = modes.resultant.shape
-    scale = np.maximum(np.abs(modes.resultant).max(axis=(1, 2), initial=0.0), 1e-300)
+    (resultant, limits), normal = _with((modes.resultant, law.admissible()), beside), law.groups[1:]
+    r, m, k = resultant.shape
+    scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), 1e-300)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
-    limits, normal = law.admissible(), law.groups[1:]
     cap, cohesion = (
         limits.cap / size,
         limits.cohesion / size,
@@ -44,9 +51,7 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
     for group in normal:
         lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
     # unknowns: σ (node after node), and the slacks s+, s- >= 0
-    equal = np.hstack(
-        [(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)]
-    )
+    equal = np.hstack([(resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
     bounds = np.concatenate(
         [
             np.column_stack([lower.ravel(), upper.ravel()]),
@@ -93,6 +98,13 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
             sides += [_sides(cone, way, slope, law), _sides(capped, way, np.zeros(m), law)]
             limit += [cohesion[cone], cap[capped]]
     return None
+
+
+def _with(forces: Forces, beside: Forces | None) -> Forces:
+    if beside is None:
+        return forces
+    both = zip(*(dataclasses.astuple(each) for _, each in (forces, beside)), strict=True)
+    return np.concatenate([forces[0], beside[0]], axis=1), Admissible(*map(np.concatenate, both))
 
 
 def directions(dimension: int) -> Array:

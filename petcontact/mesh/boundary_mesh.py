@@ -100,6 +100,10 @@ class BoundaryMesh(Protocol):
     def node_part(self) -> Index: ...
     @property
     def corner_nodes(self) -> Index: ...
+    @property
+    def corners(self) -> Array:
+        """Of each element, (n_elements, c, d) [length]; NaN where it has fewer than others."""
+        ...
 
     @staticmethod
     def around(x: Array) -> Array:

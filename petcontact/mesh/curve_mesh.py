@@ -136,6 +136,11 @@ class CurveMesh(Collocated):
         return np.asarray(self.first_node[np.flatnonzero(self.power)])
 
     @property
+    def corners(self) -> Array:
+        """Both ends of each element, (n_elements, 2, 2) [length]."""
+        return np.stack([self.start, self.end], axis=1)
+
+    @property
     def kind(self) -> Index:
         """The order of each element, (n_elements,)."""
         return self.order

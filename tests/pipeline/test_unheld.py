@@ -156,3 +156,20 @@ def solves(system, compliance, bound, sets):
     return not np.any(
         slips | (v[:, 1] > tiny_v) | (sigma[:, 1] > tiny) | (np.abs(sigma[:, 0]) > bound + tiny)
     )
+
+
+@pytest.mark.parametrize(("beside", "held"), [(0.9, True), (1.1, False)])
+def test_what_an_element_holds_and_its_nodes_do_not_is_not_said_to_tip(beside, held):
+    """One element of order 1 on a floor, nodes at ±.58 of its half length, and a force down at
+    `beside` of it."""
+    data = block(
+        geometry={"shape": "rectangle", "lower_left": [-1.0, 0.0], "upper_right": [1.0, 1.0]},
+        mesh={"element_size": 2.0, "order": 1},
+        boundary=[
+            {"part": "top", "condition": "traction", "value": [0.0, f"-0.01*(1 + {3 * beside}*x)"]}
+        ],
+    )
+    solution = solved(data)
+    assert not solution.converged
+    assert ("corners of elements can hold" in solution.reason) == held
+    assert ("cannot be held" in solution.reason) != held

@@ -24,6 +24,7 @@ from ...errors import SolverError
 from ...frozen import frozen
 from ...model.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
+from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, next_tau, pivots
 from ..active_set.solvers import BlockFactors, active_set_solver
@@ -31,6 +32,7 @@ from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
 from ..law_protocol import OPEN, ContactLaw, law_residual
+from ..laws import SignoriniCoulomb
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
@@ -175,12 +177,8 @@ class _Run:
         """Where the first attempt that ends well ends, or the last one; none follows where the
         loads cannot be held."""
         state, failure = None, None
-        # another start is found sooner than the way out of a cycle; each is made when it is its
-        # turn, as it may be a solve
-        once, again = itertools.tee(self._starts(first))
-        for self.to_the_end, (tau, sigma, v) in itertools.chain(
-            ((False, one) for one in once), ((True, one) for one in again)
-        ):
+        for to_the_end, (tau, sigma, v) in self._starts(first):
+            self.to_the_end = to_the_end
             try:
                 state = self._attempt(tau, sigma, v)
             except SolverError as error:
@@ -199,8 +197,23 @@ class _Run:
     def _overloaded(self) -> bool:
         return unbalanced_load(self.system.modes, self.law) is not None
 
-    def _starts(self, first: Guess) -> Iterator[Guess]:
-        yield first
+    def _starts(self, first: Guess) -> Iterator[tuple[bool, Guess]]:
+        """Where attempts start, and whether they are to break cycles: a start by complementary
+        pivots is found sooner than the way out of a cycle, and others only where that is too
+        large."""
+        yield False, first
+        pivoted = False
+        if type(self.law) is SignoriniCoulomb:
+            for guess in complementary_guesses(self.system, self.law):
+                pivoted = True
+                yield False, guess
+        if not pivoted:
+            # each is made when it is its turn, as it may be a solve
+            once, again = itertools.tee(self._others(first))
+            yield from ((False, guess) for guess in once)
+            yield from ((True, guess) for guess in itertools.chain([first], again))
+
+    def _others(self, first: Guess) -> Iterator[Guess]:
         tau, sigma, v = first
         opened = self.law.states(tau) == OPEN
         stuck = everywhere(tau, self.law, 0.0)
@@ -237,7 +250,9 @@ class _Run:
 
     def _failed(self, state: ContactState, why: str) -> ContactState:
         if self._overloaded:
-            why = "no equilibrium: the loads are more than contact and friction can hold"
+            why = (
+                "no equilibrium: the loads are more than contact and friction at the nodes can hold"
+            )
         state.reason = f"{why}; {state.reason}"
         return state
 

@@ -10,6 +10,7 @@ from ...contact.equilibrium import unbalanced_load
 from ...contact.state import ContactState
 from ...results.report import Finding
 from ..judge.findings import new_finding
+from .hulls import forces_at_corners
 from .increment import Increment, amplitudes
 
 MOTIONS = {
@@ -32,7 +33,15 @@ the others."""
 
 def is_unbalanced(increment: Increment) -> bool:
     """Whether no admissible traction holds the loads."""
-    return unbalanced_load(increment.system.modes, increment.problem.discrete.law) is not None
+    return _unbalanced(increment) is not None
+
+
+def _unbalanced(increment: Increment) -> Array | None:
+    """What of the loads no admissible traction holds, wherever on its element it acts, (r,)."""
+    modes, law = increment.system.modes, increment.problem.discrete.law
+    if unbalanced_load(modes, law) is None:
+        return None
+    return unbalanced_load(modes, law, forces_at_corners(increment))
 
 
 def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
@@ -132,6 +141,11 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         return f"{outcome.reason}{where}{unsure}"
     name, way = _pushed(increment, push)
+    if unbalanced_load(system.modes, problem.discrete.law) is not None:
+        return (
+            f"did not converge{where}: the load {way.replace('it', name, 1)}, which forces at the "
+            f"corners of elements can hold and forces at their nodes cannot; smaller elements may"
+        )
     return (
         f"did not converge{where}: {name} is not in equilibrium in the last iterate, the load "
         f"{way}; that contact and friction cannot hold it is not proved{unsure}"
@@ -157,7 +171,7 @@ def _of_step(increment: Increment) -> str:
 def unheld(increment: Increment, where: str = "") -> str:
     """Which body or obstacle no admissible traction holds, in words; "" where all loads can be
     held."""
-    push = unbalanced_load(increment.system.modes, increment.problem.discrete.law)
+    push = _unbalanced(increment)
     if push is None:
         return ""
     name, way = _pushed(increment, push)

@@ -1,0 +1,214 @@
+"""Sets of frictional contact by complementary pivots, which cannot cycle.
+
+With friction cones as polygons the law is a linear complementarity problem: pressures p, shear β_j
+along the directions d_j to the corners of a polygon, and the slip λ of each node,
+
+    0 <= p ⟂ gap >= 0,  0 <= β_j ⟂ d_j·v_t + λ >= 0,  0 <= λ ⟂ min(μp, g) - Σβ >= 0.
+
+Its matrix is copositive for every μ >= 0 as S is positive definite in the inner product of the
+weights, and so Lemke's pivots end in a solution (D. Stewart and J. Trinkle, Int. J. Numer. Methods
+Eng. 39 (1996) 2673-2691; A. Klarbring and J.-S. Pang, SIAM J. Optim. 8 (1998) 595-613). Rigid
+motions that only contact holds are on soft springs, which are moved after the bodies until Newton's
+method can do without. In the plane the polygon is the cone itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Mask
+from ...round_off import CHAINED, ROUNDED
+from ..equilibrium import directions
+from ..friction_law import lengths
+from ..laws import SignoriniCoulomb
+from ..system import ContactSystem
+
+FAR = 1e2
+"""How far the loads would move bodies on the springs alone, over the largest displacement or gap:
+a hundredth of the loads then is enough to close all gaps."""
+SOFT = (1e3, 1e8)
+"""Least and largest compliance of the springs over that of the bodies: stiffer ones would need to
+be moved many times, of softer ones no digits are left."""
+MOVED = 4
+"""Times that springs are moved after the bodies."""
+LARGEST = 2400
+"""Unknowns up to which a pivot takes 10 ms."""
+EXCHANGES = 20
+"""Pivots of an unknown at most; most problems take less than one."""
+STEEP = 1e3
+"""Coefficient of friction in the place of an infinite one: a bound is reached at a thousandth of
+it."""
+
+
+def complementary_guesses(
+    system: ContactSystem, law: SignoriniCoulomb
+) -> Iterator[tuple[Array, Array, Array]]:
+    """τ, σ and v (m, k) of solutions with springs, which come nearer to those without.
+
+    None where contact may pull with Coulomb's law, which is no complementarity problem, or where
+    there are too many nodes.
+    """
+    pairs, base, modes = _Complementarity(law, system.weight), system.u_0, system.modes
+    if not pairs.fits:
+        return
+    root = pairs.root
+    whole, moved = root[:, None] * system.compliance() / root, root * base.ravel()
+    if modes is None:
+        springs, pushed = np.zeros_like(whole), np.zeros(base.size)
+    else:
+        # what S is for tractions out of balance, and which rigid motion it adds, means nothing
+        motion = root[:, None] * modes.motion.reshape(base.size, -1)
+        balance = modes.resultant.reshape(len(modes.load), -1) / root
+        fit, spread = np.linalg.pinv(motion), np.linalg.pinv(balance)
+        moved -= whole @ (spread @ modes.load)
+        whole -= (whole @ spread) @ balance
+        whole -= motion @ (fit @ whole)
+        soft = motion @ (fit @ fit.T)
+        far = float(np.abs(moved).max()) / (float(np.abs(soft @ modes.load).max()) or np.inf)
+        soft *= np.clip(FAR * far, *(np.abs(np.diag(whole)).max() * np.array(SOFT)))
+        springs, pushed = soft @ balance, soft @ modes.load
+    for _ in range(1 if modes is None else MOVED):
+        found = pairs.solution(whole + springs, moved + pushed)
+        if found is None:
+            return
+        y, slips = found
+        v = (moved + pushed + (whole + springs) @ y).reshape(base.shape) / root.reshape(base.shape)
+        sigma = (y / root).reshape(base.shape)
+        yield pairs.tau(sigma, v, slips), sigma, v
+        moved = moved + pushed + springs @ y
+
+
+class _Complementarity:
+    """The unknowns p, β and λ of all nodes, in this order, for vectors that are weighted by the
+    `root` of the weights."""
+
+    def __init__(self, law: SignoriniCoulomb, weight: Array) -> None:
+        self._law, self._ways = law, directions(law.k - 1)
+        present = np.ones(len(weight), dtype=bool) if law.absent is None else ~law.absent
+        cone, capped = np.isfinite(law.coefficient), np.isfinite(law.bound)
+        slides = present & (law.coefficient > 0.0) & (law.bound > 0.0)
+        slides &= law.unilateral | cone | capped
+        held = np.zeros((len(weight), law.k), dtype=bool)
+        held[:, -1] = present & ~law.unilateral
+        held[:, :-1] = (held[:, -1] & ~cone & ~capped)[:, None]
+        self._held = np.flatnonzero(held)
+        self._presses = np.flatnonzero(present & law.unilateral)
+        self._slides = np.flatnonzero(slides)
+        self._follows = np.flatnonzero(slides & law.unilateral)
+        self._capped = np.flatnonzero(slides & capped)
+        self.root = np.sqrt(np.repeat(weight, law.k))
+        self._first_limit = len(self._presses) + len(self._ways) * len(self._slides)
+        self._size = self._first_limit + len(self._follows) + len(self._capped)
+        self.fits = self._size <= LARGEST and not (slides & ~law.unilateral & cone).any()
+
+    def solution(self, matrix: Array, v_0: Array) -> tuple[Array, Mask] | None:
+        """y with v = v_0 + matrix y, and where nodes slip (m,); None where the pivots end
+        without."""
+        spread, held = self._spread(), self._held
+        inner = np.column_stack([matrix @ spread, v_0])
+        at_held = np.linalg.solve(matrix[np.ix_(held, held)], inner[held])
+        inner -= matrix[:, held] @ at_held
+        unit = float(np.abs(np.diag(matrix)).max()) or 1.0
+        both = spread.T @ inner
+        both[:, :-1] /= unit
+        self._limit(both, unit)
+        z = lemke(both[:, :-1], both[:, -1])
+        if z is None:
+            return None
+        y = np.asarray(spread @ z) / unit
+        y[held] = -at_held @ np.append(z / unit, 1.0)
+        slips, row = np.zeros(len(self.root) // self._law.k, dtype=bool), self._first_limit
+        for nodes in (self._follows, self._capped):
+            slips[nodes] |= z[row : row + len(nodes)] > 0.0
+            row += len(nodes)
+        return y, slips
+
+    def tau(self, sigma: Array, v: Array, slips: Mask) -> Array:
+        """τ on the piece of the law that a solution lies on, which v does not show beside the
+        springs' digits."""
+        law, tau, tangential = self._law, -sigma, self._law.groups[0]
+        opened = law.unilateral & (sigma[:, -1] >= 0.0)
+        tau[opened, -1] = -np.abs(v[opened, -1]) - np.finfo(float).tiny
+        tau[:, tangential] *= 1.0 - CHAINED
+        shear, far = lengths(sigma[slips, tangential]), lengths(v[slips, tangential])
+        far *= float(np.abs(sigma).max()) / (float(np.abs(v).max()) or 1.0)
+        far += (1.0 + CHAINED) * law.radius(tau[:, -1])[slips]
+        tau[slips, tangential] *= (far / np.where(shear > 0.0, shear, 1.0))[:, None]
+        return tau
+
+    def _spread(self) -> Array:
+        """y (m k) of the unknowns, columns."""
+        k, p, s = self._law.k, len(self._presses), len(self._slides)
+        spread = np.zeros((len(self.root), self._size))
+        spread[k * self._presses + k - 1, np.arange(p)] = -1.0
+        for j, way in enumerate(self._ways):
+            for c, share in enumerate(way):
+                spread[k * self._slides + c, p + j * s + np.arange(s)] = share
+        return spread
+
+    def _limit(self, both: Array, unit: float) -> None:
+        """Rows and columns of λ filled in."""
+        law, p, s = self._law, len(self._presses), len(self._slides)
+        row = self._first_limit
+        for nodes, is_cone in ((self._follows, True), (self._capped, False)):
+            at, place = row + np.arange(len(nodes)), np.searchsorted(self._slides, nodes)
+            row += len(nodes)
+            for j in range(len(self._ways)):
+                both[at, p + j * s + place] = -1.0
+                both[p + j * s + place, at] = 1.0
+            if is_cone:
+                slope = np.minimum(law.coefficient[nodes], STEEP)
+                both[at, np.searchsorted(self._presses, nodes)] = slope
+            else:
+                both[at, -1] = unit * self.root[law.k * nodes] * law.bound[nodes]
+
+
+def lemke(matrix: Array, offset: Array) -> Array | None:
+    """z >= 0 with w = offset + matrix z >= 0 and zᵀw = 0 by Lemke's pivots; None where they end on
+    a ray.
+
+    Random columns of the artificial unknown keep pivots from being tied (R. W. Cottle, J.-S. Pang
+    and R. E. Stone, The linear complementarity problem (1992), chapter 4).
+
+    Examples
+    --------
+    >>> lemke(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0]))
+    array([1.33333333, 2.33333333])
+    """
+    n = len(offset)
+    if offset.min(initial=0.0) >= 0.0:
+        return np.zeros(n)
+    # x_B = last column + the others x_N; unknowns are w (0 to n - 1), z (n to 2n - 1), z_0 (2n)
+    cover = 1.0 + np.random.default_rng(2019).random(n)
+    table = np.asfortranarray(np.column_stack([matrix, cover, offset]))
+    basic, others = np.arange(n), n + np.arange(n + 1)
+    column, row, size = n, int(np.argmin(offset / cover)), float(np.abs(offset).max())
+    for _ in range(EXCHANGES * n):
+        leaves = basic[row]
+        table = _exchanged(table, row, column)
+        basic[row], others[column] = others[column], leaves
+        left = table[basic == 2 * n, -1].max(initial=0.0)
+        column = int(np.argmax(others == (leaves + n) % (2 * n)))
+        rate = table[:, column]
+        falls = np.flatnonzero(rate < -CHAINED * np.abs(rate).max())
+        if left <= ROUNDED * size or not len(falls):
+            z = np.zeros(2 * n + 1)
+            z[basic] = table[:, -1]
+            return z[n : 2 * n] if left <= CHAINED * size else None
+        steps = np.maximum(table[falls, -1], 0.0) / -rate[falls]
+        row = int(falls[np.argmin(steps)])
+    return None
+
+
+def _exchanged(table: Array, row: int, column: int) -> Array:
+    """A table after an unknown that is basic has been exchanged for one that is not."""
+    pivot, rate = table[row, column], table[:, column].copy()
+    new = table[row] / -pivot
+    new[column] = 1.0 / pivot
+    table[:, column], rate[row] = 0.0, 0.0
+    table = scipy.linalg.blas.dger(1.0, rate, new, a=table, overwrite_a=1)
+    table[row] = new
+    return table

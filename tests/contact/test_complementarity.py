@@ -1,0 +1,76 @@
+"""Complementary pivots: a solution wherever there is one, from which Newton's method needs no
+more."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from petcontact.contact.active_set.complementarity import complementary_guesses, lemke
+from petcontact.contact.active_set.pivots import pivots
+from petcontact.contact.active_set.solvers import DenseActiveSetSolver
+from petcontact.contact.laws import SignoriniCoulomb
+from petcontact.contact.system import Modes
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_pivots_end_in_a_solution_of_every_copositive_problem(seed):
+    random = np.random.default_rng(seed)
+    n = random.integers(1, 30)
+    root = random.normal(size=(n, n))
+    matrix, offset = root @ root.T + np.triu(random.random((n, n))), random.normal(size=n)
+    z = lemke(matrix, offset)
+    w = offset + matrix @ z
+    assert min(z.min(), w.min()) > -1e-9 and np.abs(z * w).max() < 1e-9
+
+
+class Spheres:
+    """Bodies of no strain but at their contacts, which are springs of compliance 1 to rigid walls;
+    plane, with rigid motions."""
+
+    matrix_free, ksp_iterations, elastic_solves, applications = False, 0, 0, 0
+
+    def __init__(self, motion, gap, load):
+        size = motion.shape[0]
+        self.weight = np.ones(size)
+        self.u_0 = np.column_stack([np.zeros(size), -gap])
+        self.modes = Modes(motion, np.moveaxis(motion, 2, 0), load)
+
+    def compliance(self):
+        return np.eye(2 * len(self.weight))
+
+    def apply(self, sigma):
+        return sigma
+
+
+def drawer(pull, offset, gap=1.0):
+    """A bar from x = 0 to 1 in a slot: contacts at its four corners, unknowns u_x, u_y and its
+    rotation; pulled along x, `offset` beside its middle line."""
+    x, y = np.array([0.0, 1.0, 0.0, 1.0]), np.array([-0.1, -0.1, 0.1, 0.1])
+    up = np.sign(y)
+    motion = np.zeros((4, 2, 3))
+    motion[:, 0, 0], motion[:, 0, 2] = 1.0, -y
+    motion[:, 1, 1], motion[:, 1, 2] = up, up * x
+    return Spheres(motion, gap * np.ones(4), pull * np.array([1.0, 0.0, -offset]))
+
+
+@pytest.mark.parametrize("gap", [0.0, 1.0, 1000.0])
+@pytest.mark.parametrize(("friction", "holds"), [(0.24, False), (0.27, True), (1.0, True)])
+def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_offset(
+    friction, holds, gap
+):
+    """µ = 1/(2·2): two forces N a length apart balance the moment of the pull, 2µN >= pull."""
+    system, each = drawer(1.0, 2.0, gap), np.ones(4)
+    law = SignoriniCoulomb(friction * each, np.inf * each, each > 0.0, 2)
+    ends = []
+    for tau, sigma, _ in complementary_guesses(system, law):
+        solver = DenseActiveSetSolver(system, None)
+        steps = pivots(solver, law, system.u_0, system.modes, tau, sigma=sigma, to_the_end=False)
+        step = list(itertools.islice(steps, 4))[-1]
+        ends.append(step.wrong == 0 and not step.push.any())
+        if ends[-1]:
+            assert system.modes.unbalanced(step.sigma) == pytest.approx(np.zeros(3), abs=1e-9)
+            break
+    assert any(ends) == holds
