@@ -70,11 +70,10 @@ def unbalanced_load(
         whole = scipy.sparse.hstack(
             [polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]
         ).tocsr()
-        given = polygon.shape[0] > 0
         answer = scipy.optimize.linprog(
             np.concatenate([np.zeros(m * k), np.ones(2 * r)]),
-            A_ub=whole if given else None,
-            b_ub=np.concatenate(limit) if given else None,
+            A_ub=whole if polygon.shape[0] else None,
+            b_ub=np.concatenate(limit) if polygon.shape[0] else None,
             A_eq=equal,
             b_eq=-modes.load / scale / size,
             bounds=bounds,

@@ -51,39 +51,43 @@ def complementary_guesses(
     None where contact may pull with Coulomb's law, which is no complementarity problem, or where
     there are too many nodes.
     """
-    pairs, base, modes = _Complementarity(law, system.weight), system.u_0, system.modes
+    pairs, root = _Complementarity(law, system.weight), np.sqrt(np.repeat(system.weight, law.k))
     if not pairs.fits:
         return
-    root = pairs.root
-    whole, moved = root[:, None] * system.compliance() / root, root * base.ravel()
-    if modes is None:
-        springs, pushed = np.zeros_like(whole), np.zeros(base.size)
-    else:
-        # what S is for tractions out of balance, and which rigid motion it adds, means nothing
-        motion = root[:, None] * modes.motion.reshape(base.size, -1)
-        balance = modes.resultant.reshape(len(modes.load), -1) / root
-        fit, spread = np.linalg.pinv(motion), np.linalg.pinv(balance)
-        moved -= whole @ (spread @ modes.load)
-        whole -= (whole @ spread) @ balance
-        whole -= motion @ (fit @ whole)
-        soft = motion @ (fit @ fit.T)
-        far = float(np.abs(moved).max()) / (float(np.abs(soft @ modes.load).max()) or np.inf)
-        soft *= np.clip(FAR * far, *(np.abs(np.diag(whole)).max() * np.array(SOFT)))
-        springs, pushed = soft @ balance, soft @ modes.load
-    for _ in range(1 if modes is None else MOVED):
-        found = pairs.solution(whole + springs, moved + pushed)
+    whole, v_0, springs, load = _sprung(system, root)
+    for _ in range(1 if system.modes is None else MOVED):
+        found = pairs.solution(whole + springs, v_0 + load, root)
         if found is None:
             return
         y, slips = found
-        v = (moved + pushed + (whole + springs) @ y).reshape(base.shape) / root.reshape(base.shape)
-        sigma = (y / root).reshape(base.shape)
+        v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
+        sigma = (y / root).reshape(v.shape)
         yield pairs.tau(sigma, v, slips), sigma, v
-        moved = moved + pushed + springs @ y
+        v_0 = v_0 + load + springs @ y
+
+
+def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Array]:
+    """S, u_0, and what tractions and loads displace on springs, for vectors that are weighted."""
+    modes, base = system.modes, root * system.u_0.ravel()
+    whole = root[:, None] * system.compliance() / root
+    if modes is None:
+        return whole, base, np.zeros_like(whole), np.zeros_like(base)
+    # what S is for tractions out of balance, and which rigid motion it adds, means nothing
+    motion = root[:, None] * modes.motion.reshape(base.size, -1)
+    balance = modes.resultant.reshape(len(modes.load), -1) / root
+    fit, spread = np.linalg.pinv(motion), np.linalg.pinv(balance)
+    base -= whole @ (spread @ modes.load)
+    whole -= (whole @ spread) @ balance
+    whole -= motion @ (fit @ whole)
+    soft = motion @ (fit @ fit.T)
+    far = float(np.abs(base).max()) / (float(np.abs(soft @ modes.load).max()) or np.inf)
+    soft *= np.clip(FAR * far, *(np.abs(np.diag(whole)).max() * np.array(SOFT)))
+    return whole, base, soft @ balance, soft @ modes.load
 
 
 class _Complementarity:
     """The unknowns p, β and λ of all nodes, in this order, for vectors that are weighted by the
-    `root` of the weights."""
+    root of the weights."""
 
     def __init__(self, law: SignoriniCoulomb, weight: Array) -> None:
         self._law, self._ways = law, directions(law.k - 1)
@@ -99,28 +103,27 @@ class _Complementarity:
         self._slides = np.flatnonzero(slides)
         self._follows = np.flatnonzero(slides & law.unilateral)
         self._capped = np.flatnonzero(slides & capped)
-        self.root = np.sqrt(np.repeat(weight, law.k))
         self._first_limit = len(self._presses) + len(self._ways) * len(self._slides)
         self._size = self._first_limit + len(self._follows) + len(self._capped)
         self.fits = self._size <= LARGEST and not (slides & ~law.unilateral & cone).any()
 
-    def solution(self, matrix: Array, v_0: Array) -> tuple[Array, Mask] | None:
+    def solution(self, matrix: Array, v_0: Array, root: Array) -> tuple[Array, Mask] | None:
         """y with v = v_0 + matrix y, and where nodes slip (m,); None where the pivots end
         without."""
-        spread, held = self._spread(), self._held
+        spread, held = self._spread(len(root)), self._held
         inner = np.column_stack([matrix @ spread, v_0])
         at_held = np.linalg.solve(matrix[np.ix_(held, held)], inner[held])
         inner -= matrix[:, held] @ at_held
         unit = float(np.abs(np.diag(matrix)).max()) or 1.0
         both = spread.T @ inner
         both[:, :-1] /= unit
-        self._limit(both, unit)
+        self._limit(both, unit * root[:: self._law.k])
         z = lemke(both[:, :-1], both[:, -1])
         if z is None:
             return None
         y = np.asarray(spread @ z) / unit
         y[held] = -at_held @ np.append(z / unit, 1.0)
-        slips, row = np.zeros(len(self.root) // self._law.k, dtype=bool), self._first_limit
+        slips, row = np.zeros(len(root) // self._law.k, dtype=bool), self._first_limit
         for nodes in (self._follows, self._capped):
             slips[nodes] |= z[row : row + len(nodes)] > 0.0
             row += len(nodes)
@@ -139,17 +142,17 @@ class _Complementarity:
         tau[slips, tangential] *= (far / np.where(shear > 0.0, shear, 1.0))[:, None]
         return tau
 
-    def _spread(self) -> Array:
+    def _spread(self, size: int) -> Array:
         """y (m k) of the unknowns, columns."""
         k, p, s = self._law.k, len(self._presses), len(self._slides)
-        spread = np.zeros((len(self.root), self._size))
+        spread = np.zeros((size, self._size))
         spread[k * self._presses + k - 1, np.arange(p)] = -1.0
         for j, way in enumerate(self._ways):
             for c, share in enumerate(way):
                 spread[k * self._slides + c, p + j * s + np.arange(s)] = share
         return spread
 
-    def _limit(self, both: Array, unit: float) -> None:
+    def _limit(self, both: Array, unit: Array) -> None:
         """Rows and columns of λ filled in."""
         law, p, s = self._law, len(self._presses), len(self._slides)
         row = self._first_limit
@@ -163,7 +166,7 @@ class _Complementarity:
                 slope = np.minimum(law.coefficient[nodes], STEEP)
                 both[at, np.searchsorted(self._presses, nodes)] = slope
             else:
-                both[at, -1] = unit * self.root[law.k * nodes] * law.bound[nodes]
+                both[at, -1] = unit[nodes] * law.bound[nodes]
 
 
 def lemke(matrix: Array, offset: Array) -> Array | None:

@@ -39,27 +39,20 @@ def forces_at_corners(increment: Increment) -> Forces | None:
 
 
 def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissible) -> Forces:
-    x, element = mesh.x[face.nodes], mesh.element[face.nodes]
-    number, position = np.unique(element, return_inverse=True)
+    nodes = face.nodes
+    number, element = np.unique(mesh.element[nodes], return_inverse=True)
+    mine, which = np.nonzero(~np.isnan(mesh.corners[number, :, 0]))
+    places = mesh.corners[number[mine], which]
     # relative motions of rigid bodies are rigid, and so are known at the corners by the nodes
-    moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(x.size, -1)
-    rigid = mesh.motions.of(x)
-    shares = np.linalg.lstsq(rigid.reshape(x.size, -1), moved, rcond=None)[0]
-    corners = mesh.corners[number]
-    mine, which = np.nonzero(~np.isnan(corners[:, :, 0]))
-    places = corners[mine, which]
-    order = np.argsort(position, kind="stable")
-    ends = np.searchsorted(position[order], np.arange(len(number)))
-    nearest = np.array(
-        [
-            nodes[np.argmin(np.linalg.norm(x[nodes] - place, axis=1))]
-            for place, e in zip(places, mine, strict=True)
-            for nodes in [np.flatnonzero(position == e)]
-        ]
-    )
-    area = np.add.reduceat(mesh.weight[face.nodes][order], ends)
-    resultant = np.einsum(
-        "qkd,qdc,cr->rqk", face.directions[nearest], mesh.motions.of(places), shares
-    )
-    largest = (np.maximum.reduceat(each[order], ends) for each in dataclasses.astuple(limits))
-    return area[mine, None] * resultant, Admissible(*(each[mine] for each in largest))
+    moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(mesh.dim * len(nodes), -1)
+    rigid = mesh.motions.of(mesh.x[nodes]).reshape(len(moved), -1)
+    shares = np.linalg.lstsq(rigid, moved, rcond=None)[0]
+    away = np.linalg.norm(places[:, None] - mesh.x[nodes], axis=2)
+    directions = face.directions[
+        np.argmin(np.where(element == mine[:, None], away, np.inf), axis=1)
+    ]
+    area = np.bincount(element, mesh.weight[nodes])[mine]
+    resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.of(places), shares)
+    largest = np.zeros((len(number), 5))
+    np.maximum.at(largest, element, np.transpose(dataclasses.astuple(limits)))
+    return area[:, None] * resultant, Admissible(*largest[mine].T)
