@@ -7,6 +7,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from climbs import solved
+from random_revolution import random_revolution
 
 from petcontact import InputError, operators, read_result, solve, write_solution
 from petcontact.model.case import parse_problem
@@ -290,6 +292,14 @@ def test_what_is_no_body_of_revolution_is_refused():
     ):
         with pytest.raises(InputError, match=text):
             solve(problem(**data))
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_random_problems_reach_what_is_wanted_and_report_no_less_than_the_error(number):
+    """A few of those that scripts/verify_axial draws."""
+    (found,) = solved(random_revolution, 1, number, [2e-2], 5e-4)
+    assert found.status == "converged"
+    assert found.true <= min(found.accuracy, found.estimate)
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 
-import petcontact
 from petcontact import (
     Body,
     BoundaryChange,
@@ -18,8 +17,8 @@ from petcontact import (
     ObstacleChange,
     Pair,
     Problem,
+    SideBySide,
     Step,
-    Symmetry,
     Traction,
 )
 from petcontact.mesh.basis import gauss
@@ -153,93 +152,49 @@ def beside_a_force(force=(0.6, -1.0)):
     )
 
 
-def _loads(pair):
-    """Points and forces (n, 3) of the contact tractions on the whole face, from those of a
-    quarter."""
-    traction = (
-        np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent) - pair.pressure[:, None] * pair.normal
-    )
-    force = pair.weight[:, None] * traction
-    turns, closed = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]]), pair.state != 2
-    return np.vstack([pair.x[closed] * turn for turn in turns]), np.vstack(
-        [force[closed] * turn for turn in turns]
-    )
-
-
-def _under(loads, nu, young):
-    """u of z < 0 under point forces at z = 0, as three functions."""
-    places, forces = (array[:, None, :] for array in loads)
-    known = {}
-
-    def everything(*at):
-        key = np.array(at).tobytes()
-        if key not in known:
-            d = np.array(at).T - places
-            (a, b, c), (f, g, h) = (
-                d.reshape(-1, 3).T,
-                np.broadcast_to(forces, d.shape).reshape(-1, 3).T,
-            )
-            along, across = (
-                half_space(a, b, c, (f, h), nu, young),
-                half_space(b, -a, c, (g, 0.0 * g), nu, young),
-            )
-            total = along + np.array([-across[1], across[0], across[2]])
-            known[key] = total.reshape(3, *d.shape[:2]).sum(axis=1)
-        return known[key]
-
-    return (
-        lambda x, y, z: everything(x, y, z)[0],
-        lambda x, y, z: everything(x, y, z)[1],
-        lambda x, y, z: everything(x, y, z)[2],
-    )
-
-
-def spence_in_space(steps=35, size=0.5, rounds=2):
-    """CONTACT's example spence35, a quarter: the force of step k is the last one times (k/steps)³.
-
-    The far faces move as a half space does under the tractions that the round before found, a point
-    force in the first one.
+def spence(steps=35, far=100.0):
+    """CONTACT's example spence35, a body of revolution: the force of step k is the last one times
+    (k/steps)³. It ends at a sphere that moves as a half space does under the force at the centre,
+    which errs by the square of the contact's radius over its own.
     """
-    end, load = 7.0, 0.4705
-    shares, far = [(k / steps) ** 3 for k in range(1, steps + 1)], ("right", "back", "bottom")
-    loads = [(np.zeros((1, 3)), np.array([[0.0, 0.0, -share * load]])) for share in shares]
-    for round_ in range(rounds):
-        fields = [_under(each, 0.0, 1.0) for each in loads]
-        problem = Problem(
-            title="Spence: rigid sphere on a half space, µ = 0.2986",
-            material=Material(1.0, 0.0),
-            geometry=Box((0.0, 0.0, -end), (end, end, 0.0)),
-            mesh=MeshOptions(
-                1.75, element_sizes={"top": size, "left": 1.0, "front": 1.0}, order=1, exponent=1.0
-            ),
-            boundary=[
-                *(Displacement(part, fields[-1]) for part in far),
-                Symmetry("left"),
-                Symmetry("front"),
-            ],
-            obstacle=[
-                Obstacle("sphere", displacement=(0.0, 0.0, "free"), force=(0.0, 0.0, -0.25 * load))
-            ],
-            contact=[
-                Pair(
-                    "top",
-                    secondary="top",
-                    primary="sphere",
-                    gap="(x**2 + y**2)/243",
-                    friction_coefficient=0.2986,
-                )
-            ],
-            step=[
-                Step(
-                    boundary=[BoundaryChange(part=part, value=field) for part in far],
-                    obstacle=[ObstacleChange("sphere", force=(0.0, 0.0, -0.25 * share * load))],
-                )
-                for share, field in zip(shares, fields, strict=True)
-            ],
-        )
-        if round_ + 1 < rounds:
-            loads = [_loads(step.pairs["top"]) for step in petcontact.solve(problem).steps]
-    return problem
+    load, shares = 0.4705, [(k / steps) ** 3 for k in range(1, steps + 1)]
+
+    def field(share):
+        def component(k):
+            return lambda x, y: half_space(x, 0.0 * x, y, (0.0, -share * load), 0.0, 1.0)[k]
+
+        return component(0), component(2)
+
+    sides = [
+        {"part": "far", "to": [far, 0.0], "radius": far},
+        {"part": "free", "to": [5.0, 0.0]},
+        {"part": "top", "to": [0.0, 0.0]},
+        {"part": "axis", "to": [0.0, -far]},
+    ]
+    return Problem(
+        title="Spence: rigid sphere on a half space, µ = 0.2986",
+        symmetry="axial",
+        material=Material(1.0, 0.0),
+        geometry=SideBySide(loops=[sides]),
+        boundary=[Displacement("far", field(1.0)), Traction("free", (0.0, 0.0))],
+        obstacle=[Obstacle("sphere", displacement=(0.0, "free"), force=(0.0, -load))],
+        contact=[
+            Pair(
+                "top",
+                secondary="top",
+                primary="sphere",
+                gap="x**2/243",
+                friction_coefficient=0.2986,
+            )
+        ],
+        step=[
+            Step(
+                boundary=[BoundaryChange(part="far", value=field(share))],
+                obstacle=[ObstacleChange("sphere", force=(0.0, -share * load))],
+            )
+            for share in shares
+        ],
+    )
 
 
 def uniform_square():

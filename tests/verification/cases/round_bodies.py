@@ -19,7 +19,6 @@ from petcontact import (
     Obstacle,
     Pair,
     Problem,
-    Traction,
 )
 
 from .half_spaces import half_space
@@ -142,53 +141,3 @@ def round_punch(kind="frictionless"):
         ]
     body = Body("half", Material(young, nu), Gmsh(file), MeshOptions(order=2), boundary=held)
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
-
-
-def rounded_punch(friction=0.0, sectors=20):
-    """NAFEMS contact benchmark 2: a round punch with a rounded edge, pressed by 100 N/mm² on a
-    round foundation; mm, N."""
-    flat, turn = (
-        np.array([0.0, 14.0, 26.0, 33.0, 37.0, 39.0, 40.0]) / 40.0,
-        np.array([0.0, 0.03, 0.08, 0.2, 0.45, 1.0]),
-    )
-    sole = [
-        ("sole", line((0.0, 0.0), (40.0, 0.0)), flat),
-        ("sole", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[:4]),
-        ("side", arc((40.0, 10.0), 10.0, -0.5 * np.pi, 0.0), turn[3:]),
-    ]
-    rest = [
-        ("side", line((50.0, 10.0), (50.0, 100.0)), np.array([0.0, 0.3, 1.0])),
-        ("head", line((50.0, 100.0), (0.0, 100.0)), np.array([0.0, 0.5, 1.0])),
-    ]
-    on = np.append(40.0 * flat, 40.0 + 10.0 * np.sin(0.5 * np.pi * turn[1:4]))
-    end = on[-1]
-    below = [
-        ("top", line((0.0, 0.0), (end, 0.0)), on / end),
-        ("side", line((end, 0.0), (100.0, 0.0)), np.array([0.0, 0.08, 0.3, 1.0])),
-        ("side", line((100.0, 0.0), (100.0, -200.0)), np.array([0.0, 0.4, 1.0])),
-        ("bottom", line((100.0, -200.0), (0.0, -200.0)), np.array([0.0, 0.5, 1.0])),
-    ]
-    upper, lower = (
-        Gmsh(revolved(name, profile, sectors))
-        for name, profile in (("punch", sole + rest), ("foundation", below))
-    )
-    head, bottom = Traction("head", pressure=100.0), Displacement("bottom", (0.0, 0.0, 0.0))
-    punch = Body("punch", Material(210_000.0, 0.3), upper, MeshOptions(order=2), boundary=[head])
-    foundation = Body(
-        "foundation", Material(70_000.0, 0.3), lower, MeshOptions(order=2), boundary=[bottom]
-    )
-    rubs = {"friction_coefficient": friction} if friction else {}
-    gap = "10 - sqrt(100 - where(x**2 + y**2 > 1600, sqrt(x**2 + y**2) - 40, 0)**2)"
-    pair = Pair(
-        "face",
-        secondary="foundation.top",
-        primary="punch.sole",
-        gap=gap,
-        direction=(0.0, 0.0, 1.0),
-        **rubs,
-    )
-    return Problem(
-        title="NAFEMS contact benchmark 2: punch with a rounded edge",
-        body=[foundation, punch],
-        contact=[pair],
-    )
