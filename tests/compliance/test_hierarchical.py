@@ -68,7 +68,7 @@ def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, de
     ("name", "method"),
     [
         ("space_a", {}),
-        ("space_bracket", {}),
+        pytest.param("space_bracket", {}, marks=pytest.mark.slow),
         pytest.param("space_b", {"method.rule": "self-adaptive"}, marks=pytest.mark.slow),
         pytest.param("space_a", {"method.name": "operator-robin"}, marks=pytest.mark.slow),
         pytest.param("space_b", {"method.rule": "modified"}, marks=pytest.mark.slow),

@@ -11,6 +11,15 @@ from petcontact.compression.hodlr import compress, factor
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
 
 
+def turned(values):
+    """Each case with one of the values, which take turns; the other pairs are slow."""
+    return [
+        pytest.param(name, value, marks=[pytest.mark.slow] * ((row - column) % len(values) != 0))
+        for row, name in enumerate(CASES)
+        for column, value in enumerate(values)
+    ]
+
+
 def compressed(operator, tol=1e-8, leaf=24, breaks=None, **more):
     breaks = operator.nodes.breaks if breaks is None else breaks
     return compress(
@@ -36,8 +45,7 @@ def rng():
     return np.random.default_rng(5)
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("tol", [1e-4, 1e-8, 1e-12])
+@pytest.mark.parametrize(("name", "tol"), turned([1e-4, 1e-8, 1e-12]))
 def test_rows_to_the_tolerance(name, tol, rng):
     operator = Mixed(case(name, rng))
     matrix = compressed(operator, tol)
@@ -62,8 +70,7 @@ def test_random_outlines(seed):
     assert row_error(matrix, dense(operator)) <= 5 * tol
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize(("name", "threads"), turned([1, 3]))
 def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
     nodes = case(name, rng)
     operator, tol = Mixed(nodes), 1e-8
@@ -126,8 +133,7 @@ def test_a_short_piece_of_another_kind_between_two_breaks(rng):
     assert row_error(matrix, dense(operator)) <= 5e-9
 
 
-@pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("tol", [1e-5, 1e-10])
+@pytest.mark.parametrize(("name", "tol"), turned([1e-5, 1e-10]))
 def test_solver_inverts_what_is_compressed(name, tol, rng):
     operator = Mixed(case(name, rng))
     matrix = compressed(operator, tol)
