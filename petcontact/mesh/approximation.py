@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,16 @@ class Samples:
         found = np.bincount(self.element, self.weight * values, self.mesh.n_elements)
         return np.asarray(found, dtype=float)
 
+    def norms(self, values: Array) -> Array:
+        """Of values (q,) in L2 over each element, (n_elements,)."""
+        return np.sqrt(self.over_elements(values**2))
+
+    def around_mean(self, values: Array) -> Array:
+        """Values (q,) less their means over each element."""
+        area = self.over_elements(np.ones(len(values)))
+        mean = self.over_elements(values) / np.where(area > 0.0, area, 1.0)
+        return np.asarray(values - mean[self.element])
+
     def left(self, nodal: Array) -> Array:
         """What polynomials through values (n, c) at all nodes leave, (q, c)."""
         return np.asarray(self.values - self.basis @ nodal)
@@ -101,24 +111,24 @@ class Samples:
         whole, each = np.linalg.norm(lost.sum(axis=1)), np.linalg.norm(lost, axis=0).sum()
         return bool(whole > WHOLE * size or each > EACH * size)
 
-    def rough(self, more: int) -> Array:
-        """What polynomials of so many degrees more than those of the elements leave, (q, c)."""
-        result, local = np.zeros_like(self.values), self.place.reshape(len(self.place), -1)
+    def rough(self, values: Array) -> Array:
+        """What polynomials of the degrees of the elements leave of values (q, c) at the points."""
+        result, local = np.zeros_like(values), self.place.reshape(len(self.place), -1)
         order = np.argsort(self.element, kind="stable")
         for mine in np.split(order, np.flatnonzero(np.diff(self.element[order])) + 1):
-            degree = int(self.mesh.order[self.element[mine[0]]]) + more
+            degree = int(self.mesh.order[self.element[mine[0]]])
             at = local[mine] - local[mine].mean(axis=0)
             at /= np.abs(at).max()
             powers = itertools.product(range(degree + 1), repeat=at.shape[1])
             columns = [np.prod(at**power, axis=1) for power in powers if sum(power) <= degree]
             root = np.sqrt(self.weight[mine])[:, None]
             basis = np.column_stack(columns)
-            found = np.linalg.lstsq(root * basis, root * self.values[mine], rcond=None)[0]
-            result[mine] = self.values[mine] - basis @ found
+            found = np.linalg.lstsq(root * basis, root * values[mine], rcond=None)[0]
+            result[mine] = values[mine] - basis @ found
         return result
 
 
-def sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
+def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -> Samples:
     """Samples of a function on a part: cells of its elements, cut in halves where the integral of
     the function, or of its square, differs from that over the halves.
 
@@ -128,7 +138,15 @@ def sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
     part : str
     function : callable
         See `Function`.
+    name : hashable
+        Of the function on this part: a mesh knows its samples.
     """
+    if (part, name) not in mesh.functions:
+        mesh.functions[part, name] = _sampled(mesh, part, function)
+    return mesh.functions[part, name]
+
+
+def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
     elements, faces = mesh.faces(part)
     rule = functools.partial(_rule, mesh, faces, elements, function)
     cells, done = _first(len(elements), mesh.dim - 1, rule), list[Cells]()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -42,6 +42,8 @@ class BoundaryMesh(Protocol):
     measure : (n,) array
         The same weights for integrals over the elements themselves: of rings over their generating
         curve [length^(d-1)].
+    functions : dict
+        What is known of functions on parts, by the part and the function: looked at once.
     motions : Motions
         The rigid motions of such bodies.
     stresses : tuple of str
@@ -74,6 +76,8 @@ class BoundaryMesh(Protocol):
     def weight_power(self) -> int: ...
     @property
     def measure(self) -> Array: ...
+    @property
+    def functions(self) -> dict[Hashable, Any]: ...
     @property
     def motions(self) -> Motions: ...
     @property
@@ -194,6 +198,11 @@ class Collocated:
     def measure(self) -> Array:
         """The weights."""
         return self.weight
+
+    @functools.cached_property
+    def functions(self) -> dict[Hashable, Any]:
+        """What is known of functions on parts, by the part and the function: looked at once."""
+        return {}
 
     def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
         """None."""

@@ -102,7 +102,7 @@ def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
                 meshes[a][target].within,
                 1.0,
             )
-            meshes[a][target] = _with_joints(meshes[a][target], imposed[key])
+            meshes[a][target] = with_joints(meshes[a][target], imposed[key])
 
 
 def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:
@@ -171,7 +171,7 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
         meshes[b][side] = SideMesh(mesh.breaks, order, mesh.within)
 
 
-def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
+def with_joints(side: SideMesh, needed: Array) -> SideMesh:
     """A side with further joints; its own give way where they are close, but not its ends."""
     old = side.breaks
     size = np.minimum(np.append(np.diff(old), np.inf), np.insert(np.diff(old), 0, np.inf))

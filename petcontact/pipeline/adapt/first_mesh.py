@@ -16,6 +16,7 @@ from ...model.problem import Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
+from ...refinement.panels.data_lines import with_data_lines
 from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
 from ..judge.meshes import STIFF
@@ -71,7 +72,10 @@ class FirstMeshes:
 
     def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
-        self.plain[number] = found = as_surface(mesh_of(posed, boundary))
+        found = as_surface(mesh_of(posed, boundary))
+        if isinstance(boundary, BoxSurface) and given.mesh.automatic:
+            found = with_data_lines(given, boundary, found)
+        self.plain[number] = found
         if (
             isinstance(boundary, SolidSurface)
             and boundary.exact

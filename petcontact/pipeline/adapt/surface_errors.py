@@ -69,6 +69,7 @@ class TailErrors:
         self.solution, self._sides = solution, solution.problem.interfaces
         self.meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
         self._sizes = [element_sizes(mesh) for mesh in self.meshes]
+        self._of_gaps = dict[tuple[int, int], Array]()
 
     @functools.cached_property
     def tails(self) -> list[Tails]:
@@ -91,8 +92,10 @@ class TailErrors:
         gap, side = self._gaps[number], self._sides[number]
         if gap is None or self.solution.kind == "bilateral":
             return np.zeros(self.meshes[side.body].n_elements)
-        pair = step.pairs[side.name]
-        return gap.squares(pair.gap, pair.state)
+        key, pair = (id(step), number), step.pairs[side.name]
+        if key not in self._of_gaps:
+            self._of_gaps[key] = gap.squares(pair)
+        return self._of_gaps[key]
 
     def data_squares(self, step: StepResult) -> list[Array]:
         """The same of what elements do not see of given displacements and tractions, of each
@@ -174,12 +177,16 @@ class TailErrors:
         size = float(weight @ pair.pressure**2)
         if size == 0.0:
             return 0.0, 0.0, 0.0
-        smooth = [float(weight @ error**2) for error in _errors(pair)]
-        rough = float(self.gap_squares(step, number).sum())
-        square = max(rough, *smooth)
+        rough, mesh = self.gap_squares(step, number), self.meshes[side.body]
+        element = mesh.element[self.solution.nodes[side.name]]
+        of_p, of_q = (
+            np.bincount(element, weight * error**2, mesh.n_elements) for error in _errors(pair)
+        )
+        square = max(float(np.maximum(of_p, rough).sum()), float(of_q.sum()))
         square += sum(float(each.sum()) for each in self.data_squares(step))
         error = math.sqrt(square / size)
-        return error, error if _is_even(pair, weight) else 0.0, math.sqrt(rough / size)
+        even = error if _is_even(pair, weight) else 0.0
+        return error, even, math.sqrt(float(rough.sum()) / size)
 
     def weight(self, side: PosedInterface, step: StepResult) -> Array:
         """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""

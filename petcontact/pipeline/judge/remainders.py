@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask, States
+from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
 from ...mesh.approximation import Samples, approximated, sampled
@@ -18,10 +18,11 @@ from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...model.problem import Displacement, Problem, Traction
 from ...refinement.panels.marks import element_sizes, faded
+from ...results.records import PairResult
 from ..pose.load_states import given_values, known_function
 
-SEEN = 2
-"""Degrees beyond those of an element that the tails of its tractions see."""
+TINY = 1e-300
+"""Least pressure."""
 BINS = 8
 """Along each coordinate of an element, over which what is left is averaged along the other one."""
 BOUNDS = "friction_bound", "friction_coefficient"
@@ -82,43 +83,61 @@ class GapRemainder:
         self._mesh, self._nodes, self._stiffness = mesh, nodes, stiffness
         self._samples, nodal = of_law(side, mesh, "gap")
         self._left = self._samples.left(nodal)[:, 0]
-        self._rough = self._samples.rough(SEEN)[:, 0]
         self._size = element_sizes(mesh)
 
     @functools.cached_property
-    def _in_contact(self) -> Array:
-        """Pressure that closes what is rough on elements in contact, rms (n_elements,) [stress].
+    def _rough(self) -> Array:
+        return self._samples.rough(self._samples.values)[:, 0]
 
-        A wave of number k and amplitude a takes E* k a/2; what p + 2 degrees leave has about half
-        as many waves an element as that has zeros, p + 3.
-        """
-        square = self._samples.over_elements(self._rough**2)
-        area = np.maximum(self._samples.over_elements(np.ones(len(self._left))), 1e-300)
-        wave = 0.5 * math.pi * (self._mesh.order + 1 + SEEN) / self._size
-        return np.asarray(self._stiffness * wave * np.sqrt(square / area))
-
-    def squares(self, opening: Array, states: States) -> Array:
+    def squares(self, pair: PairResult) -> Array:
         """Squared errors of p that come from it on each element, (n_elements,) [stress² · area].
 
         On elements that are open all over it is the overlap between the nodes over twice their
-        size, times E*.
+        size, times E*; on others what rough parts of the gap take (`_of_waves`).
 
         Parameters
         ----------
-        opening : (m,) array
-            What is left of the gap at the nodes [length].
-        states : (m,) array
-            0 stick, 1 slip, 2 open.
+        pair : PairResult
+            Of the contact after a step.
         """
-        mesh, samples = self._mesh, self._samples
+        mesh, samples, element = self._mesh, self._samples, self._mesh.element[self._nodes]
         at_nodes, touched = np.zeros(mesh.n_nodes), np.zeros(mesh.n_elements, dtype=bool)
-        at_nodes[self._nodes] = np.where(np.isfinite(opening), opening, 0.0)
-        touched[mesh.element[self._nodes[states != OPEN]]] = True
+        at_nodes[self._nodes] = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
+        touched[element[pair.state != OPEN]] = True
+        opening = self._left + samples.basis @ at_nodes
         deepest = np.zeros(mesh.n_elements)
-        np.maximum.at(deepest, samples.element, -self._left - samples.basis @ at_nodes)
+        np.maximum.at(deepest, samples.element, -opening)
         pressed = self._stiffness * deepest / (2.0 * self._size)
         area = np.bincount(mesh.element, mesh.weight)
-        return np.asarray(np.where(touched, self._in_contact, pressed) ** 2 * area)
+        return np.where(touched, self._of_waves(pair.pressure, opening) ** 2, pressed**2 * area)
+
+    def _of_waves(self, pressure: Array, opening: Array) -> Array:
+        """Norms of the pressure on elements (n_elements,) that rough parts of the gap take.
+
+        A wave of number k and amplitude a takes E* k a/2. What p degrees leave has as many zeros an
+        element as the next one, p + 1, and about half as many waves. It takes a share of that
+        pressure only where the gap goes on smoothly beyond an element: the share that p has of what
+        the degrees 1 to p of the gap would take there by themselves, in half a wave.
+
+        It is left of the gap or, if that is less, of what opens between the nodes, but no further
+        than p there closes in a wave, which is twice as high as its amplitude: beyond, a place is
+        open, however far.
+        """
+        mesh, samples = self._mesh, self._samples
+        most, p = np.zeros(mesh.n_elements), np.zeros(mesh.n_nodes)
+        np.maximum.at(most, mesh.element[self._nodes], pressure)
+        p[self._nodes] = pressure
+        half_wave = self._stiffness * math.pi / self._size
+        waves = half_wave * 0.5 * (mesh.order + 2)
+        closed = np.minimum(opening, (2.0 * most / waves)[samples.element])
+        clipped = samples.norms(samples.rough(closed[:, None])[:, 0])
+        rough = np.minimum(samples.norms(self._rough), clipped)
+        seen = samples.norms(samples.around_mean(samples.values[:, 0] - self._rough))
+        mean = np.bincount(mesh.element, mesh.weight * p) / np.bincount(mesh.element, mesh.weight)
+        varies = np.bincount(mesh.element, mesh.weight * (p - mean[mesh.element]) ** 2)
+        whole = np.maximum(half_wave * (seen + rough), TINY)
+        share = np.minimum((np.sqrt(varies) + half_wave * rough) / whole, 1.0)
+        return np.asarray(waves * share * rough)
 
     @functools.cached_property
     def along(self) -> Array:
@@ -154,7 +173,7 @@ def of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples
 
     nodes, nodal = mesh.nodes_of(side.part), np.zeros((mesh.n_nodes, 1))
     nodal[nodes] = values(mesh.variables(nodes), len(nodes))
-    return sampled(mesh, side.part, function), nodal
+    return sampled(mesh, side.part, function, (name, getattr(side.law, name))), nodal
 
 
 def gap_remainders(
@@ -228,7 +247,7 @@ class DataRemainders:
         function = known_function(condition, mesh, part)
         if function is None:
             return np.zeros(mesh.n_elements), 0.0
-        samples, nodes = sampled(mesh, part, function), mesh.nodes_of(part)
+        samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
         nodal, names = np.zeros_like(mesh.x), mesh.variables(nodes)
         at_nodes = given_values(condition, names, mesh.normal[nodes], part, finite=False)
         nodal[nodes] = approximated(samples, nodes, at_nodes)

@@ -227,7 +227,9 @@ def _given(
         check_components(condition.value or (), mesh, key)
     nodal = given_values(condition, mesh.variables(nodes), mesh.normal[nodes], key)
     function = known_function(condition, mesh, key)
-    return nodal if function is None else approximated(sampled(mesh, part, function), nodes, nodal)
+    if function is None:
+        return nodal
+    return approximated(sampled(mesh, part, function, condition), nodes, nodal)
 
 
 def known_function(
