@@ -11,6 +11,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--monitor",
         action="store_true",
         help="print a line an iteration: change, residual, states, KSP",
+    )
+    parser.add_argument(
+        "--verbose",
+        action="store_true",
+        help="print all of the verdict: meshes, methods, moments, times by stage",
     )
     parser.add_argument(
         "--adapt",
@@ -114,14 +120,15 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
         finally:
             status.clear()
         number = stop()
-    # every rank has the solution: another one looks for its peaks while the first one writes
-    written = handed(comm, solution.verdict)
+    # every rank has the solution: another one looks for its peaks while the first one is busy
+    numbers = handed(comm, lambda: solution.numbers)
     if first:
+        solution = replace(solution, written=tuple(numbers()))
         try:
             write_solution(output, solution, replace=arguments.force)
         except Interrupted as late:
             number = late.number
-        say(f"{written()}\n  result: {output}")
+        say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
         if not (arguments.no_figures or number):
             draw(solution, output, pictures, whole=bool(arguments.figures))
     if first:

@@ -20,6 +20,7 @@ from ..model.cycle import cycle_steps
 from ..model.problem import Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
+from .numbers import Number
 from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 from .report import Accuracy, Finding, Provenance
 
@@ -55,6 +56,10 @@ class SolutionData(Evaluated):
         Of a problem with cycles.
     volumes : dict of VolumeSolution by body, optional
         Particular solutions for volume loads, where they are known already.
+    coarser : SolutionData, optional
+        The solution on another mesh that says what errors numbers have; files do not hold it.
+    written : tuple of Number, optional
+        The numbers that a file holds.
     """
 
     problem: Problem
@@ -71,6 +76,19 @@ class SolutionData(Evaluated):
     failed: StepResult | None = None
     wear: WearHistory | None = None
     volumes: dict[str, VolumeSolution | None] | None = None
+    coarser: SolutionData | None = field(default=None, repr=False, compare=False)
+    written: tuple[Number, ...] | None = field(default=None, repr=False, compare=False)
+
+    @functools.cached_property
+    def numbers(self) -> list[Number]:
+        """The numbers that the verdict prints, with their errors."""
+        from .number_errors import with_errors
+
+        if self.written is not None:
+            return list(self.written)
+        # numbers of an altered file, or of a solve that failed, may overflow
+        with np.errstate(all="ignore"):
+            return with_errors(self, self.coarser)
 
     @property
     def converged(self) -> bool:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
@@ -15,6 +14,7 @@ from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
+from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
@@ -97,9 +97,7 @@ class Evaluated:
             owner, _, part = self.primaries.get(name, "").partition(".")
             if owner == body:
                 nodes = mesh.nodes_of(part)
-                states[nodes] = (
-                    3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
-                )
+                states[nodes] = 3 * k + pair.state[near.nearest(pair.x, mesh.x[nodes])[1][:, 0]]
         return states
 
     @property

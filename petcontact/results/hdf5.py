@@ -30,6 +30,7 @@ from .format.checks import (
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
 from .format.format1 import read_format1
+from .format.numbers import read_numbers, write_numbers
 from .format.report import read_report, write_findings
 from .format.wear import read_wear, write_wear
 from .records import BodyResult, ObstacleResult, PairResult, StepResult
@@ -120,6 +121,7 @@ def write_group(group: Any, solution: SolutionData) -> None:
         _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
     write_findings(group, solution.findings)
+    write_numbers(group, solution.numbers)
     if solution.wear is not None:
         write_wear(group, solution.wear)
     group.attrs.update(
@@ -363,6 +365,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
         *read_report(group, attributes, source),
         failed,
         read_wear(group, nodes, source),
+        written=read_numbers(group, source),
     )
     if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
         _check_one_body(group, found, source)

@@ -15,11 +15,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index
 from ..contact.law_protocol import OPEN
 from ..frozen import frozen
+from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from .evaluated import Evaluated
 from .records import StepResult, step_ends
@@ -93,14 +93,21 @@ class Peaks:
     unbounded: list[tuple[str, Unbounded]]
 
 
-def stress_peaks(solution: Evaluated) -> dict[str, Peaks]:
-    """By the names of `QUANTITIES`; without those that are nowhere finite."""
+def stress_peaks(
+    solution: Evaluated,
+    ends: Sequence[tuple[StepResult, dict[str, list[Unbounded]]]] | None = None,
+) -> dict[str, Peaks]:
+    """By the names of `QUANTITIES`; without those that are nowhere finite. `ends` are the ends of
+    steps with the places of `unbounded_places`, where these are known."""
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
+        if ends is None:
+            steps = step_ends(solution.steps or solution.tried)
+            ends = [(step, unbounded_places(solution, step)) for step in steps]
         samples = [
             _Samples(solution, body, step, places)
-            for step in step_ends(solution.steps or solution.tried)
-            for body, places in unbounded_places(solution, step).items()
+            for step, of_bodies in ends
+            for body, places in of_bodies.items()
         ]
         found = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
     return {name: peaks for name, peaks in found.items() if peaks != Peaks(None, None, [])}
@@ -224,14 +231,16 @@ class _Samples:
                     heapq.heappush(heap, (max(low, -values[other]), int(other)))
         return reached
 
-    def _neighbours(self) -> list[Index]:
-        """Of each sample those that are among the nearest of the other."""
-        count = min(2 ** (self._x.shape[1] + 1), len(self._x))
-        near = scipy.spatial.cKDTree(self._x).query(self._x, k=count)[1].reshape(-1, count)
-        rows = np.repeat(np.arange(len(near)), count)
-        both = scipy.sparse.coo_matrix((np.ones(near.size), (rows, near.ravel())), [len(near)] * 2)
-        graph = (both + both.T).tocsr()
-        return np.split(graph.indices, graph.indptr[1:-1])
+    def _neighbours(self) -> dict[int, Index]:
+        """Of each sample that may be on a hill those that are among the nearest of the other."""
+        rows = np.union1d(np.flatnonzero(self._beside), self._seeds)
+        x = self._x[rows]
+        count = min(2 ** (x.shape[1] + 1), len(x))
+        near = nearest(x, x, count)[1]
+        one, other = np.repeat(np.arange(len(x)), count), near.ravel()
+        pairs = np.unique(np.column_stack([[*one, *other], [*other, *one]]), axis=0)
+        parts = np.split(rows[pairs[:, 1]], np.flatnonzero(np.diff(pairs[:, 0])) + 1)
+        return dict(zip(rows.tolist(), parts, strict=True))
 
 
 def _lattice(mesh: BoundaryMesh) -> Array:

@@ -41,9 +41,9 @@ class Solution(SolutionData):
 
         return plot_on(self, ax)
 
-    def verdict(self) -> str:
-        """A few lines that say how the solve ended."""
-        return verdict(self)
+    def verdict(self, verbose: bool = False) -> str:
+        """A few lines that say how the solve ended; more of them with `verbose`."""
+        return verdict(self, verbose)
 
     def _repr_html_(self) -> str:
         """The verdict, for notebooks."""

@@ -16,11 +16,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index
 from ..contact.law_protocol import OPEN, SLIP
 from ..frozen import frozen
+from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
@@ -197,7 +197,7 @@ class _Body:
                 nodes, rows, partner = solution.nodes[pair_name], np.arange(len(pair.x)), owner
             elif owner == name:
                 nodes, partner = self._mesh.nodes_of(part), secondary
-                rows = scipy.spatial.cKDTree(pair.x).query(self._mesh.x[nodes])[1]
+                rows = nearest(pair.x, self._mesh.x[nodes])[1][:, 0]
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._pairs), rows

@@ -20,13 +20,13 @@ FROZEN = ("format1_plane", "format1_space", "format2_steps")
 def without_cost(verdict):
     """And without the peaks of stress, which those versions did not have."""
     verdict = re.sub(
-        r"  (largest \w.* stress.*:|stress has no bound).*\n( {20,}.*\n)*", "", verdict
+        r"  (largest .* stress:|stress has no bound).*\n( {6,}.*\n)*", "", verdict
     )
     return re.sub(r"  time \[s\].*", "", verdict, flags=re.DOTALL)
 
 
 @pytest.mark.parametrize("name", FROZEN)
-def test_verdicts_are_those_of_the_version_that_wrote_them(name):
+def test_verdicts_have_the_numbers_of_the_version_that_wrote_them(name):
     assert (
         without_cost(read_result(DATA / f"{name}.h5").verdict())
         == (DATA / f"{name}.txt").read_text()

@@ -6,9 +6,9 @@ import functools
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index
+from ...linalg.nearest import within as within_reach
 from ...mesh.basis import best_slopes
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
@@ -45,12 +45,10 @@ def located(
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
     centre, radius = _spheres(mesh)
     reach = SINGLE * radius if within is None else within
-    found = scipy.spatial.cKDTree(points).query_ball_point(
-        centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
+    found, row = within_reach(
+        points, centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
     )
-    counts = np.array([len(rows) for rows in found], dtype=np.int64)
-    row = np.array([k for rows in found for k in rows], dtype=np.int64)
-    element = np.repeat(numbers, counts)
+    element = numbers[found]
     place, distance, depth = _on(mesh, element, points[row])
     kept = np.flatnonzero((distance < reach[element]) & (depth > -SINGLE))
     # distances on the boundary are round-off
@@ -161,6 +159,36 @@ def best_on_panel(corners: int, order: int) -> Array:
         return reference_nodes(3, max(order - 1, 0))[0]
     xi = best_slopes(max(order, 1))
     return np.asarray(np.stack(np.meshgrid(xi, xi, indexing="ij"), axis=-1).reshape(-1, 2))
+
+
+@functools.singledispatch
+def even_places(mesh: Any, element: Index, across: int) -> Array:
+    """So many places along each direction of elements (k,), evenly spread, (k, q) or (k, q, 2)."""
+    raise TypeError(f"no places on {type(mesh).__name__}")
+
+
+@even_places.register
+def _(mesh: CurveMesh, element: Index, across: int) -> Array:
+    return np.tile((np.arange(across) + 0.5) / across, (len(element), 1))
+
+
+@even_places.register
+def _(mesh: SurfaceMesh, element: Index, across: int) -> Array:
+    share = (np.arange(across) + 0.5) / across
+    one, other = (each.ravel() for each in np.meshgrid(share, share, indexing="ij"))
+    places = np.empty((len(element), len(one), 2))
+    for kind in np.unique(mesh.kind[element]):
+        mine = np.flatnonzero(mesh.kind[element] == kind)
+        panels = mesh.elements(element[mine])
+        # triangles are the square folded along its diagonal
+        over = one + other > 1.0
+        reference = (
+            np.column_stack([np.where(over, 1.0 - one, one), np.where(over, 1.0 - other, other)])
+            if panels.corners.shape[1] == 3
+            else np.column_stack([2.0 * one - 1.0, 2.0 * other - 1.0])
+        )
+        places[mine] = panels.mapped(reference)
+    return places
 
 
 @functools.singledispatch

@@ -70,7 +70,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
             if coarse.converged:
                 accuracy = _difference(solution, coarse)
                 if math.isfinite(accuracy.error):
-                    return _estimated(solution, accuracy)
+                    return replace(_estimated(solution, accuracy), coarser=coarse)
             reason = "the problem on half as many elements is not solved"
         except (
             PetcontactError

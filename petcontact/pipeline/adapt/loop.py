@@ -264,6 +264,8 @@ def _finished(
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
     solution = replace(solution, accuracy=record, status=status, reason=reason, timings=timings)
+    if shown and len(work.solutions) > 1:
+        solution = replace(solution, coarser=replace(work.solutions[-2], coarser=None))
     return solution.with_findings(findings)
 
 

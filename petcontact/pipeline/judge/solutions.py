@@ -149,7 +149,9 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     }
     # a balance of 0 is none: nothing is held by contact only
     reason = "residuals " + ", ".join(
-        f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value
+        f"{key} {value:.1e}" if value else f"{key} 0"
+        for key, value in worst.items()
+        if key != "balance" or value
     )
     return judged([*_open(results), *_far(discrete)], reason)[1]
 

@@ -23,8 +23,8 @@ MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
 """The bound of bonded contact, and the gap where nothing is faced."""
 
 
-NAMES = ("part", "part_names")
-"""Arrays of text; the `part` of a mesh is one of numbers."""
+NAMES = ("part", "part_names", "numbers")
+"""Of text; the `part` of a mesh is one of numbers."""
 SQUARED = [Stored("", low=-1e154, high=1e154, infinite=infinite) for infinite in (False, True)]
 """Numbers whose squares do not overflow."""
 

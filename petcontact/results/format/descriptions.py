@@ -40,6 +40,7 @@ FIELDS = {
     "increments/normal": ("1", "residual of the contact conditions"),
     "tangential": ("1", "residual of the friction law"),
     "findings": ("1", "what checks found: kind, severity, text, place, advice, number, limit"),
+    "numbers": ("1", "what the verdict prints: value, error, unit and place, a JSON table each"),
     "increment": ("1", "number of the increment that the iteration belongs to"),
     "vertices": ("length", "corners of elements"),
     "elements": ("1", "numbers of each element's corners"),

@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array
 from ...model.problem import ONE_BODY
 from ...runtime.terminal import printable
-from ..data import SolutionData
-from ..peaks import StressPeak, stress_peaks
-from .text import vector, wrapped
+from ..numbers import Number
+from ..peaks import QUANTITIES
+from .steps import Teller
+from .text import place_of, wrapped
 
 LISTED = 3
 """Places without a bound that are named; of more of them the number is told."""
 
 
-def peak_lines(solution: SolutionData) -> list[str]:
+def peak_lines(tell: Teller) -> list[str]:
     """The largest von Mises and first principal stress, inside and on the surface, and where stress
     has no bound."""
-    unit = solution.problem.units.stress
     lines, unbounded = list[str](), dict[str, None]()
-    for name, peaks in stress_peaks(solution).items():
-        head = f"  largest {name} stress{f' [{printable(unit)}]' if unit else ''}: "
-        words = [
-            _words(peak, where, solution)
-            for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface"))
-            if peak is not None
-        ]
-        unbounded |= {
-            f"{_place(place.x, solution)} ({_named(body, printable(place.sides))})": None
-            for body, place in peaks.unbounded
-        }
+    for name in QUANTITIES:
+        mine = [each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")]
+        words = list[str]()
+        for number in mine:
+            if np.isinf(number.error) and number.place is not None:
+                place = place_of(number.place, tell.size)
+                unbounded[f"{place} ({_named(number.of, printable(number.part))})"] = None
+            else:
+                words.append(_words(number, tell))
         if words:
-            lines += wrapped(head, " and ".join(words).split(), separator=" ")
+            lines += wrapped(f"  largest {name} stress: ", [" and ".join(words)], separator=" ")
     if unbounded:
         more = [f"{len(unbounded) - LISTED} more places"] * (len(unbounded) > LISTED)
         listed = ", ".join([*list(unbounded)[:LISTED], *more])
@@ -40,22 +37,17 @@ def peak_lines(solution: SolutionData) -> list[str]:
     return lines
 
 
-def _words(peak: StressPeak, where: str, solution: SolutionData) -> str:
-    if peak.value == 0.0:
+def _words(number: Number, tell: Teller) -> str:
+    if number.size == 0.0:
         return "0"
-    text = f"{peak.value:.4g} {where} at {_place(peak.place, solution)}"
-    if name := _named(peak.body, printable(peak.part)):
-        text += f" ({name})"
-    if len(solution.problem.step) > 1:
-        text += f" in step {peak.step.step} ({printable(peak.step.name)})"
+    where = "on the surface" if number.part else "inside"
+    name = _named(number.of, printable(number.part))
+    text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
+    if len(tell.solution.problem.step) > 1:
+        text += f" in step {number.step}"
     return text
 
 
 def _named(body: str, part: str) -> str:
     """A part of a body; of the only body the part."""
     return part if body == ONE_BODY else ".".join(filter(None, (printable(body), part)))
-
-
-def _place(x: Array, solution: SolutionData) -> str:
-    size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
-    return vector(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4)

@@ -1,27 +1,85 @@
-"""The lines of a verdict on a load step: resultants, contact, slip and energy by interface."""
+"""The lines of a verdict on pairs and obstacles at the end of a load step, and on wear."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
-from ...arrays import Array
 from ...contact.friction_law import lengths
-from ...geometry.rotation import Axial
+from ...contact.law_protocol import OPEN
+from ...frozen import frozen
 from ...runtime.terminal import printable
+from ..data import SolutionData
+from ..numbers import Number
 from ..records import PairResult, StepResult, WearHistory
-from .text import vector, wrapped
+from .text import place_of, told, unit_of, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
 CYCLES = 5
 """Of those that were computed, how many the verdict shows."""
-COARSE = 0.01
-"""Error of the energy dissipated, over it, that the verdict shows."""
+MUCH = 1e-9
+"""Shear beyond its bound, over the largest pressure, that is more than round-off."""
 
 
-def step_lines(increments: list[StepResult]) -> list[str]:
-    """Of a step, by its increments: how far it was reached, and interfaces and obstacles where the
-    last solution is.
+@frozen
+class Teller:
+    """Tells the numbers of a solution.
+
+    Attributes
+    ----------
+    solution : SolutionData
+    numbers : dict of Number by key
+    some : bool
+        Whether the error of any number is known.
+    size : float
+        Largest coordinate [length].
+    verbose : bool
+        Whether all numbers are shown.
+    """
+
+    solution: SolutionData
+    numbers: dict[tuple[str, str, int, int], Number]
+    some: bool
+    size: float
+    verbose: bool
+
+    @staticmethod
+    def of(solution: SolutionData, verbose: bool) -> Teller:
+        """That of a solution."""
+        numbers = {number.key: number for number in solution.numbers}
+        some = any(np.isfinite(number.error) for number in numbers.values())
+        size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
+        return Teller(solution, numbers, some, size, verbose)
+
+    def number(self, number: Number) -> str:
+        """With its unit, and where it is."""
+        units, meshes = self.solution.problem.units, self.solution.meshes
+        unit = unit_of(number.unit, units, next(iter(meshes.values())).weight_power)
+        text = told(number, unit, self.some)
+        # what is not resolved has no place
+        known = number.place is not None and number.size > 0.0 and not number.size <= number.error
+        if number.place is None or not (known or np.isinf(number.error)):
+            return text
+        return f"{text} at {place_of(number.place, self.size)}"
+
+    def get(self, step: StepResult, of: str, name: str) -> Number | None:
+        """A number at the end of a step."""
+        return self.numbers.get((name, of, step.step, step.cycle))
+
+    def items(self, step: StepResult, of: str, names: dict[str, str]) -> Iterator[str]:
+        """Those of some numbers that there are, by their names, each with the words before it."""
+        for name, words in names.items():
+            number = self.get(step, of, name)
+            if number is not None:
+                yield f"{words} {self.number(number)}"
+
+
+def step_lines(tell: Teller, increments: list[StepResult], laws: bool) -> list[str]:
+    """Of a step, by its increments: how far it was reached, and pairs, with their `laws`, and
+    obstacles where the last solution is.
 
     Of an increment that failed no numbers are shown: they solve nothing.
     """
@@ -30,41 +88,110 @@ def step_lines(increments: list[StepResult]) -> list[str]:
         f", cycle {last.cycle}" if last.cycle else ""
     )
     way = "reached" if last.status == "converged" else "failed at"
-    reached = (
-        "" if (last.load_factor, way) == (1.0, "reached") else f", {way} {last.load_factor:.4g}"
-    )
+    whole = (last.load_factor, way) == (1.0, "reached")
+    reached = "" if whole else f", {way} {last.load_factor:.4g}"
     iterations, count = sum(step.iterations for step in increments), len(increments)
-    counts = (
+    counts = ", ".join(
         f"{n} {name}{'s' if n > 1 else ''}"
         for n, name in ((count, "increment"), (iterations, "iteration"))
     )
-    lines = [f"{head}{reached}: {', '.join(counts)}"]
+    single = len(tell.solution.problem.step) < 2 and whole and count == 1 and not tell.verbose
+    lines = [] if single else [f"{head}{reached}: {counts}"]
     solved = [step for step in increments if step.status == "converged"]
     if not solved:
         return lines
-    last = solved[-1]
     if len(solved) < len(increments):
-        lines.append(f"    at {last.load_factor:.4g}, the last solution:")
-    for name, pair in last.pairs.items():
-        every = [step.pairs[name] for step in solved]
-        lines += _pair(
-            name,
-            pair,
-            sum(one.dissipated for one in every),
-            sum(one.dissipated_error for one in every),
+        lines.append(f"    at {solved[-1].load_factor:.4g}, the last solution:")
+    found = [*_pairs(tell, solved[-1], laws), *_obstacles(tell, solved[-1])]
+    return [*lines, *(line if single else f"  {line}" for line in found)]
+
+
+def _pairs(tell: Teller, step: StepResult, laws: bool) -> Iterator[str]:
+    for posed in tell.solution.problem.interfaces:
+        if posed.name not in step.pairs:
+            continue
+        pair = step.pairs[posed.name]
+        yield from wrapped(f"  {printable(posed.name)}: ", [law_words(posed)] * laws)
+        for items in _pair(tell, step, posed.name, posed.law):
+            if items:
+                yield from wrapped("    ", items)
+        if warned := _defects(pair):
+            yield from wrapped("    ", warned)
+
+
+def law_words(posed: Any) -> str:
+    """The law of a pair in words."""
+    law = posed.law
+    if posed.periodic:
+        return "periodic"
+    if law.normal == "bonded":
+        return "bonded"
+    coefficient, bound = law.friction_coefficient, law.friction_bound
+    given = {
+        "friction coefficient": coefficient,
+        "friction bound": bound,
+        "wear coefficient": law.wear_coefficient,
+    }
+    named = [f"{name} {value}" for name, value in given.items() if value is not None]
+    friction = [] if (coefficient, bound) != (None, None) else ["without friction"]
+    return printable(", ".join([f"{law.normal} contact", *friction, *named]))
+
+
+def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[str]]:
+    """Line by line."""
+    pair, power = step.pairs[name], tell.solution.meshes[tell.solution.sides[name][0]].weight_power
+    yield list(tell.items(step, name, {"force": "force", **MOMENT} if tell.verbose else FORCE))
+    if tell.verbose and pair.force_primary is not None:
+        yield [*tell.items(step, name, PRIMARY), f"imbalance {pair.imbalance:.1e}"]
+    yield list(tell.items(step, name, {"largest p": "largest p"}))
+    what = "contact width" if power == 1 else "contact area"
+    area, slips = (tell.get(step, name, key) for key in ("contact area", "slipping"))
+    if area is not None and slips is not None:
+        total = f"of {float(pair.weight.sum()):.5g}"
+        slides = (law.friction_coefficient, law.friction_bound) != (None, None)
+        share = 100.0 * float(slips.value[0]) / (float(area.value[0]) or np.inf)
+        known = not (slips.size > 0.0 and slips.error >= slips.size)
+        part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
+        words = f"{part} of it slips" if known else "what slips is not resolved"
+        yield [f"{what} {tell.number(area)} {total}", *[words] * (slides and area.size > 0.0)]
+    moved = [tell.get(step, name, key) for key in MOVED]
+    if tell.verbose or any(each is not None and each.size > 0.0 for each in moved[1:]):
+        yield list(tell.items(step, name, MOVED))
+    yield list(tell.items(step, name, WORN))
+
+
+FORCE = {"force": "force"}
+MOMENT = {"moment": "moment"}
+PRIMARY = {"force on the primary": "on the primary", "moment on the primary": "moment"}
+MOVED = {"largest slip": "largest slip", "dissipated energy": "dissipated energy"}
+WORN = {"worn volume": "worn volume", "worn depth": "largest depth"}
+OBSTACLE = {"moved": "moved", "turned": "turned", "held by": "held by", "held by moment": "moment"}
+
+
+def _defects(pair: PairResult) -> list[str]:
+    """What a mesh leaves of the conditions of contact, where that is more than round-off."""
+    closed, p, items = pair.state != OPEN, pair.pressure, list[str]()
+    count, faced = np.count_nonzero(closed), np.isfinite(pair.gap)
+    if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
+        items.append(
+            f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there"
         )
-    reach = max(map(_reach, last.pairs.values()), default=0.0)
-    for name, obstacle in last.obstacles.items():
-        lines += wrapped(
-            f"    {printable(name)}: ",
-            [
-                f"moved {vector(obstacle.displacement)}",
-                f"turned {vector(obstacle.rotation)}",
-                f"held by {vector(_clean(obstacle.force))}",
-                f"moment {vector(_clean(obstacle.moment, reach))}",
-            ],
+    if pair.tension_share > 0.0:
+        items.append(
+            f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}"
         )
-    return lines
+    penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
+    excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
+    least = 1e-15 * float(np.abs(pair.x).max(initial=0.0))
+    least += 1e-9 * float(np.abs(pair.slip).max(initial=0.0))
+    if penetration > least or excess > MUCH * float(np.abs(p).max(initial=0.0)):
+        items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
+    return items
+
+
+def _obstacles(tell: Teller, step: StepResult) -> Iterator[str]:
+    for name in step.obstacles:
+        yield from wrapped(f"  {printable(name)}: ", list(tell.items(step, name, OBSTACLE)))
 
 
 def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
@@ -84,65 +211,3 @@ def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
                 f"max p {pressure[k].max(initial=0.0):.6g}"
             )
     return lines
-
-
-def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[str]:
-    """Resultants, what is closed and slips, defects of the inequalities, and energy."""
-    closed = pair.state != 2
-    p, total = pair.pressure, float(pair.weight.sum())
-    # of motions that are round-off of where things are, and the energy of them, nothing is shown
-    least = 1e-15 * float(np.abs(pair.x).max(initial=0.0))
-    slip = float(lengths(pair.slip[closed]).max(initial=0.0))
-    spent = dissipated if dissipated > least * float(pair.weight @ np.abs(p)) else 0.0
-    items = [
-        f"force {vector(_clean(pair.force))}",
-        f"moment {vector(_clean(pair.moment, _reach(pair)))}",
-        *_primary(pair),
-        f"closed {pair.area:.6g} of {total:.6g}",
-        f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
-        f"max p {float(p.max(initial=0.0)):.6g}",
-        f"max |w| {slip if slip > least else 0.0:.4g}",
-        f"dissipated {spent:.6g}"
-        + (f" (error at most {error:.2g})" if spent > 0.0 and error > COARSE * spent else ""),
-    ]
-    if pair.wear is not None:
-        items.append(f"worn volume {pair.worn_volume.sum():.6g}, depth {pair.worn_depth:.4g}")
-    faced, count = np.isfinite(pair.gap), np.count_nonzero(closed)
-    if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
-        items.append(
-            f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there"
-        )
-    if pair.tension_share > 0.0:
-        items.append(
-            f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}"
-        )
-    penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
-    excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
-    least += 1e-9 * float(np.abs(pair.slip).max(initial=0.0))
-    if penetration > least or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
-        items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
-    return wrapped(f"    {printable(name)}: ", items)
-
-
-def _primary(pair: PairResult) -> list[str]:
-    """What the other body feels, and how far that is from action and reaction."""
-    if pair.force_primary is None or pair.moment_primary is None:
-        return []
-    return [
-        f"on the primary {vector(_clean(pair.force_primary))}",
-        f"moment {vector(_clean(pair.moment_primary, _reach(pair)))}",
-        f"imbalance {pair.imbalance:.1e}",
-    ]
-
-
-def _clean(force: Axial, size: float = 0.0) -> Array:
-    """Round-off of a component that vanishes, next to the others or a size, is not shown."""
-    return np.asarray(
-        np.where(np.abs(force) < 1e-12 * max(size, np.abs(force).max(initial=0.0)), 0.0, force)
-        + 0.0
-    )
-
-
-def _reach(pair: PairResult) -> float:
-    """The moment that the forces of an interface have where they lie farthest out."""
-    return float(pair.weight @ np.abs(pair.pressure)) * float(np.abs(pair.x).max(initial=0.0))

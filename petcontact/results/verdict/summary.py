@@ -10,37 +10,73 @@ import numpy as np
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
+from ...round_off import SOLVED
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..report import Accuracy, Finding
 from .peaks import peak_lines
-from .steps import step_lines, wear_lines
-from .text import digits, vector, wrapped
+from .steps import Teller, law_words, step_lines, wear_lines
+from .text import digits, wrapped
 
-DENSE = "condensed, dense"
-"""What bodies are stored as where nothing else is asked for or chosen, which goes without saying
-where there are several."""
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""
 
 
-def verdict(solution: SolutionData) -> str:
-    """How a solve ended: status, sizes, what the contact does, error, time by stage.
+def verdict(solution: SolutionData, verbose: bool = False) -> str:
+    """How a solve ended, within 80 columns: status and title, warnings, what contact does and the
+    largest stresses, each with its error; residuals and times.
 
-    Of the paper's problem, one body in bilateral contact, the contact is described by its zones;
-    else by resultants, closed part, slip and energy of each interface at the end of each step.
-    Without contact: reactions and the largest displacement.
+    Parameters
+    ----------
+    solution : SolutionData
+    verbose : bool
+        Also meshes, methods, moments, what acts on primaries, and times by stage.
     """
     title = printable(solution.problem.title)
-    lines = [title] if title else []
-    lines += _zones_and_forces(solution) if solution.kind == "bilateral" else _steps(solution)
-    lines += peak_lines(solution) if solution.steps or solution.kind == "bilateral" else []
-    lines += wrapped(
-        "  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
-    )
-    if solution.provenance.peak_memory:
-        lines.append(f"  peak memory: {solution.provenance.peak_memory / 1e9:.2f} GB")
-    return "\n".join(lines)
+    tell = Teller.of(solution, verbose)
+    lines = wrapped(f"{solution.status}: ", [title], separator=" ") if title else [solution.status]
+    said, _, notes = solution.reason.partition("; ")
+    # the reason of a solution that is accepted are its residuals, and notes
+    why = notes if solution.converged else solution.reason
+    lines += wrapped("  ", [why], separator=" ") if why else []
+    lines += _warnings(solution)
+    lines += _sizes(solution) if verbose else []
+    lines += (_zones_and_forces if solution.kind == "bilateral" else _steps)(tell)
+    lines += peak_lines(tell)
+    lines += [*_accuracy(solution), *_path(solution.accuracy.path)]
+    lines += _residuals(solution, said if solution.converged else "")
+    return "\n".join([*lines, *_times(solution, verbose)])
+
+
+def _residuals(solution: SolutionData, said: str) -> list[str]:
+    """What equations and laws leave over, and of the paper's problem how the method ended."""
+    items = said.split(", ") if said else []
+    if solution.kind == "bilateral":
+        items += [_method(solution), f"|R_rho| {solution.residual:.2e}"]
+        items.append(f"elastic residual {solution.elastic_residual:.1e}")
+    return wrapped("  ", items)
+
+
+def _times(solution: SolutionData, verbose: bool) -> list[str]:
+    seconds, memory = solution.timings, solution.provenance.peak_memory
+    items = [f"{sum(seconds.values()):.2f}"]
+    if verbose:
+        items = [f"{name} {value:.3f}" for name, value in seconds.items()]
+    items += [f"peak memory {memory / 1e9:.2f} GB"] * bool(memory)
+    return wrapped("  time [s]: ", items)
+
+
+def _sizes(solution: SolutionData) -> list[str]:
+    """Meshes, how bodies are stored, and why the Krylov solver ended."""
+    lines = list[str]()
+    for name, mesh in solution.meshes.items():
+        label = "" if name == ONE_BODY else f"body {printable(name)}: "
+        lines += wrapped(f"  {label}", [_size(mesh), *_free(solution, name)])
+    if solution.kind == "bilateral":
+        lines.append(f"  {len(solution.contact.nodes)} contact nodes")
+    provenance = solution.provenance
+    solver = ": ".join(filter(None, (provenance.solver, provenance.ksp_reason)))
+    return [*lines, *(wrapped("  ", [solver], separator=" ") if solver else [])]
 
 
 def _size(mesh: BoundaryMesh) -> str:
@@ -51,9 +87,9 @@ def _size(mesh: BoundaryMesh) -> str:
     )
 
 
-def _free(solution: SolutionData, body: str) -> str:
+def _free(solution: SolutionData, body: str) -> list[str]:
     free = solution.provenance.motions.get(body, 0)
-    return f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
+    return [f"{free} motion{'s' if free > 1 else ''} held by contact only"] * bool(free)
 
 
 def _warnings(solution: SolutionData) -> list[str]:
@@ -78,28 +114,20 @@ def alike(findings: Sequence[Finding]) -> list[str]:
     ]
 
 
-def _steps(solution: SolutionData) -> list[str]:
-    """Status, bodies, and each step by its last increment."""
-    lines = wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
-    for name, mesh in solution.meshes.items():
-        label = "" if name == ONE_BODY else f"body {printable(name)}: "
-        lines.append(f"  {label}{_size(mesh)}{_free(solution, name)}")
-    if (solver := solution.provenance.solver) not in ("", DENSE):
-        lines += wrapped("  ", [solver], separator=" ")
+def _steps(tell: Teller) -> list[str]:
+    """Each step by its last increment, wear, and bodies that touch nothing."""
+    solution, lines = tell.solution, list[str]()
     tried = solution.tried
     ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
     for before, k in zip([-1, *ends[:-1]], ends, strict=True):
         if k in shown:
-            lines += step_lines(tried[before + 1 : k + 1])
+            lines += step_lines(tell, tried[before + 1 : k + 1], laws=k == ends[0])
         elif k == ends[SHOWN - 1]:
             lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
     if solution.wear is not None:
         lines += wear_lines(solution.wear, solution.pairs)
-    if not solution.nodes:
-        lines += _displaced(solution)
-    lines += _warnings(solution)
-    return [*lines, *_accuracy(solution), *_path(solution.accuracy.path)]
+    return lines if solution.nodes else [*lines, *_displaced(tell)]
 
 
 def _path(error: float) -> list[str]:
@@ -107,48 +135,30 @@ def _path(error: float) -> list[str]:
     if np.isnan(error):
         return ["  error of the path not known: other increments are not solved"]
     line = f"  error of the path: {error:.1e} of p, against another number of increments"
-    return [line] * bool(error > 0.0)
+    return [line] * bool(error > SOLVED)
 
 
-def _zones_and_forces(solution: SolutionData) -> list[str]:
-    """Status, method, zones, forces and error of one body in bilateral contact."""
-    contact, accuracy = solution.contact, solution.accuracy
-    lines = [f"  {solution.status}: {solution.reason}"]
-    size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
-    lines += [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
-    lines.append(
-        "  " + ": ".join(filter(None, (solution.provenance.solver, solution.provenance.ksp_reason)))
-    )
-    for part in dict.fromkeys(zone.part for zone in solution.zones):
-        lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
-    lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
-    lines += _accuracy(solution)
-    peak = accuracy.largest_slip
-    if np.isnan(peak):  # without squares, which may overflow
-        peak = np.hypot.reduce(contact.u_t, axis=1).max()
-    # the error is one in the mean over Γ_C: the largest value may be some times less certain
-    count = 6 if accuracy.wanted is None else digits(10.0 * accuracy.error, 1.0)
-    lines.append(
-        f"  max |u_t| {peak:.{count}g}, |R_rho| {solution.residual:.2e}, elastic residual "
-        f"{solution.elastic_residual:.1e}"
-    )
-    return lines
-
-
-def _forces(solution: SolutionData) -> list[str]:
-    """Resultants on the parts that hold the body, and how much of the contact pulls."""
-    unit = solution.problem.units.stress_times(next(iter(solution.meshes.values())).weight_power)
-    held = {
-        condition.part
-        for condition in solution.problem.body[0].boundary
-        if condition.condition != "traction"
-    }
-    forces = [
-        f"{printable(name)} {vector(force, 5)}"
-        for name, force in solution.reactions().items()
-        if name in held
-    ]
-    lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
+def _zones_and_forces(tell: Teller) -> list[str]:
+    """Of one body in bilateral contact: law, zones, forces and slip of each part."""
+    solution, step, lines = tell.solution, tell.solution.last, list[str]()
+    for posed in solution.problem.interfaces:
+        if posed.name not in step.pairs:
+            continue
+        part, pair = posed.part, step.pairs[posed.name]
+        lines += wrapped(f"  {printable(part)}: ", [law_words(posed)])
+        lines += wrapped("    ", zones) if (zones := _zones(solution, part)) else []
+        area = float(pair.weight.sum())
+        words = {"force": "force", "largest slip": "largest |u_t|"}
+        words |= {} if zones else {"slipping": "slip on"}
+        words |= (
+            {"dissipated energy": "dissipated energy", "moment": "moment"} if tell.verbose else {}
+        )
+        items = list(tell.items(step, posed.name, words))
+        lines += wrapped(
+            "    ",
+            [f"{each} of {area:.5g}" if each.startswith("slip on") else each for each in items],
+        )
+    lines += _held(tell)
     if solution.tension_share > 0.0:
         lines.append(
             f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a "
@@ -157,40 +167,24 @@ def _forces(solution: SolutionData) -> list[str]:
     return lines
 
 
-def _displaced(solution: SolutionData) -> list[str]:
-    """Of each body its largest displacement, and the resultants on the parts that hold it, after
-    the last increment."""
-    units, lines, power = (
-        solution.problem.units,
-        list[str](),
-        next(iter(solution.meshes.values())).weight_power,
-    )
-    length, unit = (
-        f" {printable(text)}" if text else "" for text in (units.length, units.stress_times(power))
-    )
-    for body in solution.problem.body:
-        mesh, u = solution.meshes[body.name], solution.bodies[body.name].u
-        size, traction = np.linalg.norm(u, axis=1), solution.bodies[body.name].traction
-        name, most = f"  {printable(body.name)}: ", int(np.argmax(size))
-        items = [f"max |u| {size[most]:.6g}{length} at {vector(mesh.x[most], 4)}"]
-        for part in (c.part for c in body.boundary if c.condition != "traction"):
-            nodes = mesh.nodes_of(part)
-            force = vector(mesh.weight[nodes] @ traction[nodes], 5)
-            items.append(f"{printable(part)} held by {force}{unit}")
-        lines += wrapped(name, items)
+def _held(tell: Teller) -> list[str]:
+    """What holds the parts of bodies beside their contacts."""
+    lines, words = list[str](), "force on "
+    for number in tell.numbers.values():
+        if number.name.startswith(words):
+            part = printable(number.name.removeprefix(words))
+            name = part if number.of == ONE_BODY else f"{printable(number.of)}.{part}"
+            lines += wrapped(f"  {name}: ", [f"held by {tell.number(number)}"])
     return lines
 
 
-def _slip_areas(solution: SolutionData) -> list[str]:
-    """How much of contact parts without zones slips."""
-    contact, zoned = solution.contact, {zone.part for zone in solution.zones}
-    lines = []
-    for part in dict.fromkeys(contact.part.tolist()):
-        mine = contact.part == part
-        area, slips = contact.weight[mine].sum(), contact.weight[mine & (contact.state == 1)].sum()
-        if part not in zoned:
-            lines.append(f"  {printable(part)}: slip on {slips:.6g} of {area:.6g}")
-    return lines
+def _displaced(tell: Teller) -> list[str]:
+    """Of each body its largest displacement, and what holds it, after the last increment."""
+    lines = list[str]()
+    for number in tell.numbers.values():
+        if number.name == "largest displacement":
+            lines += wrapped(f"  {printable(number.of)}: ", [f"max |u| {tell.number(number)}"])
+    return [*lines, *_held(tell)]
 
 
 def _accuracy(solution: SolutionData) -> list[str]:

@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from ...arrays import Array
 from ...geometry.rotation import Axial
+from ...model.bodies import Units
+from ...runtime.terminal import printable
+from ..numbers import Number
+
+WIDTH = 80
+"""Of a line."""
+UNKNOWN, EXACT = 5, 7
+"""Digits of a number whose error is not known, and the most that are shown."""
+POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
+"""Of length in a unit, beyond that of an area (`weight_power`)."""
 
 
 def vector(value: Axial, count: int = 6) -> str:
@@ -24,20 +37,85 @@ def digits(error: float, value: float) -> int:
     )
 
 
-WIDTH = 80
-"""Of a line."""
+def told(number: Number, unit: str = "", others: bool = False) -> str:
+    """A number with the digits that its error allows, its error and its unit; where errors of
+    others are known it is said that its own is not.
+
+    >>> told(Number("force", "top", 1, 0, np.array([0.0, -55.2139]), "force", error=0.012), "N")
+    '(0, -55.21) +- 0.02 N'
+    """
+    value, error = number.value, number.error
+    after = f" {printable(unit)}" if unit else ""
+    if np.isinf(error):
+        return "without a bound"
+    if number.size > 0.0 and error >= number.size:
+        return f"not resolved (0 +- {rounded_up(number.size + error)}{after})"
+    # a component that is less than half of the error says nothing
+    shown = [0.0 if abs(each) < 0.5 * error else float(each) for each in value]
+    texts = [_to(each, error) for each in shown]
+    text = f"({', '.join(texts)})" if len(texts) > 1 else texts[0]
+    after += " (error not known)" * bool(others and np.isnan(error))
+    return text + (f" +- {rounded_up(error)}" if error > 0.0 else "") + after
+
+
+def _to(value: float, error: float) -> str:
+    """A value to the digit that its error changes, at most `EXACT` of them.
+
+    >>> _to(98.5569, 0.046), _to(4.08003, 6e-4), _to(10.23, 2.0), _to(1.2e-5, 3e-7)
+    ('98.56', '4.0800', '10', '1.20e-05')
+    """
+    if value == 0.0:
+        return "0"
+    if not error > 0.0:
+        return f"{value:.{UNKNOWN if np.isnan(error) else EXACT}g}"
+    leading = math.floor(math.log10(abs(value)))
+    decimals = min(-math.floor(math.log10(float(rounded_up(error)))), EXACT - 1 - leading)
+    if -4 <= leading < EXACT:
+        return f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return f"{value:.{max(leading + decimals, 0)}e}"
+
+
+def rounded_up(error: float) -> str:
+    """An error with one digit, rounded up.
+
+    >>> rounded_up(0.0121), rounded_up(3.0), rounded_up(0.97)
+    ('0.02', '3', '1')
+    """
+    decade = 10.0 ** np.floor(np.log10(error))
+    return f"{np.ceil(error / decade * (1.0 - 1e-9)) * decade:.1g}"
+
+
+def place_of(x: Array, size: float) -> str:
+    """A point; coordinates that are next to nothing beside the size of the bodies are 0."""
+    return vector(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4)
+
+
+def unit_of(kind: str, units: Units, power: int) -> str:
+    """The user's name of a unit, by the kinds of `Number.unit`; `power` is that of length in an
+    area."""
+    length, stress = units.length, units.stress
+    if kind in ("stress", "length"):
+        return getattr(units, kind) or ""
+    if kind == "rad":
+        return "rad"
+    power += POWERS[kind]
+    if kind in ("area", "volume"):
+        return f"{length}{' ²³'[power - 1].strip()}" if length else ""
+    return (units.stress_times(power) or "") if stress else ""
 
 
 def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
     """Items joined by commas, or words (separator " "), broken into lines that are indented under
-    the first."""
+    the first, or by four more than it where it is long."""
     if separator == " ":
         items = " ".join(items).split()
+    indent = len(head) if len(head) <= WIDTH // 3 else len(head) - len(head.lstrip()) + 4
     lines, line = [], head
     for k, item in enumerate(items):
         text = item + (separator.strip() if k < len(items) - 1 else "")
-        if len(line) + len(text) + 1 > WIDTH and line.strip() and line != head:
+        begun = line.strip() != head.strip()
+        if len(line) + len(text) > WIDTH and (begun or indent < len(head)) and line.strip():
             lines.append(line.rstrip())
-            line = " " * len(head)
+            line = " " * indent
         line += text + " "
     return [*lines, line.rstrip()]

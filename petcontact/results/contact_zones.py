@@ -1,0 +1,162 @@
+"""What part of each element of a contact is closed, and what part slips; edges lie inside elements.
+
+Along curves they are those of `refinement.contact_edges`. On surfaces p² falls and gap^(2/3) grows
+in proportion to the distance from the edge, with one factor for both. It follows from how far the
+closed and the open nodes of a panel are apart.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index, Mask
+from ..contact.law_protocol import OPEN, SLIP
+from ..fields.boundary.places import even_places
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.surface_mesh import SurfaceMesh
+from ..refinement.contact_edges import SPECK, Edge, edges
+from .records import PairResult
+
+ACROSS = 8
+"""Places along each direction of a panel at which is looked: its share is known to 1/64."""
+
+
+def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
+    """Edges of contact and of stick along a curve, of what faces something: where the other part
+    ends is known; arguments as of `edges`."""
+    order = np.argsort(pair.arc_length)
+    order = order[np.isfinite(pair.gap[order])]
+    return edges(
+        pair.arc_length[order],
+        pair.pressure[order],
+        pair.sigma_t[order, 0],
+        pair.bound[order],
+        pair.gap[order],
+        pair.slip_increment[order, 0],
+        pair.state[order].astype(np.int64),
+        smallest,
+        finest,
+    )
+
+
+def areas(
+    mesh: Any, nodes: Index, pair: PairResult, compliance: float
+) -> list[tuple[float, float]]:
+    """Areas, in the plane lengths, of what is closed and of what slips, each with how far it may be
+    off on this mesh: what the elements of its edges hold between two nodes [area].
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+        Of the secondary.
+    nodes : (m,) array
+        Of the contact.
+    pair : PairResult
+    compliance : float
+        2/E* of the pair [1/stress].
+    """
+    element = mesh.element[nodes]
+    numbers, row = np.unique(element, return_inverse=True)
+    area = np.bincount(row, pair.weight)
+    result = []
+    for inside in (pair.state != OPEN, pair.state == SLIP):
+        share = np.bincount(row, pair.weight * inside) / area
+        mixed = (share > 0.0) & (share < 1.0)
+        off = float((area / np.bincount(row))[mixed].sum())
+        if mixed.any() or not inside.all():
+            share = _shares(mesh, nodes, pair, inside, numbers, row, share, compliance)
+        result.append((float(area @ share), off))
+    return result
+
+
+@functools.singledispatch
+def _shares(mesh: Any, *_: Any) -> Array:
+    raise TypeError(f"no areas on {type(mesh).__name__}")
+
+
+@_shares.register
+def _(
+    mesh: CurveMesh,
+    nodes: Index,
+    pair: PairResult,
+    inside: Mask,
+    numbers: Index,
+    row: Index,
+    share: Array,
+    compliance: float,
+) -> Array:
+    """By the edges inside the elements that have them."""
+    faced = np.isfinite(pair.gap)
+    borders = np.sort([edge.s for edge in pair_edges(pair)])
+    zone = np.searchsorted(borders, pair.arc_length)
+    sums = [
+        np.bincount(zone[faced], w[faced], len(borders) + 1) for w in (inside * 1.0, pair.weight**0)
+    ]
+    is_inside = sums[0] > 0.5 * np.maximum(sums[1], 1.0)
+    cut = np.r_[-np.inf, borders, np.inf]
+    start = mesh.side_start[numbers]
+    end = start + mesh.length[numbers]
+    found = np.zeros(len(numbers))
+    for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
+        found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
+    whole = np.bincount(row, faced, len(numbers)) == np.bincount(row, minlength=len(numbers))
+    return np.where(whole, found / mesh.length[numbers], share)
+
+
+@_shares.register
+def _(
+    mesh: SurfaceMesh,
+    nodes: Index,
+    pair: PairResult,
+    inside: Mask,
+    numbers: Index,
+    row: Index,
+    share: Array,
+    compliance: float,
+) -> Array:
+    """By the distance from the edge of contact, where that lies inside; what slips is a share of
+    what is closed."""
+    closed = pair.state != OPEN
+    parts = [np.bincount(row, pair.weight * each, len(numbers)) for each in (closed, inside)]
+    within = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
+    of_closed = parts[0] / np.bincount(row, pair.weight)
+    mixed = np.flatnonzero((of_closed > 0.0) & (of_closed < 1.0))
+    if len(mixed):
+        distance = _distance(pair, row, closed, compliance)
+        values = np.zeros(mesh.n_nodes)
+        values[nodes] = distance
+        places = even_places(mesh, numbers[mixed], ACROSS)
+        count = places.shape[1]
+        basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
+        of_closed[mixed] = (basis @ values > 0.0).reshape(-1, count).mean(axis=1)
+    return np.asarray(of_closed * within)
+
+
+def _distance(pair: PairResult, row: Index, closed: Mask, compliance: float) -> Array:
+    """Signed distances (m,) of nodes from the edge of contact in their elements, up to a factor: K²
+    (compliance p)² inside, -K^(2/3) (3/2 gap)^(2/3) outside, which together bridge the distance of
+    the middles of closed and open nodes."""
+    count = int(row.max()) + 1
+    deep = np.where(closed, (compliance * np.maximum(pair.pressure, 0.0)) ** 2, 0.0)
+    gap = np.where(np.isfinite(pair.gap), np.maximum(pair.gap, 0.0), 0.0)
+    far = np.where(closed, 0.0, (1.5 * gap) ** (2.0 / 3.0))
+
+    def middle(values: Array, mask: Mask) -> Array:
+        number = np.maximum(np.bincount(row, mask, count), 1.0)
+        return np.asarray(np.bincount(row, values * mask, count) / number)
+
+    apart = np.sqrt(sum((middle(x, closed) - middle(x, ~closed)) ** 2 for x in pair.x.T))
+    inner, outer = middle(deep, closed), middle(far, ~closed)
+    # t of inner t³ + outer t = apart, t = K^(-2/3), by Newton from above
+    t = np.minimum(
+        np.cbrt(np.divide(apart, inner, out=np.full(count, np.inf), where=inner > 0.0)),
+        np.divide(apart, outer, out=np.full(count, np.inf), where=outer > 0.0),
+    )
+    t = np.where(np.isfinite(t), t, 1.0)
+    for _ in range(6):
+        slope = np.maximum(3.0 * inner * t**2 + outer, 1e-300)
+        t = t - (inner * t**3 + outer * t - apart) / slope
+    return np.asarray(deep * t[row] ** 3 - far * t[row])

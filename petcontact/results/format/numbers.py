@@ -1,0 +1,63 @@
+"""/numbers of a result file: what the verdict prints, with its errors, a JSON table each."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ...mesh.storage import demand
+from ..numbers import Number
+
+KINDS = {"str": str, "int": int, "float": float, "Array": list, "Array | None": list}
+"""What JSON has for the fields of a number, by their annotations; null where there is none."""
+
+
+def as_json(number: Number) -> str:
+    """A number as a table; null stands for what is not known, or has no bound."""
+    table = {each.name: _plain(getattr(number, each.name)) for each in fields(number)}
+    return json.dumps(table | {"bounded": not math.isinf(number.error)})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return [_plain(each) for each in value.tolist()]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def write_numbers(group: Any, numbers: Sequence[Number]) -> None:
+    """/numbers, a text each."""
+    rows = np.array([as_json(number) for number in numbers], dtype=object)
+    group.create_dataset("numbers", data=rows, dtype=h5py.string_dtype())
+
+
+def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
+    """The numbers that a file holds; None where it holds none."""
+    if "numbers" not in group:
+        return None
+    return tuple(_number(json.loads(row), source) for row in group["numbers"].asstr()[()])
+
+
+def _number(row: Any, source: str) -> Number:
+    found: dict[str, Any] = {}
+    for each in fields(Number):
+        value, kind = row[each.name], KINDS[str(each.type)]
+        good = value is None or isinstance(value, (int, float) if kind is float else kind)
+        demand(good and not isinstance(value, bool), f"{source}: numbers: {each.name} is {value!r}")
+        found[each.name] = value
+    known = ("value", "place")
+    found |= {key: None if found[key] is None else _array(found[key]) for key in known}
+    found["error"] = np.nan if found["error"] is None else float(found["error"])
+    if not row["bounded"]:
+        found["error"] = np.inf
+    demand(found["value"] is not None, f"{source}: numbers: a value is missing")
+    return Number(**found)
+
+
+def _array(values: list[Any]) -> Any:
+    return np.array([np.nan if value is None else float(value) for value in values])

@@ -1,0 +1,280 @@
+"""The numbers of a solution that are printed and written: this list, and no other one.
+
+Each has a place where it is a maximum, and a unit. `number_errors` adds the errors.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..contact.friction_law import lengths
+from ..contact.law_protocol import OPEN
+from ..fields.boundary.places import even_places
+from ..frozen import frozen
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..round_off import EPS, SOLVED
+from .contact_zones import areas
+from .evaluated import Evaluated
+from .peaks import QUANTITIES, stress_peaks
+from .records import PairResult, StepResult
+from .unbounded import Unbounded, unbounded_places
+
+ACROSS, LOOKED_AT = (8, 32), (8, 1)
+"""Places along each direction of an element at which a maximum is looked for between the nodes,
+first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
+a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
+
+
+DISSIPATED = ("dissipated", "dissipated_error")
+"""Of a pair after an increment: energy, and a bound of its error."""
+HELD = ("displacement", "symmetry", "periodic")
+"""Conditions that hold a part."""
+
+
+@frozen
+class Number:
+    """One number, or vector, of a solution.
+
+    Attributes
+    ----------
+    name : str
+        What it is: "force", "largest p", ...
+    of : str
+        Name of the pair, obstacle or body.
+    step, cycle : int
+        Of the step at whose end it is; 0 of what belongs to no step.
+    value : (k,) array
+        The number, or its components.
+    unit : str
+        "stress", "length", "area", "force", "moment", "volume" or "rad".
+    scale : float
+        Sum of the sizes of what it was computed from: round-off is a share of it.
+    error : float
+        Estimated error; nan where it is not known, infinite where the number has no bound.
+    alone : float
+        How far it may be off by what lies between two nodes, or increments, of one solution.
+    place : (d,) array, optional
+        Of a maximum [length].
+    part : str
+        Of the boundary, where a maximum lies; empty inside.
+    """
+
+    name: str
+    of: str
+    step: int
+    cycle: int
+    value: Array
+    unit: str
+    scale: float = 0.0
+    error: float = np.nan
+    alone: float = 0.0
+    place: Array | None = None
+    part: str = ""
+
+    @property
+    def key(self) -> tuple[str, str, int, int]:
+        """What tells it from others of a solution."""
+        return self.name, self.of, self.step, self.cycle
+
+    @property
+    def size(self) -> float:
+        """Length of the vector."""
+        return float(np.linalg.norm(self.value))
+
+    def known_to(self, error: float) -> Number:
+        """The same with an error; one of round-off is 0."""
+        least = SOLVED * max(self.scale, self.size)
+        return replace(self, error=0.0 if error <= least < np.inf else error)
+
+
+class _OfStep:
+    """The numbers at the end of a step."""
+
+    def __init__(
+        self,
+        solution: Evaluated,
+        increments: list[StepResult],
+        places: dict[str, list[Unbounded]],
+    ) -> None:
+        self._solution, self._increments, self._step = solution, increments, increments[-1]
+        self._unbounded = places
+        self._acting = {name: resultant(pair) for name, pair in self._step.pairs.items()}
+
+    def _number(
+        self, name: str, of: str, value: Any, unit: str, scale: float = 0.0, **more: Any
+    ) -> Number:
+        """A number without round-off."""
+        value = np.atleast_1d(value)
+        value = np.where(np.abs(value) > SOLVED * scale, value, 0.0)
+        return Number(name, of, self._step.step, self._step.cycle, value, unit, scale, **more)
+
+    def all(self) -> Iterator[Number]:
+        """Of pairs, obstacles, and bodies that touch nothing."""
+        for name in self._step.pairs:
+            yield from self._resultants(name)
+            yield from self._of_contact(name)
+        yield from self._of_obstacles()
+        if not self._step.pairs:
+            yield from self._displaced()
+        if not self._step.pairs or self._solution.problem.kind == "bilateral":
+            yield from self._held()
+
+    def _resultants(self, name: str) -> Iterator[Number]:
+        pair, (force, moment) = self._step.pairs[name], self._acting[name]
+        yield self._number("force", name, pair.force, "force", force)
+        yield self._number("moment", name, pair.moment, "moment", moment)
+        if pair.force_primary is not None:
+            yield self._number("force on the primary", name, pair.force_primary, "force", force)
+            yield self._number("moment on the primary", name, pair.moment_primary, "moment", moment)
+
+    def _of_contact(self, name: str) -> Iterator[Number]:
+        """Largest pressure and slip, areas, energy and wear."""
+        pair, (force, _) = self._step.pairs[name], self._acting[name]
+        closed = pair.state != OPEN
+        yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
+        yield from self._areas(name)
+        # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
+        moved = float(np.abs(self._step.bodies[self._solution.sides[name][0]].u).max(initial=0.0))
+        moved += float(np.abs(pair.x).max(initial=0.0)) * EPS / SOLVED
+        slip = lengths(pair.slip) * closed
+        yield self._largest("largest slip", name, slip, "length", moved)
+        every = [each.pairs[name] for each in self._increments]
+        spent, left = (sum(getattr(each, key) for each in every) for key in DISSIPATED)
+        yield self._number(
+            "dissipated energy", name, spent, "moment", moved * force, alone=np.nan_to_num(left)
+        )
+        if pair.wear is not None:
+            yield self._number("worn volume", name, pair.worn_volume.sum(), "volume")
+            yield self._largest("worn depth", name, pair.wear.sum(axis=1), "length")
+
+    def _areas(self, name: str) -> Iterator[Number]:
+        solution, pair = self._solution, self._step.pairs[name]
+        body, _ = solution.sides[name]
+        materials = {each.name: each.material for each in solution.problem.body}
+        owners = {body, solution.primaries.get(name, "").partition(".")[0]} & set(materials)
+        compliance = sum(
+            (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
+            for each in owners
+        )
+        total = float(pair.weight.sum())
+        found = areas(solution.meshes[body], solution.nodes[name], pair, compliance)
+        for word, (value, alone) in zip(("contact area", "slipping"), found, strict=True):
+            yield self._number(word, name, value, "area", total, alone=alone)
+
+    def _largest(self, word: str, of: str, values: Array, unit: str, scale: float = 0.0) -> Number:
+        """The maximum of a function on elements; a pressure may have no bound."""
+        body, _ = self._solution.sides[of]
+        mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
+        top, place, element = maximum(mesh, nodes, values)
+        singular = {e for each in self._unbounded.get(body, []) for e in each.elements}
+        error = np.inf if word == "largest p" and element in singular and top > 0.0 else np.nan
+        return self._number(word, of, top, unit, scale, place=place, error=error)
+
+    def _of_obstacles(self) -> Iterator[Number]:
+        force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
+        for name, obstacle in self._step.obstacles.items():
+            yield self._number("moved", name, obstacle.displacement, "length")
+            yield self._number("turned", name, obstacle.rotation, "rad")
+            yield self._number("held by", name, obstacle.force, "force", force)
+            yield self._number("held by moment", name, obstacle.moment, "moment", moment)
+
+    def _displaced(self) -> Iterator[Number]:
+        """The largest displacement of each body."""
+        for name, found in self._step.bodies.items():
+            mesh, size = self._solution.meshes[name], np.linalg.norm(found.u, axis=1)
+            k = int(np.argmax(size))
+            at = {"place": mesh.x[k], "part": mesh.part_names[mesh.node_part[k]]}
+            yield self._number("largest displacement", name, size[k], "length", **at)
+
+    def _held(self) -> Iterator[Number]:
+        """What holds the parts of bodies, but contact."""
+        for body in self._solution.problem.body:
+            mesh, found = self._solution.meshes[body.name], self._step.bodies[body.name]
+            acting = float(mesh.weight @ np.abs(found.traction).max(axis=1))
+            for part in (c.part for c in body.boundary if c.condition in HELD):
+                rows = mesh.nodes_of(part)
+                force = mesh.weight[rows] @ found.traction[rows]
+                yield self._number(f"force on {part}", body.name, force, "force", acting)
+
+
+def resultant(pair: PairResult) -> tuple[float, float]:
+    """All forces of a pair without their directions, and the moment that they have where they lie
+    farthest out."""
+    size = float(pair.weight @ np.hypot(pair.pressure, lengths(pair.sigma_t)))
+    return size, size * float(np.abs(pair.x).max(initial=0.0))
+
+
+def ends_of_steps(solution: Evaluated) -> Iterator[list[StepResult]]:
+    """The increments of each step, the first time and in every later cycle that was solved."""
+    for _, some in itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle)):
+        yield list(some)
+
+
+def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
+    """The numbers at the ends of all steps, their errors not known; largest stresses on demand."""
+    found, every = list[Number](), list[tuple[StepResult, dict[str, list[Unbounded]]]]()
+    for increments in ends_of_steps(solution):
+        places = unbounded_places(solution, increments[-1]) if peaks else {}
+        found += _OfStep(solution, increments, places).all()
+        every.append((increments[-1], places))
+    return [*found, *(_peak_numbers(solution, every) if peaks else [])]
+
+
+def _peak_numbers(
+    solution: Evaluated, every: list[tuple[StepResult, dict[str, list[Unbounded]]]]
+) -> Iterator[Number]:
+    for name, peaks in stress_peaks(solution, every).items():
+        for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface")):
+            if peak is not None:
+                at = peak.step.step, peak.step.cycle, np.array([peak.value]), "stress"
+                yield Number(
+                    f"{name} stress {where}", peak.body, *at, place=peak.place, part=peak.part
+                )
+        for body, place in peaks.unbounded:
+            at = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
+            yield Number(f"{name} stress at {place.sides}", body, *at, place.x, place.sides)
+
+
+def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Array, int]:
+    """The largest value of a function that is given at nodes, where it is, and its element.
+
+    Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
+    """
+    k = int(np.argmax(values))
+    top, place, best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
+    if top == 0.0:
+        return top, place, best
+    whole = np.zeros(mesh.n_nodes)
+    whole[nodes] = np.maximum(values, 0.0)
+    element, row = np.unique(mesh.element[nodes], return_inverse=True)
+    least, most = np.full(len(element), np.inf), np.zeros(len(element))
+    np.minimum.at(least, row, values)
+    np.maximum.at(most, row, values)
+    usable = (least > 0.0) & (np.diff(mesh.first_node)[element] > 1)
+    element, most = element[usable], most[usable]
+    for across, count in zip(ACROSS, LOOKED_AT, strict=True):
+        element = element[np.argsort(-most, kind="stable")[:count]]
+        if not len(element):
+            break
+        places = even_places(mesh, element, across)
+        number = np.repeat(element, places.shape[1])
+        at = places.reshape(-1, *places.shape[2:])
+        between = mesh.basis_at(number, at) @ whole
+        j = int(np.argmax(between))
+        if between[j] > top:
+            point = mesh.variables_at(number[j : j + 1], at[j : j + 1])
+            place = np.array([point[axis][0] for axis in "xyz"[: mesh.dim]])
+            top, best = float(between[j]), int(number[j])
+        most = between.reshape(len(element), -1).max(axis=1)
+    return top, place, best
+
+
+def stress_name(number: Number) -> str:
+    """The attribute of a `StressState` that a number is the maximum of; empty for others."""
+    return next((key for name, key in QUANTITIES.items() if number.name.startswith(f"{name} ")), "")
