@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN, SLIP
-from ..fields.boundary.places import even_places
+from ..fields.boundary.places import spread_places
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
@@ -128,7 +128,7 @@ def _(
         distance = _distance(pair, row, closed, compliance)
         values = np.zeros(mesh.n_nodes)
         values[nodes] = distance
-        places = even_places(mesh, numbers[mixed], ACROSS)
+        places = spread_places(mesh, numbers[mixed], (np.arange(ACROSS) + 0.5) / ACROSS)
         count = places.shape[1]
         basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
         of_closed[mixed] = (basis @ values > 0.0).reshape(-1, count).mean(axis=1)

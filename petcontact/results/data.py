@@ -20,6 +20,7 @@ from ..model.cycle import cycle_steps
 from ..model.problem import Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
+from .number_errors import with_errors
 from .numbers import Number
 from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 from .report import Accuracy, Finding, Provenance
@@ -82,8 +83,6 @@ class SolutionData(Evaluated):
     @functools.cached_property
     def numbers(self) -> list[Number]:
         """The numbers that the verdict prints, with their errors."""
-        from .number_errors import with_errors
-
         if self.written is not None:
             return list(self.written)
         # numbers of an altered file, or of a solve that failed, may overflow

@@ -20,6 +20,7 @@ from ..model.base import nearest
 from ..model.problem import Problem
 from .body_fields import BodyFields, states_at
 from .records import StepResult
+from .report import Accuracy
 
 
 class Evaluated:
@@ -32,6 +33,7 @@ class Evaluated:
     steps: list[StepResult]
     failed: StepResult | None
     volumes: dict[str, VolumeSolution | None] | None
+    accuracy: Accuracy
 
     @property
     def tried(self) -> list[StepResult]:

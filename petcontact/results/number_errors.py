@@ -17,7 +17,7 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
-from .data import SolutionData
+from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
 from .records import PairResult, StepResult
 
@@ -29,7 +29,7 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
 
 
-def with_errors(solution: SolutionData, coarser: SolutionData | None) -> list[Number]:
+def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
     """The numbers of a solution with their errors; `coarser` is the solution on another mesh."""
     numbers = numbers_of(solution)
     if coarser is not None:
@@ -40,7 +40,7 @@ def with_errors(solution: SolutionData, coarser: SolutionData | None) -> list[Nu
 
 
 def _compared(
-    solution: SolutionData, coarser: SolutionData, numbers: Sequence[Number]
+    solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
 ) -> list[Number]:
     before = {number.key: number for number in numbers_of(coarser, peaks=False)}
     return [
@@ -50,7 +50,7 @@ def _compared(
 
 
 def _change(
-    solution: SolutionData, coarser: SolutionData, number: Number, before: Number | None
+    solution: Evaluated, coarser: Evaluated, number: Number, before: Number | None
 ) -> float:
     """How far a number may be off, by what two meshes differ by."""
     if np.isinf(number.error):
@@ -61,16 +61,18 @@ def _change(
         return np.nan
     if number.name in FUNCTIONS:
         return _function_change(solution, coarser, number)
-    return float(np.abs(number.value - before.value).max())
+    apart = float(np.abs(number.value - before.value).max())
+    # increments leave an error of energies, too
+    return max(apart, number.alone) if number.name == "dissipated energy" else apart
 
 
-def _end(solution: SolutionData, number: Number) -> StepResult:
+def _end(solution: Evaluated, number: Number) -> StepResult:
     """The last increment of the step that a number belongs to."""
     at = number.step, number.cycle
     return [step for step in solution.steps if (step.step, step.cycle) == at][-1]
 
 
-def _function_change(solution: SolutionData, coarser: SolutionData, number: Number) -> float:
+def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     """By how much a maximum may be off where the function is off by what it changes by."""
     body, part = solution.sides[number.of]
     mesh, old = solution.meshes[body], coarser.meshes[body]
@@ -101,7 +103,7 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
     )
 
 
-def _stress_change(solution: SolutionData, coarser: SolutionData, number: Number) -> float:
+def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     """What a largest stress changes by where it lies and around it."""
     if number.place is None or number.size == 0.0:
         return 0.0
@@ -130,7 +132,7 @@ def _stress_change(solution: SolutionData, coarser: SolutionData, number: Number
     return float(np.abs(one - other).max())
 
 
-def _by_tails(solution: SolutionData, number: Number) -> Number:
+def _by_tails(solution: Evaluated, number: Number) -> Number:
     """The error on one surface mesh."""
     if np.isinf(number.error):
         return number

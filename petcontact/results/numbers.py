@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
-from ..fields.boundary.places import even_places
+from ..fields.boundary.places import spread_places
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED
@@ -25,7 +25,7 @@ from .peaks import QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
 from .unbounded import Unbounded, unbounded_places
 
-ACROSS, LOOKED_AT = (8, 32), (8, 1)
+ACROSS, LOOKED_AT = (9, 33), (8, 1)
 """Places along each direction of an element at which a maximum is looked for between the nodes,
 first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
@@ -262,7 +262,7 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
         element = element[np.argsort(-most, kind="stable")[:count]]
         if not len(element):
             break
-        places = even_places(mesh, element, across)
+        places = spread_places(mesh, element, np.linspace(0.0, 1.0, across))
         number = np.repeat(element, places.shape[1])
         at = places.reshape(-1, *places.shape[2:])
         between = mesh.basis_at(number, at) @ whole

@@ -86,7 +86,7 @@ def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, 
             error == np.inf
             and f"the error is not known, 0.0001 was wanted: iterate: {said}" in solution.reason
         )
-        assert solution.verdict().startswith("  not converged: the error is not known")
+        assert solution.verdict().splitlines()[1].startswith("  the error is not known")
 
 
 @pytest.mark.parametrize(

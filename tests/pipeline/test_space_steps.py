@@ -361,7 +361,7 @@ def test_a_stack_files_figures_and_fields(tmp_path):
     again = read_result(tmp_path / "stack.h5")
     assert (
         again.verdict() == solution.verdict()
-        and "body block: 40 elements of order 1, 480 unknowns" in again.verdict()
+        and "body block: 40 elements of order 1, 480 unknowns" in again.verdict(True)
     )
     inside = np.array([[1.0, 0.5, 0.5], [0.4, 0.3, 0.7]])
     assert np.array_equal(again.at(inside, "block"), solution.at(inside, "block"))

@@ -19,9 +19,7 @@ FROZEN = ("format1_plane", "format1_space", "format2_steps")
 
 def without_cost(verdict):
     """And without the peaks of stress, which those versions did not have."""
-    verdict = re.sub(
-        r"  (largest .* stress:|stress has no bound).*\n( {6,}.*\n)*", "", verdict
-    )
+    verdict = re.sub(r"  (largest .* stress:|stress has no bound).*\n( {6,}.*\n)*", "", verdict)
     return re.sub(r"  time \[s\].*", "", verdict, flags=re.DOTALL)
 
 

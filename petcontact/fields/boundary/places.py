@@ -162,20 +162,20 @@ def best_on_panel(corners: int, order: int) -> Array:
 
 
 @functools.singledispatch
-def even_places(mesh: Any, element: Index, across: int) -> Array:
-    """So many places along each direction of elements (k,), evenly spread, (k, q) or (k, q, 2)."""
+def spread_places(mesh: Any, element: Index, shares: Array) -> Array:
+    """Places of elements (k,) at shares of each of their directions, from 0 to 1, (k, q) or (k, q,
+    2)."""
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
-@even_places.register
-def _(mesh: CurveMesh, element: Index, across: int) -> Array:
-    return np.tile((np.arange(across) + 0.5) / across, (len(element), 1))
+@spread_places.register
+def _(mesh: CurveMesh, element: Index, shares: Array) -> Array:
+    return np.tile(shares, (len(element), 1))
 
 
-@even_places.register
-def _(mesh: SurfaceMesh, element: Index, across: int) -> Array:
-    share = (np.arange(across) + 0.5) / across
-    one, other = (each.ravel() for each in np.meshgrid(share, share, indexing="ij"))
+@spread_places.register
+def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
+    one, other = (each.ravel() for each in np.meshgrid(shares, shares, indexing="ij"))
     places = np.empty((len(element), len(one), 2))
     for kind in np.unique(mesh.kind[element]):
         mine = np.flatnonzero(mesh.kind[element] == kind)

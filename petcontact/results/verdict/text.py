@@ -12,8 +12,8 @@ from ...model.bodies import Units
 from ...runtime.terminal import printable
 from ..numbers import Number
 
-WIDTH = 80
-"""Of a line."""
+WIDTH, KEPT = 80, "\xa0"
+"""Of a line, and a space at which none is broken."""
 UNKNOWN, EXACT = 5, 7
 """Digits of a number whose error is not known, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
@@ -38,24 +38,24 @@ def digits(error: float, value: float) -> int:
 
 
 def told(number: Number, unit: str = "", others: bool = False) -> str:
-    """A number with the digits that its error allows, its error and its unit; where errors of
+    r"""A number with the digits that its error allows, its error and its unit; where errors of
     others are known it is said that its own is not.
 
     >>> told(Number("force", "top", 1, 0, np.array([0.0, -55.2139]), "force", error=0.012), "N")
-    '(0, -55.21) +- 0.02 N'
+    '(0,\xa0-55.21)\xa0+-\xa00.02 N'
     """
     value, error = number.value, number.error
     after = f" {printable(unit)}" if unit else ""
     if np.isinf(error):
         return "without a bound"
     if number.size > 0.0 and error >= number.size:
-        return f"not resolved (0 +- {rounded_up(number.size + error)}{after})"
+        return f"not resolved (0 +- {rounded_up(number.size + error)})".replace(" ", KEPT) + after
     # a component that is less than half of the error says nothing
     shown = [0.0 if abs(each) < 0.5 * error else float(each) for each in value]
     texts = [_to(each, error) for each in shown]
     text = f"({', '.join(texts)})" if len(texts) > 1 else texts[0]
     after += " (error not known)" * bool(others and np.isnan(error))
-    return text + (f" +- {rounded_up(error)}" if error > 0.0 else "") + after
+    return (text + (f" +- {rounded_up(error)}" if error > 0.0 else "")).replace(" ", KEPT) + after
 
 
 def _to(value: float, error: float) -> str:
@@ -78,16 +78,17 @@ def _to(value: float, error: float) -> str:
 def rounded_up(error: float) -> str:
     """An error with one digit, rounded up.
 
-    >>> rounded_up(0.0121), rounded_up(3.0), rounded_up(0.97)
-    ('0.02', '3', '1')
+    >>> rounded_up(0.0121), rounded_up(13.0), rounded_up(0.97)
+    ('0.02', '20', '1')
     """
     decade = 10.0 ** np.floor(np.log10(error))
-    return f"{np.ceil(error / decade * (1.0 - 1e-9)) * decade:.1g}"
+    found = np.ceil(error / decade * (1.0 - 1e-9)) * decade
+    return f"{found:.0f}" if 1.0 <= found < 10.0**EXACT else f"{found:.1g}"
 
 
 def place_of(x: Array, size: float) -> str:
     """A point; coordinates that are next to nothing beside the size of the bodies are 0."""
-    return vector(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4)
+    return vector(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4).replace(" ", KEPT)
 
 
 def unit_of(kind: str, units: Units, power: int) -> str:
@@ -108,7 +109,7 @@ def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
     """Items joined by commas, or words (separator " "), broken into lines that are indented under
     the first, or by four more than it where it is long."""
     if separator == " ":
-        items = " ".join(items).split()
+        items = " ".join(items).split(" ")
     indent = len(head) if len(head) <= WIDTH // 3 else len(head) - len(head.lstrip()) + 4
     lines, line = [], head
     for k, item in enumerate(items):
@@ -118,4 +119,4 @@ def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
             lines.append(line.rstrip())
             line = " " * indent
         line += text + " "
-    return [*lines, line.rstrip()]
+    return [each.replace(KEPT, " ") for each in (*lines, line.rstrip())]
