@@ -27,6 +27,9 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
+BESIDE, INSIDE = 4, 0.2
+"""Places at which a stress is compared on the boundary, the nearest that there are, and how far
+apart they lie inside, over the distance to the boundary: stress varies no faster there."""
 
 
 def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
@@ -39,9 +42,7 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
     return numbers
 
 
-def _compared(
-    solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
-) -> list[Number]:
+def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     before = {number.key: number for number in numbers_of(coarser, peaks=False)}
     return [
         number.known_to(_change(solution, coarser, number, before.get(number.key)))
@@ -74,21 +75,27 @@ def _end(solution: Evaluated, number: Number) -> StepResult:
 
 def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     """By how much a maximum may be off where the function is off by what it changes by."""
-    body, part = solution.sides[number.of]
-    mesh, old = solution.meshes[body], coarser.meshes[body]
-    pairs = [_end(each, number).pairs[number.of] for each in (solution, coarser)]
-    rows = pairs[0].state != OPEN
-    nodes = solution.nodes[number.of][rows]
-    now, before = (FUNCTIONS[number.name](pair) for pair in pairs)
-    element, place = located(old, mesh.x[nodes], part, within=sizes(old))
-    found = element >= 0
-    if not found.any():
+    now, before = (
+        FUNCTIONS[number.name](_end(each, number).pairs[number.of]) for each in (solution, coarser)
+    )
+    rows = _end(solution, number).pairs[number.of].state != OPEN
+    nodes, mesh = solution.nodes[number.of][rows], solution.meshes[solution.sides[number.of][0]]
+    change = np.abs(_carried(coarser, number.of, before, mesh.x[nodes]) - now[rows])
+    if not np.isfinite(change).any():
         return float(now.max(initial=0.0))
-    whole = np.zeros(old.n_nodes)
-    whole[coarser.nodes[number.of]] = before
-    change = np.zeros(len(nodes))
-    change[found] = np.abs(old.basis_at(element[found], place[found]) @ whole - now[rows][found])
-    return _of_maximum(now[rows], change, mesh.element[nodes])
+    return _of_maximum(now[rows], np.nan_to_num(change), mesh.element[nodes])
+
+
+def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
+    """Values (m,) at the nodes of a pair to values at points of its secondary; nan off it."""
+    body, part = solution.sides[name]
+    mesh = solution.meshes[body]
+    element, place = located(mesh, x, part, within=sizes(mesh))
+    whole, result = np.zeros(mesh.n_nodes), np.full(len(x), np.nan)
+    whole[solution.nodes[name]] = values
+    found = element >= 0
+    result[found] = mesh.basis_at(element[found], place[found]) @ whole
+    return result
 
 
 def _of_maximum(values: Array, change: Array, element: Index) -> float:
@@ -107,29 +114,35 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     """What a largest stress changes by where it lies and around it."""
     if number.place is None or number.size == 0.0:
         return 0.0
-    steps = [_end(each, number) for each in (solution, coarser)]
-    states = []
-    mesh = solution.meshes[number.of]
-    if number.part:
-        element, state = solution.boundary_state(number.of, steps[0])
-        mine = np.flatnonzero(mesh.part[element] == mesh.part_names.index(number.part))
-        near = mine[np.linalg.norm(state.x[mine] - number.place, axis=1).argsort()[:4]]
-        x = state.x[near]
-    else:
-        d = mesh.dim
-        reach = 0.2 * float(np.linalg.norm(mesh.x - number.place, axis=1).min())
-        x = number.place + reach * np.vstack([np.zeros(d), np.eye(d), -np.eye(d)])
-    for each, step in zip((solution, coarser), steps, strict=True):
-        fields, own = each.body_fields(number.of, step), each.meshes[number.of]
-        if number.part:
-            element, place = located(own, x, number.part, within=sizes(own))
-            if np.any(element < 0):
-                return np.nan
-            states.append(fields.on_boundary(element, place))
-        else:
-            states.append(fields.at(x, outside=np.nan))
-    one, other = (getattr(state, stress_name(number)) for state in states)
+    x = _around(solution, number)
+    one, other = (_stress_at(each, number, x) for each in (solution, coarser))
     return float(np.abs(one - other).max())
+
+
+def _around(solution: Evaluated, number: Number) -> Array:
+    """The place of a largest stress and places beside it, on its part or inside."""
+    mesh, place = solution.meshes[number.of], number.place
+    if number.part:
+        element, state = solution.boundary_state(number.of, _end(solution, number))
+        mine = state.x[mesh.part[element] == mesh.part_names.index(number.part)]
+        return np.asarray(mine[np.linalg.norm(mine - place, axis=1).argsort()[:BESIDE]])
+    reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
+    ways = np.eye(mesh.dim)
+    return np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
+
+
+def _stress_at(solution: Evaluated, number: Number, x: Array) -> Array:
+    """The stress that a number is the largest of, at points; nan off the body."""
+    mesh = solution.meshes[number.of]
+    fields = solution.body_fields(number.of, _end(solution, number))
+    if not number.part:
+        state = fields.at(x, outside=np.nan)
+    else:
+        element, place = located(mesh, x, number.part, within=sizes(mesh))
+        if np.any(element < 0):
+            return np.full(len(x), np.nan)
+        state = fields.on_boundary(element, place)
+    return np.asarray(getattr(state, stress_name(number)))
 
 
 def _by_tails(solution: Evaluated, number: Number) -> Number:

@@ -247,9 +247,9 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
     Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
     """
     k = int(np.argmax(values))
-    top, place, best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
-    if top == 0.0:
-        return top, place, best
+    best = max(float(values[k]), 0.0), mesh.x[nodes[k]], int(mesh.element[nodes[k]])
+    if best[0] == 0.0:
+        return best
     whole = np.zeros(mesh.n_nodes)
     whole[nodes] = np.maximum(values, 0.0)
     element, row = np.unique(mesh.element[nodes], return_inverse=True)
@@ -260,19 +260,25 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
     element, most = element[usable], most[usable]
     for across, count in zip(ACROSS, LOOKED_AT, strict=True):
         element = element[np.argsort(-most, kind="stable")[:count]]
-        if not len(element):
-            break
-        places = spread_places(mesh, element, np.linspace(0.0, 1.0, across))
-        number = np.repeat(element, places.shape[1])
-        at = places.reshape(-1, *places.shape[2:])
-        between = mesh.basis_at(number, at) @ whole
-        j = int(np.argmax(between))
-        if between[j] > top:
-            point = mesh.variables_at(number[j : j + 1], at[j : j + 1])
-            place = np.array([point[axis][0] for axis in "xyz"[: mesh.dim]])
-            top, best = float(between[j]), int(number[j])
-        most = between.reshape(len(element), -1).max(axis=1)
-    return top, place, best
+        if len(element):
+            most, found = _between(mesh, element, whole, across)
+            best = found if found[0] > best[0] else best
+    return best
+
+
+def _between(
+    mesh: BoundaryMesh, element: Index, whole: Array, across: int
+) -> tuple[Array, tuple[float, Array, int]]:
+    """The largest values of a function on elements (k,), and the largest of all as `maximum` has
+    it."""
+    places = spread_places(mesh, element, np.linspace(0.0, 1.0, across))
+    number = np.repeat(element, places.shape[1])
+    at = places.reshape(-1, *places.shape[2:])
+    values = mesh.basis_at(number, at) @ whole
+    j = int(np.argmax(values))
+    point = mesh.variables_at(number[j : j + 1], at[j : j + 1])
+    place = np.array([point[axis][0] for axis in "xyz"[: mesh.dim]])
+    return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))
 
 
 def stress_name(number: Number) -> str:

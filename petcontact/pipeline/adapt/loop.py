@@ -263,10 +263,21 @@ def _finished(
     }.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
-    solution = replace(solution, accuracy=record, status=status, reason=reason, timings=timings)
-    if shown and len(work.solutions) > 1:
-        solution = replace(solution, coarser=replace(work.solutions[-2], coarser=None))
+    solution = replace(
+        solution,
+        accuracy=record,
+        status=status,
+        reason=reason,
+        timings=timings,
+        coarser=_before_last(work),
+    )
     return solution.with_findings(findings)
+
+
+def _before_last(work: AdaptiveSolve) -> Solution | None:
+    """The solution on the last mesh but one, where both are accepted."""
+    last = [each for each in work.solutions[-2:] if each.converged]
+    return last[0] if len(last) > 1 else None
 
 
 def _shortcomings(

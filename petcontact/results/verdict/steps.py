@@ -69,6 +69,11 @@ class Teller:
         """A number at the end of a step."""
         return self.numbers.get((name, of, step.step, step.cycle))
 
+    def is_told(self, step: StepResult, of: str, names: dict[str, str]) -> bool:
+        """Whether one of some numbers is not 0."""
+        found = [self.get(step, of, name) for name in names]
+        return any(number is not None and number.size > 0.0 for number in found)
+
     def items(self, step: StepResult, of: str, names: dict[str, str]) -> Iterator[str]:
         """Those of some numbers that there are, by their names, each with the words before it."""
         for name, words in names.items():
@@ -139,25 +144,31 @@ def law_words(posed: Any) -> str:
 
 def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[str]]:
     """Line by line."""
-    pair, power = step.pairs[name], tell.solution.meshes[tell.solution.sides[name][0]].weight_power
+    pair = step.pairs[name]
     yield list(tell.items(step, name, {"force": "force", **MOMENT} if tell.verbose else FORCE))
     if tell.verbose and pair.force_primary is not None:
         yield [*tell.items(step, name, PRIMARY), f"imbalance {pair.imbalance:.1e}"]
     yield list(tell.items(step, name, {"largest p": "largest p"}))
-    what = "contact width" if power == 1 else "contact area"
-    area, slips = (tell.get(step, name, key) for key in ("contact area", "slipping"))
-    if area is not None and slips is not None:
-        total = f"of {float(pair.weight.sum()):.5g}"
-        slides = (law.friction_coefficient, law.friction_bound) != (None, None)
-        share = 100.0 * float(slips.value[0]) / (float(area.value[0]) or np.inf)
-        known = not (slips.size > 0.0 and slips.error >= slips.size)
-        part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
-        words = f"{part} of it slips" if known else "what slips is not resolved"
-        yield [f"{what} {tell.number(area)} {total}", *[words] * (slides and area.size > 0.0)]
-    moved = [tell.get(step, name, key) for key in MOVED]
-    if tell.verbose or any(each is not None and each.size > 0.0 for each in moved[1:]):
+    slides = (law.friction_coefficient, law.friction_bound) != (None, None)
+    yield list(_area(tell, step, name, slides))
+    if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
         yield list(tell.items(step, name, MOVED))
     yield list(tell.items(step, name, WORN))
+
+
+def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[str]:
+    """What is closed, and where there is friction the share of it that slips."""
+    area, slips = (tell.get(step, name, key) for key in ("contact area", "slipping"))
+    if area is None or slips is None:
+        return
+    power = tell.solution.meshes[tell.solution.sides[name][0]].weight_power
+    what = "contact width" if power == 1 else "contact area"
+    yield f"{what} {tell.number(area)} of {float(step.pairs[name].weight.sum()):.5g}"
+    if slides and area.size > 0.0:
+        share = 100.0 * slips.size / area.size
+        part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
+        known = slips.size == 0.0 or not slips.error >= slips.size
+        yield f"{part} of it slips" if known else "what slips is not resolved"
 
 
 FORCE = {"force": "force"}
