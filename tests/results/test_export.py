@@ -221,27 +221,31 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("size", "apart", "text"),
+    ("size", "gap", "text"),
     [
-        (1e-4, False, "displacements × 1000"),
-        (1e-4, True, "displacements to scale"),
-        (0.4, False, "displacements to scale"),
-        (1.5, False, "displacements to scale"),
-        (30.0, True, "displacements / 200"),
+        (1e-4, 0.0, "displacements × 1000"),
+        (1e-4, 1e-7, "displacements × 1000"),
+        (1e-4, -0.1, "displacements to scale"),
+        (1e-4, "x**2", "displacements to scale"),
+        (0.4, 0.0, "displacements to scale"),
+        (1.5, 0.0, "displacements to scale"),
+        (30.0, 0.1, "displacements / 200"),
     ],
 )
 def test_displacements_are_shrunk_beyond_the_size_of_bodies_and_magnified_only_where_sides_fit(
-    plane, size, apart, text
+    plane, size, gap, text
 ):
     solution, _ = plane
-    step = solution.last
+    step, pair = solution.last, solution.problem.contact[0]
     bodies = {
         name: BodyResult(size / np.sqrt(2.0) * np.ones_like(body.u), body.traction)
         for name, body in step.bodies.items()
     }
-    pairs = {
-        name: pair if apart else replace(pair, state=0 * pair.state)
-        for name, pair in step.pairs.items()
-    }
-    changed = replace(solution, steps=[replace(step, bodies=bodies, pairs=pairs)])
+    closed = {name: replace(pair, state=0 * pair.state) for name, pair in step.pairs.items()}
+    contact = (pair.model_copy(update={"gap": gap}),)
+    changed = replace(
+        solution,
+        problem=solution.problem.model_copy(update={"contact": contact}),
+        steps=[replace(step, bodies=bodies, pairs=closed)],
+    )
     assert view_of(changed).text == text

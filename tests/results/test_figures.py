@@ -18,6 +18,7 @@ from petcontact import (
     Material,
     MeshOptions,
     Problem,
+    Step,
     Traction,
     deformed_figure,
     field_on_grid,
@@ -147,7 +148,9 @@ def with_paths(solution, *scales):
             for name, pair in solution.pairs.items()
         }
         steps.append(replace(solution.last, name=f"step {number}", step=number, pairs=pairs))
-    return replace(solution, steps=steps)
+    named = tuple(Step(name=step.name) for step in steps)
+    problem = solution.problem.model_copy(update={"step": named})
+    return replace(solution, problem=problem, steps=steps)
 
 
 def test_only_a_path_that_returns_has_a_hysteresis_figure(solution):
@@ -182,12 +185,28 @@ def test_a_rigid_foundation_holds_and_loads_are_drawn(plate):
     """The foundation stays flat however much displacements are magnified."""
     axes = drawn(plane.draw_deformed, plate).axes[0]
     named = axes.get_legend_handles_labels()[1]
-    assert {"obstacle", "roller", "load", "contact traction"} <= {*named}
+    assert {"obstacle", "roller", "load, up to 60", "contact traction"} <= {*named}
     foundation = bands(axes)["obstacle"]
     assert foundation[:, 1].max() == pytest.approx(0.0, abs=1e-9) and foundation[:, 1].min() < 0.0
     assert np.ptp(foundation[:, 0]) == pytest.approx(10.0, rel=0.1)
     loads = next(c for c in axes.collections if isinstance(c, Quiver) and c.U.min() > 0.0)
     assert np.abs(loads.V).max() < 1e-9 and loads.X.min() > 10.0  # pulled to the right
+
+
+def test_a_curve_ends_where_only_a_corner_is_larger_and_round_off_is_zero(solution):
+    (name, pair), *_ = solution.pairs.items()
+
+    def axes_of(pressure):
+        pairs = {name: replace(pair, pressure=pressure)}
+        changed = replace(solution, steps=[replace(solution.last, pairs=pairs)])
+        return drawn(plane.draw_normal, changed).axes[0]
+
+    axes = axes_of(np.where(pair.arc_length > 7.7, 1e4, pair.pressure))  # beside a sharp corner
+    assert axes.get_ylim()[1] < 2.0 * pair.pressure.max()
+    assert any("cut at corners" in text.get_text() for text in axes.texts)
+    axes = axes_of(np.where(np.abs(pair.arc_length - 4.0) < 1.0, 1e4, pair.pressure))
+    assert axes.get_ylim()[1] > 1e4 and not axes.texts
+    assert not axes_of(1e-15 * pair.pressure).lines[0].get_ydata().any()
 
 
 def test_a_given_displacement_and_a_clamped_side_differ():

@@ -25,6 +25,7 @@ from ...runtime.figure_style import (
 from ..data import SolutionData
 from ..records import PairResult
 from .curves import CURVES, along, headed, headed_end, shown_ends
+from .finite import end_at_corners, without_noise
 from .surroundings import (
     draw_loads,
     draw_obstacles,
@@ -165,10 +166,11 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
     (figures 3 and 6)."""
     for axes, name, order in _panels(figure, solution):
         ends = shown_ends(solution)
-        for number, step in enumerate(ends):
+        curves = [without_noise(solution, step.pairs[name].sigma_t[:, 0]) for step in ends]
+        for number, (step, sigma_t) in enumerate(zip(ends, curves, strict=True)):
             pair = step.pairs[name]
             named = plain(step.title) if len(ends) > 1 else r"$\sigma_t$"
-            axes.plot(pair.arc_length[order], pair.sigma_t[order, 0], label=named, **line(number))
+            axes.plot(pair.arc_length[order], sigma_t[order], label=named, **line(number))
         s, bound = pair.arc_length[order], pair.bound[order]
         for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
             axes.plot(
@@ -179,6 +181,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
                 label=r"$\pm$ bound" if sign > 0 else None,
             )
         axes.margins(y=0.08)
+        end_at_corners(axes, solution, name, curves)
         axes.set_ylabel(label("tangential traction", solution.problem.units.stress))
         legend_beside(axes)
 
@@ -188,8 +191,9 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
     foundation that does not pull would let go."""
     for axes, name, order in _panels(figure, solution):
         ends = shown_ends(solution)
+        curves = [without_noise(solution, step.pairs[name].pressure) for step in ends]
         for number, step in enumerate(ends):
-            pressure = step.pairs[name].pressure[order]
+            pressure = curves[number][order]
             s = step.pairs[name].arc_length[order]
             named = plain(step.title) if len(ends) > 1 else "$p$"
             axes.plot(s, pressure, label=named, **line(number))
@@ -204,6 +208,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
                 label="tension",
             )
         axes.axhline(0.0, color="0.5", lw=0.6)
+        end_at_corners(axes, solution, name, curves)
         axes.set_ylabel(label("pressure", solution.problem.units.stress))
         legend_beside(axes)
 

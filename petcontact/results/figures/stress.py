@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
 from ...errors import InputError
@@ -20,10 +19,10 @@ from ...model.base import nearest
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
-from ..peaks import NEAR
 from ..unbounded import Unbounded, unbounded_places
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
 from ..vtu.places import Places
+from .finite import away_from
 from .plane import draw_outlines, fit_height, place
 from .surface import sampled, shade_each
 from .view import View, view_of
@@ -35,6 +34,8 @@ ALONG = 100
 """Grid cells along the longer side of a body, where no grid is given."""
 WIDE = 110
 """Characters of a line under the figure."""
+PLACES = 3
+"""Most places without a bound that a figure names; the verdict names more."""
 COARSE = 40
 """The same for the figure that `plot` draws."""
 SIGNED = 0.01
@@ -223,7 +224,9 @@ def _without(solution: SolutionData, picture: Picture) -> str:
         for name in picture.bodies
         for place in _places(solution, picture, name)
     }
-    return f", away from {', '.join(sorted(left))} where stress has no bound" if left else ""
+    shown, more = sorted(left)[:PLACES], max(0, len(left) - PLACES)
+    rest = f" and {more} more place{'s' * (more > 1)}" if more else ""
+    return f", away from {', '.join(shown)}{rest} where stress has no bound" if left else ""
 
 
 def _point(x: Array) -> str:
@@ -236,10 +239,7 @@ def _top(solution: SolutionData, picture: Picture, body: str, x: Array, values: 
     mesh, places = solution.meshes[body], _places(solution, picture, body)
     sizes = np.where(np.isfinite(values), np.abs(values), -1.0)
     if places:
-        near = np.isin(mesh.element, [element for place in places for element in place.elements])
-        points = np.vstack([mesh.x[near], *(place.x for place in places)])
-        reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
-        away = scipy.spatial.cKDTree(points).query(x)[0] >= reach
+        away = away_from(mesh, places, x)
         sizes = np.where(away, sizes, -1.0) if away.any() else sizes
     return int(np.argmax(sizes))
 

@@ -5,19 +5,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
+from ...errors import InputError
 from ...frozen import frozen
 from ...mesh.surface_mesh import SurfaceMesh
+from ...model.expressions import evaluate
 from ...runtime.figure_style import label, round_number
 from ..data import SolutionData
 from ..records import PairResult, StepResult
 
 MAGNIFIED = 0.08
 """Largest displacement drawn, as a fraction of the size of the bodies."""
+MISSED = 2e-3
+"""Distance of sides that touch, over the size of the bodies, that is not seen: two dots of a figure
+of 1000 dots."""
 NEARLY = 1.0 - 1e-4
 """Cosine of the angle to an axis from which on a direction is called by its name."""
 AROUND, STRAIGHT, ONE_SIDED = 0.9, 1e-3, 1e-3
@@ -36,8 +42,9 @@ class View:
     Attributes
     ----------
     factor : float
-        Of displacements: at least 1, unless they are larger than the bodies; 1 where sides are
-        apart that did not fit, as a round one on a flat one. A round side would look concave.
+        Of displacements: at least 1, unless they are larger than the bodies; 1 where contact closed
+        a gap or an overlap that would be seen. Magnified the sides would not meet: a round one
+        would look concave, and a press fit would have a white gap.
     low, high : (d,) arrays
         What the bodies cover as they were and as they are drawn [length].
     largest : float
@@ -74,19 +81,42 @@ def view_of(
     largest = max(float(np.linalg.norm(values, axis=1).max()) for _, values in u)
     if factor is None:
         factor = round_number(share * size, largest)
-        if _apart(solution) or (factor < 1.0 and largest <= size):
-            factor = min(factor, 1.0) if largest > size else 1.0
+        if factor < 1.0:
+            factor = factor if largest > size else 1.0
+        elif (factor - 1.0) * _misfit(solution) > MISSED * size:
+            factor = 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
     return View(factor, places.min(axis=0), places.max(axis=0), largest)
 
 
-def _apart(solution: SolutionData) -> bool:
-    """Whether sides that had a gap are apart somewhere at the end."""
-    return any(
-        side.law.gap != 0.0 and np.any(solution.last.pairs[side.name].state == OPEN)
-        for side in solution.problem.interfaces
-        if not side.periodic and side.name in solution.last.pairs
-    )
+def _misfit(solution: SolutionData) -> float:
+    """The largest distance that contact has closed [length]: sides that were as far apart, or
+    overlapped, meet only where displacements are drawn to scale."""
+    largest = 0.0
+    for side in solution.problem.interfaces:
+        pair = solution.last.pairs.get(side.name)
+        if side.periodic or pair is None:
+            continue
+        gap = _first_gap(solution, side, pair)
+        closed = (pair.state != OPEN) & np.isfinite(gap)
+        largest = max(largest, float(np.abs(gap[closed]).max(initial=0.0)))
+    return largest
+
+
+def _first_gap(solution: SolutionData, side: Any, pair: PairResult) -> Array:
+    """The gap (m,) of an interface before anything moved [length]."""
+    mesh = solution.meshes[solution.sides[side.name][0]]
+    if side.law.gap != "geometry":
+        try:
+            variables = mesh.variables(solution.nodes[side.name])
+            return evaluate(side.law.gap, variables, len(pair.x), f"{side.key}.gap")
+        except InputError:  # a function of Python, which no file holds: any gap is possible
+            return np.full(len(pair.x), np.ptp(mesh.x))
+    if side.primary is None or side.law.normal != "unilateral":
+        return np.zeros(len(pair.x))
+    body, part = side.primary
+    primary = solution.meshes[solution.problem.body[body].name]
+    return primary.faces(part)[1].cast(pair.x, pair.normal).distance
 
 
 @frozen

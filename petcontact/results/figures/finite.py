@@ -1,0 +1,65 @@
+"""What of a stress figures show where stress has no bound, and of curves that are round-off."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Mask
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import SOLVED
+from ..data import SolutionData
+from ..peaks import NEAR
+from ..unbounded import Unbounded, unbounded_places
+
+ABOVE = 0.5
+"""Of an axis that ends below the largest value, over the values that it shows away from corners:
+how a curve grows towards its corner is seen."""
+
+
+def away_from(
+    mesh: BoundaryMesh, places: Sequence[Unbounded], x: Array, size: float | None = None
+) -> Mask:
+    """Which points (m, d) of a body lie away from places without a bound, by `NEAR` times a size,
+    that of the body by default."""
+    near = np.isin(mesh.element, [element for place in places for element in place.elements])
+    points = np.vstack([mesh.x[near], *(place.x for place in places)])
+    reach = NEAR * (float(np.ptp(mesh.x, axis=0).max()) if size is None else size)
+    return np.asarray(scipy.spatial.cKDTree(points).query(x)[0] >= reach)
+
+
+def without_noise(solution: SolutionData, traction: Array) -> Array:
+    """A contact traction that is no round-off of the largest traction of all bodies."""
+    largest = max(float(np.abs(body.traction).max()) for body in solution.bodies.values())
+    return np.where(np.abs(traction) <= SOLVED * largest, 0.0, traction)
+
+
+def end_at_corners(axes: Any, solution: SolutionData, name: str, curves: Sequence[Array]) -> None:
+    """End the axis of tractions (m,) of an interface near those away from corners where they have
+    no bound, and say so."""
+    body, pair = solution.sides[name][0], solution.pairs[name]
+    places = unbounded_places(solution, solution.last)[body]
+    if not places:
+        return
+    size = float(np.ptp(pair.x, axis=0).max())
+    away = away_from(solution.meshes[body], places, pair.x, size)
+    every = np.array([np.append(curve, 0.0) for curve in curves])
+    shown = every[:, np.append(away, True)]
+    room = ABOVE * float(np.ptp(shown))
+    low, high = float(shown.min()) - room, float(shown.max()) + room
+    if not away.any() or room == 0.0 or (every.min() >= low and every.max() <= high):
+        return
+    axes.set_ylim(max(low, every.min()), min(high, every.max()))
+    axes.text(
+        0.99,
+        0.97,
+        "cut at corners, where it has no bound",
+        transform=axes.transAxes,
+        ha="right",
+        va="top",
+        fontsize=7.0,
+        color="0.35",
+    )
