@@ -13,7 +13,7 @@ from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...frozen import frozen
-from ...mesh.approximation import ACROSS
+from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
@@ -148,6 +148,7 @@ class Places:
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
         """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap
         there (q,)."""
+        share = 0.5 + WITHIN * (share - 0.5)
         place, element = self.faces.spread(number, share), self.element[number]
         return self.mesh.basis_at(element, place), self.gap_at(
             element, place, *self.faces.at(number, place)
