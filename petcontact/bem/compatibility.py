@@ -80,14 +80,9 @@ def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
 
 def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
     """Of displacements that move the axis along r."""
-    before, after = outline.neighbours
-    own = np.arange(len(outline.sides))
     for conditions in problem.conditions(number):
-        for k, at in [
-            *((k, -1.0) for k in own[before == own]),
-            *((k, 1.0) for k in own[after == own]),
-        ]:
-            side = outline.sides[k]
+        for k, end in outline.axis_ends:
+            side, at = outline.sides[k], 2.0 * end - 1.0
             moved = conditions.get(side.part)
             if isinstance(moved, Displacement) and moved.value[0] != "free":
                 u = _displacement(moved, side, outline.offsets[k], at, np.zeros(2))

@@ -50,17 +50,21 @@ class Meridian(Outline):
                 before[end - len(loop)], after[end - 1] = end - len(loop), end - 1
         return before, after
 
+    @property
+    def axis_ends(self) -> list[tuple[int, int]]:
+        """As of `Outline`."""
+        own = np.arange(len(self.sides))
+        return [
+            (k, end)
+            for end, beside in enumerate(self.neighbours)
+            for k in np.flatnonzero(beside == own).tolist()
+        ]
+
     def beyond(self, loop: tuple[Side, ...]) -> tuple[Side, Side]:
         """As of `Outline`; the images of the sides that begin and end on the axis."""
         if np.array_equal(loop[-1].end, loop[0].start):
             return super().beyond(loop)
         return _image(loop[0]), _image(loop[-1])
-
-    @functools.cached_property
-    def joined(self) -> Meridian:
-        """As of `Outline`."""
-        whole = super().joined
-        return self if whole is self else replace(self, loops=whole.loops)
 
 
 def meridian(section: Outline) -> Meridian:

@@ -8,6 +8,7 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -215,7 +216,7 @@ class Outline:
         has corners. Arcs are joined up to a quarter circle.
         """
         loops = tuple(_joined(loop) for loop in self.loops)
-        return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
+        return self if sum(map(len, loops)) == len(self.sides) else replace(self, loops=loops)
 
     @property
     def offsets(self) -> list[float]:
@@ -240,6 +241,11 @@ class Outline:
     def beyond(self, loop: tuple[Side, ...]) -> tuple[Side, Side]:
         """The sides before the first and after the last one of a loop."""
         return loop[-1], loop[0]
+
+    @property
+    def axis_ends(self) -> list[tuple[int, int]]:
+        """Sides that start (0) or end (1) on the axis of a body of revolution: here none."""
+        return []
 
     def _rings(self, points_per_arc: int = 64) -> list[Array]:
         """Corners of each loop, arcs as chords; of an infinite plate those of a box around come

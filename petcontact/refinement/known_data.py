@@ -160,6 +160,10 @@ def _shown(
     return np.concatenate(found, axis=1), every, sampled
 
 
+NEAR = 1e-3
+"""Of a side, between points that show a slope: round-off and the fourth power leave 1e-9 of it."""
+
+
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
     """Places inside a side at which a gap has a kink, and at which it jumps, as fractions."""
     if not (callable(gap) or isinstance(gap, str)):
@@ -168,6 +172,18 @@ def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
     values = functools.partial(_values, [gap], "gap", at, False)
     (place, power), *_ = _shown([gap], at, values, math.inf if side.curvature else degree(gap))
     return place[power >= JUMP], place[power < JUMP]
+
+
+def gap_slope(gap: Value, side: Side, offset: float, end: int) -> float:
+    """Of a gap along a side, at its start (0) or end (1), over the largest gap per length of the
+    side; of a parabola through three points, which is exact to the fourth order where it is even.
+    """
+    at = functools.partial(variables, side, offset)
+    near = NEAR * np.arange(3)
+    places = np.concatenate([1.0 - near if end else near, np.linspace(0.0, 1.0, 17)])
+    values = _values([gap], "gap", at, False, places)[:, 0]
+    slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * NEAR)
+    return float(abs(slope) / (np.abs(values).max() or 1.0))
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:

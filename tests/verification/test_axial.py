@@ -7,10 +7,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from axial_forms import indented, indented_errors
 from climbs import solved
 from random_revolution import random_revolution
 
-from petcontact import InputError, operators, read_result, solve, write_solution
+from petcontact import InputError, adapt, operators, read_result, solve, write_solution
 from petcontact.model.case import parse_problem
 from petcontact.pipeline.superelement import condensed_body
 
@@ -292,6 +293,16 @@ def test_what_is_no_body_of_revolution_is_refused():
     ):
         with pytest.raises(InputError, match=text):
             solve(problem(**data))
+
+
+@pytest.mark.parametrize(("name", "least"), [("cone", 1e-3), ("flat", np.inf)])
+def test_indenters_of_a_half_space(name, least):
+    """The pressure of a cone has a logarithm on the axis, which meshes are graded to; that of a
+    flat punch is not square integrable."""
+    found = adapt(indented(name), 1e-2)
+    force, pressure = indented_errors(name, found)
+    assert found.converged and found.accuracy.error < 1e-2
+    assert force < 1e-5 and pressure < least
 
 
 @pytest.mark.parametrize("number", [0, 3])

@@ -12,10 +12,11 @@ from ...arrays import Array, Index
 from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE, inside
-from ...mesh.grading import singular_ends
+from ...mesh.grading import at_ends, singular_ends, turn
 from ...mesh.pairs.curve_sides import curve_projection
 from ...model.interfaces import PosedInterface
-from ...refinement.known_data import gap_switches
+from ...refinement.known_data import gap_slope, gap_switches
+from ...round_off import SINGLE
 
 
 @frozen
@@ -30,7 +31,8 @@ class PressedSides:
     kinks : dict of lists by side
         The same where the gap has a kink: tractions have a logarithm [length].
     pressing : set of (side, end)
-        Starts (0) and ends (1) of sides that press on a side of another body.
+        Starts (0) and ends (1) of sides that press on a side of another body, or at which on the
+        axis of revolution the gap has a slope: it goes on beyond as its own image, with a kink.
     """
 
     inner: dict[int, list[float]] = field(default_factory=dict)
@@ -47,6 +49,7 @@ def pressed_sides(
     for side in sides:
         if side.law.normal == "unilateral" and side.law.gap != "geometry":
             _add_switches(found[side.body], outlines[side.body], side)
+        _add_apex(found, outlines, side)
         if side.primary is None or side.periodic:
             continue
         _add_corners(found, outlines, side)
@@ -84,6 +87,28 @@ def _inner(outline: Outline, side: int, fractions: Array) -> list[float]:
     """Arc lengths of places of a side that are not one with its ends [length]."""
     length = outline.sides[side].length
     return list(inside(fractions * length, TOLERANCE * outline.diameter, length).tolist())
+
+
+def _add_apex(
+    found: Sequence[PressedSides], outlines: Sequence[Outline], side: PosedInterface
+) -> None:
+    """Ends of both parts on the axis, if the gap has a slope there."""
+    ends = [(b, k, end) for b, part in side.ends for k, end in _axis_ends(outlines[b], part)]
+    if side.law.gap == "geometry":
+        slopes = [abs(at_ends(outlines[b], turn)[k][end]) for b, k, end in ends]
+    else:
+        slopes = [
+            gap_slope(side.law.gap, outlines[b].sides[k], outlines[b].offsets[k], end)
+            for b, k, end in ends
+            if b == side.body
+        ]
+    if max(slopes, default=0.0) > SINGLE:
+        for b, k, end in ends:
+            found[b].pressing.add((k, end))
+
+
+def _axis_ends(outline: Outline, part: str) -> list[tuple[int, int]]:
+    return [(k, end) for k, end in outline.axis_ends if outline.sides[k].part == part]
 
 
 def _add_switches(found: PressedSides, outline: Outline, side: PosedInterface) -> None:

@@ -190,7 +190,11 @@ def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
         )
         for k, (first, last) in enumerate(body.exponents)
     ]
-    return replace(body, exponents=exponents)
+    singular = [
+        (first or (k, 0) in pressed.pressing, last or (k, 1) in pressed.pressing)
+        for k, (first, last) in enumerate(body.singular)
+    ]
+    return replace(body, exponents=exponents, singular=singular)
 
 
 def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:

@@ -1,0 +1,200 @@
+"""Closed forms of bodies of revolution: problems cut out of half spaces whose pressure is known, and
+bodies under pressure, speed and heat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from petcontact import Problem, Solution, operators
+from petcontact.model.base import parse
+
+E, NU, SIZE = 1.0, 0.3, 3.0
+"""Material and size of the cylinders that are cut out of half spaces; contacts have radius 1."""
+POINTS, ANGLES = 16, 24
+"""Of the integrals over the contact: 1e-12 on the faces of the cylinder."""
+MODULUS = E / (1.0 - NU**2)
+
+
+@dataclass(frozen=True)
+class Indented:
+    """A half space under a rigid indenter, radius of contact 1.
+
+    Attributes
+    ----------
+    gap : str
+        Of the indenter from the plane, in x.
+    depth : float
+        By which it is pressed.
+    pressure : function of r
+    force : float
+    """
+
+    gap: str
+    depth: float
+    pressure: Callable
+    force: float
+
+
+INDENTED = {
+    # Hertz, R = 1; Boussinesq; Love, its slope 1 (Johnson, Contact Mechanics, 3.4, 3.8, 5.2)
+    "ball": Indented("x**2/2", 1.0, lambda r: 2.0 / np.pi * MODULUS * np.sqrt(1.0 - r**2), 4 / 3),
+    "flat": Indented("0", 1.0, lambda r: MODULUS / (np.pi * np.sqrt(1.0 - r**2)), 2.0),
+    "cone": Indented("x", np.pi / 2.0, lambda r: 0.5 * MODULUS * np.arccosh(1.0 / r), np.pi / 2.0),
+}
+"""Forces over the modulus E/(1-ν²)."""
+
+
+def displacement(pressure: Callable, r: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """u_r and u_z of z < 0 under a pressure on r < 1, by Boussinesq's point forces: r = sin φ takes
+    away what is infinite at its edge, φ = t³ what a cone has in the middle."""
+    t, w = np.polynomial.legendre.leggauss(POINTS)
+    t, w = 0.5 * (1.0 + t), 0.5 * w
+    phi = 0.5 * np.pi * t**3
+    ring, share = np.sin(phi), 0.5 * np.pi * 3.0 * t**2 * np.cos(phi) * w
+    load = pressure(ring) * ring * share
+    theta = 2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
+    x = r[:, None, None] - ring[:, None] * np.cos(theta)
+    y, h = -ring[:, None] * np.sin(theta), -z[:, None, None]
+    rho = np.sqrt(x * x + y * y + h * h)
+    radial = x * (h / rho**3 - (1.0 - 2.0 * NU) / (rho * (rho + h)))
+    down = -(2.0 * (1.0 - NU) / rho + h * h / rho**3)
+    factor = 2.0 * np.pi * (1.0 + NU) / (2.0 * np.pi * E * ANGLES)
+    return factor * np.array([np.einsum("nqk,q->n", u, load) for u in (radial, down)])
+
+
+def indented(name: str, scale: float = 1e-2) -> Problem:
+    """The cylinder r < 3, -3 < z < 0 under an indenter, all lengths of it times a scale."""
+    known = INDENTED[name]
+    sides = [
+        {"part": "right", "to": [SIZE, 0.0]},
+        {"part": "free", "to": [1.0, 0.0]} if name == "flat" else {"part": "top", "to": [1.0, 0.0]},
+        {"part": "top", "to": [0.0, 0.0]},
+        {"part": "axis", "to": [0.0, -SIZE]},
+        {"part": "bottom", "to": [SIZE, -SIZE]},
+    ]
+
+    def component(k: int) -> Callable:
+        return lambda x, y: scale * displacement(known.pressure, x, y)[k]
+
+    held = {"condition": "displacement", "value": (component(0), component(1))}
+    free = [{"part": "free", "condition": "traction", "value": (0.0, 0.0)}]
+    data = {
+        "symmetry": "axial",
+        "material": {"young_modulus": E, "poisson_ratio": NU},
+        "geometry": {"shape": "outline", "loops": [sides]},
+        "boundary": [
+            {"part": "right", **held},
+            {"part": "bottom", **held},
+            *free[: name == "flat"],
+        ],
+        "obstacle": [{"name": "indenter", "displacement": [0.0, -scale * known.depth]}],
+        "contact": [
+            {
+                "name": "pair",
+                "secondary": "top",
+                "primary": "indenter",
+                "gap": f"{scale!r}*({known.gap})",
+            }
+        ],
+    }
+    return parse(Problem, data, name)
+
+
+def indented_errors(name: str, solution: Solution, scale: float = 1e-2) -> tuple[float, float]:
+    """Relative errors of the force and, in L2 of the nodes, of the pressure."""
+    known, pair = INDENTED[name], solution.pairs["pair"]
+    r = pair.x[:, 0]
+    exact = scale * np.where(r < 1.0, known.pressure(np.minimum(r, 1.0 - 1e-15)), 0.0)
+    force = -pair.force[1] / (scale * MODULUS * known.force) - 1.0
+    square = pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)
+    return abs(force), float(np.sqrt(square))
+
+
+FREE = {"condition": "traction", "value": [0.0, 0.0]}
+SYMMETRY = {"condition": "symmetry"}
+INSIDE = {"condition": "traction", "pressure": 1.0}
+LOADED = {"young_modulus": E, "poisson_ratio": NU, "density": 1.0, "thermal_expansion": 1.0}
+RATIO = NU / (1.0 - NU)
+TUBE = {"left": FREE, "right": FREE, "bottom": SYMMETRY, "top": SYMMETRY}
+
+
+def _tube(size: float, order: int, loads: dict, **sides: dict) -> Problem:
+    """1 < r < 2 between planes of symmetry."""
+    data = {
+        "symmetry": "axial",
+        "material": LOADED,
+        "geometry": {"shape": "rectangle", "lower_left": [1.0, 0.0], "upper_right": [2.0, 1.0]},
+        "mesh": {"element_size": size, "order": order},
+        "boundary": [{"part": part, **given} for part, given in {**TUBE, **sides}.items()],
+        "loads": loads,
+    }
+    return parse(Problem, data, "tube")
+
+
+def _shell(size: float, order: int) -> Problem:
+    """1 < ρ < 2, z > 0, under pressure inside."""
+    sides = [
+        {"part": "middle", "to": [2.0, 0.0]},
+        {"part": "outside", "to": [0.0, 2.0], "radius": 2.0},
+        {"part": "axis", "to": [0.0, 1.0]},
+        {"part": "inside", "to": [1.0, 0.0], "radius": -1.0},
+    ]
+    given = {"middle": SYMMETRY, "outside": FREE, "inside": INSIDE}
+    data = {
+        "symmetry": "axial",
+        "material": LOADED,
+        "geometry": {"shape": "outline", "loops": [sides]},
+        "mesh": {"element_size": size, "order": order},
+        "boundary": [{"part": part, **condition} for part, condition in given.items()],
+    }
+    return parse(Problem, data, "shell")
+
+
+def _heated(r: np.ndarray) -> np.ndarray:
+    """u_r of T = r - 1 in a tube without strain along it (Timoshenko and Goodier, 151)."""
+    within = (r**3 - 1.0) / 3.0 - (r**2 - 1.0) / 2.0
+    whole = 7.0 / 3.0 - 3.0 / 2.0
+    return (1.0 + NU) / (1.0 - NU) * (within + ((1.0 - 2.0 * NU) * r**2 + 1.0) * whole / 3.0) / r
+
+
+def _turned(r: np.ndarray) -> np.ndarray:
+    """u_r of ρω² = 1 in a tube without strain along it: r σ_θθ and σ_rr by Lamé's functions."""
+    k = (3.0 + RATIO) / 8.0
+    radial = k * (5.0 - 4.0 / r**2 - r**2)
+    hoop = k * (5.0 + 4.0 / r**2) - (1.0 + 3.0 * RATIO) / 8.0 * r**2
+    return (1.0 + NU) / E * ((1.0 - NU) * hoop - NU * radial) * r
+
+
+SMOOTH: dict[str, tuple[Callable, Callable]] = {
+    "tube under pressure (Lamé)": (
+        lambda size, order: _tube(size, order, {}, left=INSIDE),
+        lambda r: (1.0 + NU) / (3.0 * E) * ((1.0 - 2.0 * NU) * r + 4.0 / r),
+    ),
+    "tube in rotation": (
+        lambda size, order: _tube(size, order, {"angular_velocity": 1.0}),
+        _turned,
+    ),
+    "hot tube": (lambda size, order: _tube(size, order, {"temperature": "x - 1"}), _heated),
+    "hollow ball under pressure (Lamé)": (
+        _shell,
+        lambda rho: ((1.0 - 2.0 * NU) * rho + 0.5 * (1.0 + NU) * 8.0 / rho**2) / (7.0 * E),
+    ),
+}
+"""Problems by the size and the order of their elements, and the displacement away from the axis, of
+the ball from its centre."""
+
+
+def smooth_error(name: str, size: float, order: int) -> float:
+    """Largest error of the displacement at the nodes, relative."""
+    make, exact = SMOOTH[name]
+    body = operators(make(size, order)).body
+    u, x = body.solve()[0], body.mesh.x
+    if "ball" in name:
+        rho = np.hypot(*x.T)
+        found, wanted = np.einsum("nd,nd->n", u, x) / rho, exact(rho)
+    else:
+        found, wanted = u[:, 0], exact(x[:, 0])
+    return float(np.abs(found - wanted).max() / np.abs(wanted).max())
