@@ -136,6 +136,10 @@ class Outline:
     loops: tuple[tuple[Side, ...], ...]
     exterior: bool = False
     dim: ClassVar[int] = 2
+    known: ClassVar[bool] = True
+    exact: ClassVar[bool] = False
+    meshed: ClassVar[bool] = False
+    has_inside: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         for loop in self.loops:
@@ -160,6 +164,10 @@ class Outline:
                     f"geometry: side {side.part!r} at {shown(side.start)} has no length"
                 )
         self._check_simple()
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """The points: elements are segments and arcs of the outline itself."""
+        return points
 
     @functools.cached_property
     def sides(self) -> tuple[Side, ...]:

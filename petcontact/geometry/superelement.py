@@ -77,6 +77,14 @@ class CondensedSurface:
     arrays: dict[str, Array]
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = False
+    known: ClassVar[bool] = False
+    exact: ClassVar[bool] = False
+    meshed: ClassVar[bool] = True
+    has_inside: ClassVar[bool] = False
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """The points: there is nothing but the faces."""
+        return points
 
     @property
     def dim(self) -> int:

@@ -48,6 +48,14 @@ class Boundary(Protocol):
     closed : bool
         Whether it is all of the boundary of a finite body, on which tractions are in equilibrium
         with the loads inside.
+    known : bool
+        Whether it is a shape that elements of any size may be made of without a user's asking.
+    exact : bool
+        Whether it is a curved surface, and `onto` brings points onto it.
+    meshed : bool
+        Whether it comes as a mesh, whose elements are taken as they are.
+    has_inside : bool
+        Whether the inside is known: not that of a superelement.
     """
 
     @property
@@ -60,6 +68,19 @@ class Boundary(Protocol):
     def exterior(self) -> bool: ...
     @property
     def closed(self) -> bool: ...
+    @property
+    def known(self) -> bool: ...
+    @property
+    def exact(self) -> bool: ...
+    @property
+    def meshed(self) -> bool: ...
+    @property
+    def has_inside(self) -> bool: ...
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are
+        where none is known."""
+        ...
 
 
 def face_axes(axis: int, side: int) -> tuple[int, int]:
@@ -68,25 +89,18 @@ def face_axes(axis: int, side: int) -> tuple[int, int]:
 
 
 class SolidSurface:
-    """The whole surface of a finite body in space.
-
-    Attributes
-    ----------
-    known : bool
-        Whether it is a shape that panels of any size may be made of without a user's asking.
-    exact : bool
-        Whether it is curved, and `onto` brings points onto it.
-    """
+    """The whole surface of a finite body in space, see `Boundary`."""
 
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
     known: ClassVar[bool] = False
     exact: ClassVar[bool] = False
+    meshed: ClassVar[bool] = False
+    has_inside: ClassVar[bool] = True
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are
-        where none is known."""
+        """As in `Boundary`."""
         return points
 
 
@@ -132,6 +146,7 @@ class FacetSurface(SolidSurface):
     part: Index
     parts: tuple[str, ...]
     middles: Index = field(default_factory=lambda: np.empty((0, 5), dtype=np.int64))
+    meshed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not len(self.middles):

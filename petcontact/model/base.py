@@ -9,7 +9,7 @@ import re
 import stat
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, dataclass_transform
 
 import numpy as np
 import pydantic
@@ -214,6 +214,18 @@ class Model(pydantic.BaseModel, metaclass=_OneLine):
     def spelling(cls, data: Any) -> type[Model]:
         """The model whose keys the data have, for reports of mistakes in them."""
         return cls
+
+
+class Shape(Model):
+    """The geometry of a body.
+
+    Attributes
+    ----------
+    has_inside : bool
+        Whether its inside is known: not that of a superelement.
+    """
+
+    has_inside: ClassVar[bool] = True
 
 
 def regular_file(path: str | Path, largest: int) -> Path:

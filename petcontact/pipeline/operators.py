@@ -17,7 +17,6 @@ from ..compliance.interface import slices
 from ..errors import InputError
 from ..fields.stress_state import StressState
 from ..frozen import frozen
-from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
@@ -66,7 +65,7 @@ class BodyOperators:
     @functools.cached_property
     def _matrices(self) -> tuple[Array, Array]:
         operators, d, n = self.eliminated.operators, self.mesh.dim, self.mesh.n_nodes
-        if isinstance(self._problem.outline(self._number), CondensedSurface):
+        if not self._problem.outline(self._number).has_inside:
             raise InputError(
                 f"body {self.name!r} is a superelement: it has no boundary integral operators"
             )

@@ -9,8 +9,6 @@ from typing import Any
 
 from ..contact.rho_rules import Rule
 from ..errors import InputError
-from ..geometry.outline import Outline
-from ..geometry.surface import Boundary, SolidSurface
 from ..model.case import load
 from ..model.problem import Problem
 from ..model.solver_options import Method
@@ -131,13 +129,9 @@ def adapts_itself(problem: Problem) -> bool:
         return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(
-        body.mesh.automatic and (asked or _is_known(problem.outline(b)))
+        body.mesh.automatic and (asked or problem.outline(b).known)
         for b, body in enumerate(problem.body)
     )
-
-
-def _is_known(boundary: Boundary) -> bool:
-    return isinstance(boundary, Outline) or (isinstance(boundary, SolidSurface) and boundary.known)
 
 
 def posed(

@@ -21,7 +21,6 @@ from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
-from ..model.shapes.files import Superelement
 from ..round_off import SINGLE
 from .records import BodyResult
 
@@ -122,7 +121,7 @@ class BodyFields:
     def known(self) -> bool:
         """Whether it is a body of one isotropic material, and no superelement, whose stress is not
         known."""
-        return not isinstance(self.problem.body[self.number].geometry, Superelement)
+        return self.problem.body[self.number].geometry.has_inside
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
         """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""

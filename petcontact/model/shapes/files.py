@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import pydantic
 
@@ -13,7 +13,7 @@ from ...geometry.gmsh_surface import gmsh_surface, is_surface
 from ...geometry.outline import Outline
 from ...geometry.superelement import LARGEST, CondensedSurface, read_superelement
 from ...geometry.surface import FacetSurface
-from ..base import Model, regular_file
+from ..base import Shape, regular_file
 
 LARGEST_MESH = 2_000_000_000
 """Bytes of a mesh file."""
@@ -24,7 +24,7 @@ SolidName = Annotated[str, pydantic.Field(min_length=1)]
 SurfaceNumber = Annotated[int, pydantic.Field(strict=True, ge=1)]
 
 
-class Gmsh(Model):
+class Gmsh(Shape):
     """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
 
     In space the triangles and quadrilaterals of the physical surfaces become panels, curved where
@@ -88,7 +88,7 @@ class Gmsh(Model):
         return gmsh_outline(mesh, self.file, axial)
 
 
-class Superelement(Model):
+class Superelement(Shape):
     """A body of any code, known by the condensed stiffness or compliance of its contact surface.
 
     Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says
@@ -104,6 +104,7 @@ class Superelement(Model):
         Path of the .npz file; in a config it is relative to the config's folder.
     """
 
+    has_inside: ClassVar[bool] = False
     shape: Literal["superelement"] = pydantic.Field(default="superelement", kw_only=True)
     file: str = pydantic.Field(min_length=1)
 

@@ -13,10 +13,10 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.arcs import turn_of_radius, turn_through
 from ...geometry.outline import Outline, Side, arc, oriented
-from ..base import Finite, Model, Point, Positive
+from ..base import Finite, Model, Point, Positive, Shape
 
 
-class Rectangle(Model):
+class Rectangle(Shape):
     """Axis-parallel; its sides are named bottom, right, top, left.
 
     Attributes
@@ -50,7 +50,7 @@ class Rectangle(Model):
         )
 
 
-class Polygon(Model):
+class Polygon(Shape):
     """Straight sides between vertices.
 
     Attributes
@@ -164,7 +164,7 @@ class Circle(Model):
         ]
 
 
-class SideBySide(Model):
+class SideBySide(Shape):
     """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary,
     the others holes; or, `exterior`, all of them holes of an infinite plate.
 

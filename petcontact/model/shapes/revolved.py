@@ -10,13 +10,13 @@ import pydantic
 
 from ...geometry.outline import Outline, oriented
 from ...geometry.revolved.surface import RevolvedSurface
-from ..base import Finite, Model, SpacePoint, something
+from ..base import Finite, Shape, SpacePoint, something
 from .plane import Circle, OutlineSide, loops_of
 
 Degrees = Annotated[float, pydantic.Field(strict=True, gt=0.0, le=360.0)]
 
 
-class Revolved(Model):
+class Revolved(Shape):
     """A plane section, turned about an axis: curved panels, in parts named like the sides of the
     section.
 

@@ -9,11 +9,11 @@ import pydantic
 
 from ...geometry.round_surfaces import CylinderSurface, SphereSurface
 from ...geometry.surface import BoxSurface
-from ..base import Model, Positive, SpacePoint
+from ..base import Positive, Shape, SpacePoint
 from .revolved import Revolved
 
 
-class Box(Model):
+class Box(Shape):
     """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top
     z+.
 
@@ -40,7 +40,7 @@ class Box(Model):
         return BoxSurface(np.array(self.lower), np.array(self.upper))
 
 
-class Sphere(Model):
+class Sphere(Shape):
     """A ball of curved panels, in parts left x-, right x+, front y-, back y+, bottom z-, top z+.
 
     A part is where the direction from the centre is nearest to that axis.
@@ -64,7 +64,7 @@ class Sphere(Model):
         return SphereSurface(np.array(self.centre), self.radius)
 
 
-class Cylinder(Model):
+class Cylinder(Shape):
     """A cylinder of curved panels, its discs named bottom and top, its side side.
 
     Attributes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
+from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Contact, Problem
 from ...model.solver_options import MeshOptions
@@ -76,12 +76,7 @@ class FirstMeshes:
         if isinstance(boundary, BoxSurface) and given.mesh.automatic:
             found = with_data_lines(given, boundary, found)
         self.plain[number] = found
-        if (
-            isinstance(boundary, SolidSurface)
-            and boundary.exact
-            and boundary.known
-            and given.mesh.automatic
-        ):
+        if boundary.exact and boundary.known and given.mesh.automatic:
             found, self.thin[number] = thick_enough(posed, boundary, found, nodes)
         return found
 
@@ -93,9 +88,9 @@ class FirstMeshes:
             for b, outline in enumerate(outlines)
         ]
         for side, (b, part) in self._soft:
-            if isinstance(surface := outlines[b], SolidSurface):
+            if outlines[b].has_inside:
                 meshes[b] = fine_enough(
-                    (meshes[side.body], side.part), (meshes[b], part), side.direction, surface
+                    (meshes[side.body], side.part), (meshes[b], part), side.direction, outlines[b]
                 )
         return meshes
 
@@ -127,7 +122,7 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
             "element_sizes": sizes,
             "exponent": 1.0,
         }
-    elif isinstance(boundary, SolidSurface) and boundary.known:
+    elif boundary.known:
         usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
         options["element_size"] = min(
             math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching
@@ -136,7 +131,7 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
 
 
 def thick_enough(
-    one: Problem, boundary: SolidSurface, mesh: SurfaceMesh, nodes: float
+    one: Problem, boundary: Boundary, mesh: SurfaceMesh, nodes: float
 ) -> tuple[SurfaceMesh, float]:
     """The first mesh of a body with panels that are small beside its thickness, and the multiple
     that they keep to.
@@ -145,7 +140,7 @@ def thick_enough(
     ----------
     one : Problem
         The body with the options of its first mesh.
-    boundary : SolidSurface
+    boundary : Boundary
         Onto which the panels are brought that are cut.
     mesh : SurfaceMesh
         That the options make.
@@ -187,7 +182,7 @@ def fine_enough(
     secondary: tuple[SurfaceMesh, str],
     primary: tuple[SurfaceMesh, str],
     direction: Array | None,
-    surface: SolidSurface,
+    surface: Boundary,
 ) -> SurfaceMesh:
     """The mesh of a soft primary, cut until its panels are not longer than those of a stiff
     secondary that they face.

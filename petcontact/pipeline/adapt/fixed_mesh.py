@@ -13,7 +13,6 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
-from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
 from ...results.report import Accuracy
@@ -118,7 +117,7 @@ def carries_something(solution: Solution) -> bool:
 def _costly(solution: Solution) -> str:
     """Why no other mesh is solved on; empty where one is."""
     meshes = list(solution.meshes.values())
-    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+    if not all(body.geometry.has_inside for body in solution.problem.body):
         return "a superelement has one mesh"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):
         return f"more than {CHEAP} nodes a body; compare with a finer mesh"

@@ -13,7 +13,6 @@ from ...arrays import Array, Mask
 from ...contact.law_protocol import STICK
 from ...errors import PetcontactError
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.shapes.files import Superelement
 from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
 from ...results.records import step_ends
@@ -74,7 +73,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
         and on more than `MOST`.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+    if not all(body.geometry.has_inside for body in solution.problem.body):
         return math.nan
     change = 1
     if max(map(_next_nodes, meshes)) > FEW or max(mesh.order.max() for mesh in meshes) >= HIGHEST:
@@ -140,7 +139,7 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     contact = np.zeros(mesh.n_elements, dtype=bool)
     contact[mesh.element[nodes]] = True
     order = mesh.order[~contact]
-    from_file = isinstance(solution.problem.body[0].geometry, Superelement)
+    from_file = not solution.problem.body[0].geometry.has_inside
     if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
         return math.nan
     gained = share(p := int(order.max()), p - 1, _exponent(solution, 0))

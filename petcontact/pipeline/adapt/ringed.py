@@ -9,7 +9,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.state import Start
-from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
@@ -50,10 +49,7 @@ class EllipticContacts:
     """
 
     def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
-        self._surfaces = [
-            shape if isinstance(shape, SolidSurface) and shape.known else None
-            for shape in problem.boundaries
-        ]
+        self._surfaces = [shape if shape.known else None for shape in problem.boundaries]
         faces = {side.name: side.ends for side in problem.interfaces}
         every = [face for both in faces.values() for face in both]
         self._faces = {

@@ -12,11 +12,11 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
-from ...geometry.surface import Boundary, BoxSurface, SolidSurface
+from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
-from ...model.problem import Body, Problem
+from ...model.problem import Problem
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
@@ -42,11 +42,6 @@ DEEPEST, NARROW = 4, 1.0
 """Times that panels at a rim may be halved for one mesh, and their width over that of the strip
 there in which errors fade out: p may be infinite at a rim, and no panel wider than the strip sees
 an end of it."""
-
-
-def _surface(body: Body) -> SolidSurface | None:
-    boundary = body.geometry.outline()
-    return boundary if isinstance(boundary, SolidSurface) else None
 
 
 class PanelTails:
@@ -301,7 +296,7 @@ class PanelTails:
         a rim and are long."""
         result = [np.zeros_like(mine) for mine in marked]
         for side in self._sides:
-            mesh, boundary = meshes[side.body], _surface(self._problem.body[side.body])
+            mesh, boundary = meshes[side.body], self._problem.outline(side.body)
             if isinstance(boundary, BoxSurface):
                 size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
                 length = np.linalg.norm(sides(mesh), axis=2)
@@ -335,8 +330,8 @@ class PanelTails:
         for thin, multiple in self._first.thin.items():
             marked[thin] |= slender(meshes[thin], multiple)
         finer = [
-            cut(mesh, mine, _surface(body))
-            for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)
+            cut(mesh, mine, surface)
+            for mesh, mine, surface in zip(meshes, marked, self._problem.boundaries, strict=True)
         ]
         parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
         more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []

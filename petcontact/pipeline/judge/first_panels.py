@@ -10,7 +10,7 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
-from ...geometry.surface import SolidSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -56,12 +56,7 @@ def missed_curves(
         for number, part in side.ends:
             body = discrete.problem.body[number]
             surface = body.geometry.outline()
-            if (
-                not isinstance(surface, SolidSurface)
-                or surface.known
-                or surface.exact
-                or not approach > 0.0
-            ):
+            if surface.known or surface.exact or not (surface.has_inside and approach > 0.0):
                 continue
             height = _height(first[body.name], part, place)
             if height > accuracy * approach:
@@ -166,7 +161,7 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
     return marked
 
 
-def _curved(problem: Problem, body: int) -> SolidSurface | None:
+def _curved(problem: Problem, body: int) -> Boundary | None:
     """The exact surface of a body, if it is known and curved."""
     surface = problem.body[body].geometry.outline()
-    return surface if isinstance(surface, SolidSurface) and surface.exact else None
+    return surface if surface.exact else None

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...geometry.surface import Boundary, FacetSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
@@ -43,7 +43,7 @@ def check_meshes(
     findings = []
     for body, mesh, boundary in zip(problem.body, meshes, boundaries, strict=True):
         name = body.name
-        if not adapted or isinstance(boundary, FacetSurface):
+        if not adapted or boundary.meshed:
             findings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
@@ -55,11 +55,7 @@ def check_meshes(
         if area[over].sum() > SHARE * area.sum():
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
             # the panels of a file are what they are
-            how = (
-                "mesh the file anew with cells"
-                if isinstance(boundary, FacetSurface)
-                else "choose an element_size"
-            )
+            how = "mesh the file anew with cells" if boundary.meshed else "choose an element_size"
             order = f", or order {len(LARGEST) - 1}" if np.all(ratio[over] <= LARGEST[-1]) else ""
             findings.append(
                 new_finding(

@@ -10,7 +10,6 @@ import numpy as np
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import Motions
-from ...geometry.superelement import CondensedSurface
 from ...model.load_steps import Obstacle, changed_obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
@@ -119,7 +118,7 @@ def _unloaded(problem: PreparedProblem) -> list[int]:
     discrete, kind = problem.discrete, problem.system.motions
     if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
         return []
-    if any(isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries):
+    if not all(boundary.has_inside for boundary in discrete.boundaries):
         return []
     numbers, obstacles = [], list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):

@@ -8,7 +8,6 @@ from typing import Any
 from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
-from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
 from ...model.loads import loads_by_step
@@ -49,7 +48,7 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
     for k, point in enumerate(body.point_force):
         _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
         _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
-    if isinstance(boundary, CondensedSurface) and (body.point_force or body.loads):
+    if not boundary.has_inside and (body.point_force or body.loads):
         key = "point_force" if body.point_force else "loads"
         raise InputError(
             f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as "

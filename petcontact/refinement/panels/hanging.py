@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import SolidSurface
+from ...geometry.surface import Boundary
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import WRITTEN
 
@@ -34,7 +34,7 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     return _moved(mesh, lambda panel, first, last, place: place)
 
 
-def apart(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMesh:
+def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     """The mesh with the points of hanging sides on the surface, and the middles of all sides half
     way along these.
 
@@ -53,7 +53,7 @@ def apart(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMesh:
     return with_half_way_middles(_moved(mesh, half_way), surface)
 
 
-def with_half_way_middles(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMesh:
+def with_half_way_middles(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     """The mesh with the middles of curved panels' sides half way along these, and those of
     quadrilaterals between."""
     middles, triangle = mesh.middles.copy(), np.isnan(mesh.corners[:, 3, 0])
@@ -72,7 +72,7 @@ def with_half_way_middles(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMe
     return replace(mesh, middles=middles)
 
 
-def centred(surface: SolidSurface, part: Index, first: Array, last: Array, middle: Array) -> Array:
+def centred(surface: Boundary, part: Index, first: Array, last: Array, middle: Array) -> Array:
     """Points (n, k, 3) on sides of panels of parts (n,), moved along these on the surface until
     they are half way."""
     way = last - first
@@ -102,9 +102,7 @@ def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
     return replace(mesh, corners=corners, middles=middles)
 
 
-def bent(
-    mesh: SurfaceMesh, surface: SolidSurface, places: Array, share: float, most: float
-) -> Mask:
+def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most: float) -> Mask:
     """Panels to cut, along both coordinates, (n_elements, 2): their sides leave the surface.
 
     Smaller panels that hang on them follow the side instead of the surface, see `closed`. What the
@@ -113,7 +111,7 @@ def bent(
     Parameters
     ----------
     mesh : SurfaceMesh
-    surface : SolidSurface
+    surface : Boundary
         The exact one.
     places : (k, 3) array
         Where contact is closed; sides further away than they are long do not count [length].

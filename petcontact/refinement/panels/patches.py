@@ -13,7 +13,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import QuadraticCells, samples
-from ...geometry.surface import BoxSurface, SolidSurface
+from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.pairs.clipping import cross
 from ...mesh.surface_mesh import SurfaceMesh
 from .axes import sides
@@ -71,7 +71,7 @@ class Patch:
 
 
 def patches_of(
-    surface: SolidSurface,
+    surface: Boundary,
     mesh: SurfaceMesh,
     first: SurfaceMesh,
     part: str,
@@ -83,7 +83,7 @@ def patches_of(
 
     Parameters
     ----------
-    surface : SolidSurface
+    surface : Boundary
         The exact one.
     mesh, first : SurfaceMesh
         Of today, and the one that was the first of all: of this are the panels of the face outside
@@ -196,7 +196,7 @@ def _beside(face: Array, patch: Array, centre: Array) -> Array:
 
 
 def _panels_around(
-    surface: SolidSurface,
+    surface: Boundary,
     mesh: SurfaceMesh,
     first: SurfaceMesh,
     part: str,
@@ -237,13 +237,13 @@ def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
     return SurfaceMesh(corners, order, part, one.part_names, middles)
 
 
-def _onto(surface: SolidSurface, part: int, x: Array) -> Array:
+def _onto(surface: Boundary, part: int, x: Array) -> Array:
     """Points (k, 3) brought onto a part."""
     return surface.onto(np.full(len(x), part), x[:, None])[:, 0]
 
 
 def _graded(
-    mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface
+    mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: Boundary
 ) -> tuple[SurfaceMesh, Mask]:
     """The panels, those of a part that are not near cut until none is longer than its distance from
     a centre, and which are near."""

@@ -8,7 +8,7 @@ import functools
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import SolidSurface
+from ...geometry.surface import Boundary
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from .hanging import apart, closed, with_half_way_middles
@@ -23,7 +23,7 @@ POINTS = {
 `reference_nodes`."""
 
 
-def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
+def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> SurfaceMesh:
     """The mesh with marked panels replaced by two or four that are equal in their reference
     coordinates, in their place.
 
@@ -33,7 +33,7 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
     along : (n_elements, 2) bool array
         Which of the reference coordinates of a panel are halved; triangles are cut into four
         wherever there is one.
-    surface : SolidSurface, optional
+    surface : Boundary, optional
         The exact one, onto which the points of all panels are brought, but for those of `hanging`
         sides.
     """

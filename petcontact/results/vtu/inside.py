@@ -21,7 +21,6 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Units
-from ...model.shapes.files import Superelement
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -107,9 +106,7 @@ def filled_bodies(solution: SolutionData) -> list[str]:
     return [
         body.name
         for body in solution.problem.body
-        if not (
-            getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement)
-        )
+        if body.geometry.has_inside and not getattr(body.geometry, "exterior", False)
     ]
 
 
