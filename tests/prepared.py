@@ -16,6 +16,7 @@ from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.methods.registry import method_of
 from petcontact.contact.state import ContactState
 from petcontact.contact.system import ContactSystem
+from petcontact.pipeline.choice import COMPRESSIONS
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.run import prepare
@@ -99,3 +100,9 @@ class Posed:
 
     def close(self) -> None:
         self.prepared.close()
+
+
+def compressed_from(smallest: int, name: str, monkeypatch) -> None:
+    """Bodies of more nodes are compressed, which is said to cost nothing."""
+    way = replace(COMPRESSIONS[name], smallest=smallest, seconds=lambda mesh: 0.0)
+    monkeypatch.setitem(COMPRESSIONS, name, way)

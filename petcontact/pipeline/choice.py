@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
 from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
 from ..runtime.petsc import given_options, option
 
-SMALLEST = 1200
-"""Nodes up to which operators are dense: nothing is to be gained."""
-SMALLEST_SURFACE = 700
-"""The same in space."""
-WORTH = 2.0
-"""Dense surfaces, which hold more digits, may cost so much more. Two bodies of 738 nodes each, 441
-in contact, pressed and pushed, took 1.4 s dense and 2.4 s compressed (1e-4), of 1008 nodes 3.4 and
-3.4 s, of 1485 nodes 8.3 and 6.1 s."""
 LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
 # Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes
@@ -31,33 +25,23 @@ LARGEST = 12_000
 ENTRY, FLOP = 1.4e-7, 1.4e-10
 """A dense system of n unknowns over two takes ENTRY n² + FLOP n³, in space as in the plane."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
-"""A compressed one takes so much a node: of elements of about one length on few curves; graded, or
+"""Compressed curves take so much a node: of elements of about one length on few curves; graded, or
 of many holes."""
-SURFACE = 1.2e-3
-"""The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took
-1e-3 to 1.6e-3."""
-DIGIT = 1.4
-"""A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3,
-9.0 s at 1e-4, 5760 11.7 s at 1e-6."""
-IN_SPACE = 2.0
-"""Dense systems in space take so much longer than plane ones as large: their kernels cost more."""
-INCREMENT = (0.2, 0.4)
-"""Time of an increment over that of the elimination, dense and compressed, in space: 0.35 to 0.6 of
-pairs of 1485 to 8253 nodes each, 0.3 to 0.5 of one body and of pairs of 2970 to 30 042 nodes in
-all."""
-FREE = 0.13
-"""More for each rigid motion of a compressed body that only contact holds, which is a column of the
-preconditioner in every Newton step: 1.1 to 1.5 times the elimination with three and six motions."""
 SHARED, ALONE = 3e-5, 600
 """The same a node on straight stretches of equal elements, beyond the first of each, whose clusters
 share their blocks."""
-IN_PLANE = 1.0
-"""Time of an increment over that of the elimination in the plane: 0.3 by Newton's method, 0.8 to
-2.6 by projection."""
+RATIO, CURVES = 30.0, 3
+"""Largest ratio of node weights, and number of curves, that count as even."""
 CURVE_NODE, SHARED_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 2e3, 6e4, 7e4
 """Memory of compressed operators of curves (on stretches as above), and of surfaces with their
 preconditioner, a node, and more a node in contact [bytes]; measured ones of 2970 to 29 160 nodes,
 of tolerance 1e-3 and 1e-4, were within a fifth."""
+SURFACE = 1.2e-3
+"""Compressed surfaces take so much a node, with the preconditioner: two boxes of 3568 to 14 368
+nodes took 1e-3 to 1.6e-3."""
+DIGIT = 1.4
+"""A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3,
+9.0 s at 1e-4, 5760 11.7 s at 1e-6."""
 TIGHTEST, LOOSEST = 1e-6, 1e-3
 """Tolerances of compressed surfaces that an adaptive solve chooses."""
 FINER = 5e-3
@@ -71,16 +55,59 @@ RATIO, CURVES = 30.0, 3
 """Largest ratio of node weights, and number of curves, that count as even."""
 
 
-def dense_seconds(n_nodes: int, dim: int = 2) -> float:
-    """Predicted time to assemble and factorise dense operators."""
-    size = 0.5 * dim * n_nodes
-    return (IN_SPACE if dim == 3 else 1.0) * (ENTRY * size**2 + FLOP * size**3)
+@frozen
+class Compression:
+    """A way to compress the operators of a body.
+
+    Attributes
+    ----------
+    name : str
+        Its value of `mat_type`.
+    what : str
+        What it compresses, in words.
+    smallest : int
+        Nodes up to which nothing is to be gained.
+    seconds, exact_seconds : callable
+        Predicted time to build and factorise the operators of a mesh, from the mesh alone, which
+        decides, and with all that is known [s].
+    memory : callable
+        Of a mesh with so many contact nodes [bytes].
+    """
+
+    name: str
+    what: str
+    smallest: int
+    seconds: Callable[[Any], float]
+    exact_seconds: Callable[[Bem, Any], float]
+    memory: Callable[[Any, int], float]
 
 
-def compressed_seconds(mesh: BoundaryMesh) -> float:
-    """Predicted time to build and factorise compressed operators."""
-    if not isinstance(mesh, CurveMesh):
-        return SURFACE * mesh.n_nodes
+@frozen
+class Costs:
+    """What the storages of one kind of mesh cost.
+
+    Attributes
+    ----------
+    compression : str
+        Of `COMPRESSIONS`, or "" where there is none.
+    dense : float
+        Time of a dense system over that of one in the plane as large: kernels cost more [-].
+    increment : (float, float)
+        Time of an increment over that of the elimination, dense and compressed [-].
+    motion : float
+        More for each rigid motion of a compressed body that only contact holds [-].
+    worth : float
+        So many times the cost may be that of dense operators, which hold more digits [-].
+    """
+
+    compression: str
+    dense: float = 1.0
+    increment: tuple[float, float] = (1.0, 1.0)
+    motion: float = 0.0
+    worth: float = 1.0
+
+
+def _curve_seconds(mesh: CurveMesh) -> float:
     steps = np.linalg.norm(np.diff(mesh.x, axis=0), axis=1)
     # from curve to curve nodes are further apart than before and after
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
@@ -100,14 +127,88 @@ def shared_nodes(mesh: CurveMesh) -> int:
     return sum(max(0, count - ALONE) for count in counts)
 
 
-def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
-    """Processor time of assembly and factorisation."""
-    if not is_compressed(bem, mesh):
-        return dense_seconds(mesh.n_nodes, mesh.dim)
-    if isinstance(mesh, CurveMesh):
-        shared = shared_nodes(mesh)
-        return SHARED * shared + compressed_seconds(mesh) * (1.0 - shared / mesh.n_nodes)
-    return compressed_seconds(mesh) * float(DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4))
+def _exact_curve_seconds(bem: Bem, mesh: CurveMesh) -> float:
+    shared = shared_nodes(mesh)
+    return SHARED * shared + _curve_seconds(mesh) * (1.0 - shared / mesh.n_nodes)
+
+
+def _curve_memory(mesh: CurveMesh, contact: int) -> float:
+    shared = shared_nodes(mesh)
+    return SHARED_NODE * shared + CURVE_NODE * (mesh.n_nodes - shared)
+
+
+COMPRESSIONS = {
+    "hodlr": Compression(
+        "hodlr",
+        "boundaries of plane bodies",
+        1200,
+        _curve_seconds,
+        _exact_curve_seconds,
+        _curve_memory,
+    ),
+    "hmatrix": Compression(
+        "hmatrix",
+        "surfaces in space",
+        700,
+        lambda mesh: SURFACE * mesh.n_nodes,
+        lambda bem, mesh: SURFACE * mesh.n_nodes * DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4),
+        lambda mesh, contact: SURFACE_NODE * mesh.n_nodes + SURFACE_CONTACT * contact,
+    ),
+}
+COSTS: dict[type, Costs] = {
+    CurveMesh: Costs("hodlr"),
+    RingMesh: Costs(""),
+    SurfaceMesh: Costs("hmatrix", 2.0, (0.2, 0.4), 0.13, 2.0),
+}
+"""By the kind of a mesh. An increment in the plane took 0.3 of the elimination by Newton's method,
+and 0.8 to 2.6 by projection. In space it took 0.35 to 0.6 of pairs of 1485 to 8253 dense nodes
+each, and 0.3 to 0.5 of compressed bodies of 2970 to 30 042 nodes in all; 1.1 to 1.5 of the
+elimination with three and six motions that only contact holds, each a column of the preconditioner
+in every Newton step. Two bodies of 738 nodes each, 441 in contact, pressed and pushed, took 1.4 s
+dense and 2.4 s compressed (1e-4), of 1008 nodes 3.4 and 3.4 s, of 1485 nodes 8.3 and 6.1 s."""
+
+
+def dense_seconds(mesh: BoundaryMesh) -> float:
+    """Predicted time to assemble and factorise dense operators [s]."""
+    size = 0.5 * mesh.x.size
+    return COSTS[type(mesh)].dense * (ENTRY * size**2 + FLOP * size**3)
+
+
+def compression_of(bem: Bem, mesh: BoundaryMesh) -> Compression | None:
+    """How the operators of a body are compressed; None where they are dense.
+
+    Raises
+    ------
+    InputError
+        If a compression is asked for that is for other bodies.
+    """
+    costs, asked = COSTS[type(mesh)], bem.mat_type
+    if asked in COMPRESSIONS and asked != costs.compression:
+        usable = "".join(f', "{name}"' for name in COMPRESSIONS if name == costs.compression)
+        raise InputError(
+            f'bem.mat_type: "{asked}" compresses {COMPRESSIONS[asked].what}; choose "auto"{usable} '
+            f'or "dense"'
+        )
+    compression = COMPRESSIONS.get(costs.compression)
+    if compression is None or asked == "dense":
+        return None
+    if asked == "auto":
+        if mesh.n_nodes <= compression.smallest:
+            return None
+        whole, parts = (
+            seconds * (1.0 + more)
+            for seconds, more in zip(
+                (dense_seconds(mesh), compression.seconds(mesh)), costs.increment, strict=True
+            )
+        )
+        return compression if costs.worth * parts < whole else None
+    return compression
+
+
+def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
+    """Whether operators of any body are compressed."""
+    bem = resolved_bem(bem)
+    return any(compression_of(bem, mesh) for mesh in meshes)
 
 
 def solve_seconds(
@@ -115,18 +216,14 @@ def solve_seconds(
 ) -> float:
     """Processor time [s] of elimination and some increments of bodies of which contact alone holds
     so many motions."""
-    large = [is_compressed(bem, mesh) for mesh in meshes]
-    seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
-    share = INCREMENT[any(large)] + FREE * motions * any(large) if meshes[0].dim == 3 else IN_PLANE
+    ways = [compression_of(bem, mesh) for mesh in meshes]
+    seconds = sum(
+        way.exact_seconds(bem, mesh) if way else dense_seconds(mesh)
+        for way, mesh in zip(ways, meshes, strict=True)
+    )
+    costs = COSTS[type(meshes[0])]
+    share = costs.increment[any(ways)] + costs.motion * motions * any(ways)
     return seconds * (1.0 + increments * share)
-
-
-def compressed_memory(mesh: BoundaryMesh, contact: int) -> float:
-    """Predicted memory of compressed operators [bytes]."""
-    if isinstance(mesh, CurveMesh):
-        shared = shared_nodes(mesh)
-        return SHARED_NODE * shared + CURVE_NODE * (mesh.n_nodes - shared)
-    return SURFACE_NODE * mesh.n_nodes + SURFACE_CONTACT * contact
 
 
 def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) -> float:
@@ -181,61 +278,19 @@ def needed_memory(
 ) -> float:
     """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`,
     in k directions each."""
-    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    ways = [compression_of(bem, mesh) for mesh in meshes]
     large = sum(
-        compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small
+        way.memory(mesh, touching)
+        for way, mesh, touching in zip(ways, meshes, contact, strict=True)
+        if way
     )
+    small = [b for b, way in enumerate(ways) if not way]
     return check_memory(
         [meshes[b].x.size for b in small],
         [directions * contact[b] for b in small],
         directions * total if small else 0,
         compressed=large,
     )
-
-
-def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
-    """Whether operators are compressed.
-
-    Raises
-    ------
-    InputError
-        If the compression of curves is asked for in space, or that of surfaces in the plane.
-    """
-    if isinstance(mesh, RingMesh):
-        if bem.mat_type in ("hodlr", "hmatrix"):
-            raise InputError(
-                f'bem.mat_type: "{bem.mat_type}" does not compress bodies of revolution, whose '
-                'curves are short; choose "auto" or "dense"'
-            )
-        return False
-    curve = isinstance(mesh, CurveMesh)
-    if bem.mat_type == "hodlr" and not curve:
-        raise InputError(
-            'bem.mat_type: "hodlr" compresses boundaries of plane bodies; choose "auto", "hmatrix" '
-            'or "dense"'
-        )
-    if bem.mat_type == "hmatrix" and curve:
-        raise InputError(
-            'bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or '
-            '"dense"'
-        )
-    if bem.mat_type != "auto":
-        return bem.mat_type != "dense"
-    if mesh.n_nodes <= (SMALLEST if curve else SMALLEST_SURFACE):
-        return False
-    dense, compressed = dense_seconds(mesh.n_nodes, mesh.dim), compressed_seconds(mesh)
-    if curve:
-        return compressed < dense
-    whole, parts = (
-        seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True)
-    )
-    return WORTH * parts < whole
-
-
-def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
-    """Whether operators of any body are compressed."""
-    bem = resolved_bem(bem)
-    return any(is_compressed(bem, mesh) for mesh in meshes)
 
 
 def suitable_bem(problem: Problem, meshes: Sequence[BoundaryMesh]) -> Bem:

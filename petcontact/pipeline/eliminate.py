@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -16,9 +17,15 @@ from ..compliance.body.dense import DenseBody
 from ..compliance.body.superelement import SuperelementBody
 from ..errors import InputError, SolverError
 from ..geometry.superelement import CondensedSurface
-from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
-from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
+from .choice import (
+    LARGEST,
+    check_memory,
+    compression_of,
+    needed_memory,
+    resolved_bem,
+    solve_seconds,
+)
 from .pose.discretise import Discrete
 
 ELASTIC_LIMIT = 1e-7
@@ -122,9 +129,8 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
 
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
-    """One body by dense operators."""
-    operators, modes = operators_of(discrete, number)
-    boundary = discrete.boundaries[number]
+    """One body by dense operators, or as it is given."""
+    (operators, modes), boundary = operators_of(discrete, number), discrete.boundaries[number]
     if isinstance(boundary, CondensedSurface):
         return SuperelementBody(operators, boundary)
     return DenseBody(operators, modes, comm)
@@ -134,7 +140,7 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
     from ..compliance.body.full import FullBody
 
     operators, modes = operators_of(discrete, 0)
-    apart = isinstance(discrete.boundaries[0], CondensedSurface) or not discrete.interfaces
+    apart = not (discrete.boundaries[0].has_inside and discrete.interfaces)
     if len(discrete.meshes) > 1 or apart or not discrete.holds_normals or modes.shape[2]:
         raise InputError(
             'method.formulation: "full" is the paper\'s, for one body that is held, in bilateral '
@@ -156,21 +162,33 @@ def _compressed(
 ) -> ElasticBody | None:
     """A body on compressed operators; None where dense ones are predicted, or found, to do
     better."""
-    mesh, held = discrete.meshes[number], discrete.holds_normals
-    if isinstance(discrete.boundaries[number], CondensedSurface) or not is_compressed(bem, mesh):
+    if not discrete.boundaries[number].has_inside:
         return None
-    operators, modes = operators_of(discrete, number)
-    if not isinstance(mesh, CurveMesh):
-        from ..compliance.hierarchical.body import HierarchicalBody
+    compression = compression_of(bem, discrete.meshes[number])
+    return (
+        COMPRESSED[compression.name](discrete, number, bem, comm, progress) if compression else None
+    )
 
-        return HierarchicalBody(operators, modes, bem, comm, progress)
+
+def _by_hmatrix(
+    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+) -> ElasticBody | None:
+    from ..compliance.hierarchical.body import HierarchicalBody
+
+    return HierarchicalBody(*operators_of(discrete, number), bem, comm, progress)
+
+
+def _by_hodlr(
+    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+) -> ElasticBody | None:
     from ..compliance.body.hodlr import HodlrBody
 
-    formed = 0 if held else FORMED
-    if bem.mat_type == "hodlr" or mesh.n_nodes > LARGEST:
-        return HodlrBody(operators, modes, bem, comm, formed)
+    formed = 0 if discrete.holds_normals else FORMED
+    build = functools.partial(HodlrBody, *operators_of(discrete, number), bem, comm, formed)
+    if bem.mat_type == "hodlr" or discrete.meshes[number].n_nodes > LARGEST:
+        return build()
     try:
-        body = HodlrBody(operators, modes, bem, comm, formed)
+        body = build()
     except SolverError:
         return None
     # what all loads and an even traction do satisfies the integral equations well enough
@@ -178,3 +196,10 @@ def _compressed(
     even = np.full(body.u_0.shape[1:], float(np.abs(body.data.value).max(initial=0.0)) or 1.0)
     u, traction = body.boundary(shares, even, alpha)
     return body if body.residual(shares, u, traction, even, alpha) <= SAFE * ELASTIC_LIMIT else None
+
+
+COMPRESSED: dict[str, Callable[..., ElasticBody | None]] = {
+    "hodlr": _by_hodlr,
+    "hmatrix": _by_hmatrix,
+}
+"""What builds a body on each of `choice.COMPRESSIONS`."""

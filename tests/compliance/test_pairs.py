@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from prepared import compressed_from
 
 from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
@@ -205,8 +206,7 @@ def test_bodies_are_solved_as_on_dense_operators(name):
 
 
 def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
-    monkeypatch.setattr(choice, "SMALLEST_SURFACE", 230)
-    monkeypatch.setattr(choice, "SURFACE", 0.0)
+    compressed_from(230, "hmatrix", monkeypatch)
     data = blocks(friction_coefficient=0.3)
     data["body"][1]["mesh"]["element_size"] = 1.0
     prepared = prepare(parse_problem(data, "test", {}, Path()))
@@ -418,8 +418,7 @@ def test_given_tractions_on_round_bodies_that_only_contact_holds(monkeypatch):
     }
     for body in data["body"]:
         body["mesh"]["order"] = 0
-    monkeypatch.setattr(choice, "SMALLEST_SURFACE", 60)
-    monkeypatch.setattr(choice, "SURFACE", 0.0)
+    compressed_from(60, "hmatrix", monkeypatch)
     prepared = prepare(parse_problem({**data, "bem": {"hmatrix_tol": 1e-3}}, "test", {}, Path()))
     assert [type(body) for body in prepared.system.bodies] == [DenseBody, HierarchicalBody]
     prepared.system.operator.apply(np.random.default_rng(1).normal(size=(prepared.system.size, 3)))

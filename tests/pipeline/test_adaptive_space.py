@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from facets import box as facet_box
 from facets import quartered
+from prepared import compressed_from
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline import choice
 from petcontact.pipeline.adapt import budget, first_mesh, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.surfaces import PanelTails
@@ -511,8 +511,7 @@ def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monk
 def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     """As of one whose gap is the smaller one; compressed surfaces, which do not take it, are not
     chosen for it."""
-    monkeypatch.setattr(choice, "SMALLEST_SURFACE", 10)
-    monkeypatch.setattr(choice, "WORTH", 0.0)
+    compressed_from(10, "hmatrix", monkeypatch)
     block = {
         "name": "block",
         "material": SOFT,

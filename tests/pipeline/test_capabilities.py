@@ -405,7 +405,10 @@ YET_TO_COME = {
         if "one body" in kind
     },
     **{
-        (compressed_operators, kind): "does not compress bodies of revolution"
+        (
+            compressed_operators,
+            kind,
+        ): 'compresses boundaries of plane bodies; choose "auto" or "dense"'
         for kind in KINDS
         if "axial" in kind
     },

@@ -4,14 +4,16 @@ wrong."""
 from __future__ import annotations
 
 from pathlib import Path
-from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from prepared import compressed_from
 
 from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, load, solve
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.errors import SolverError
 from petcontact.mesh.grading import mesh_outline
+from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.pipeline import choice
 from petcontact.refinement.meshes import mesh_of
 
@@ -42,10 +44,9 @@ GRADED = {"order": 3, "grading": 0.5, "levels": 30}
 )
 def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
     made = mesh_outline(geometry.outline(), MeshOptions(**mesh))
-    assert choice.is_compressed(Bem(), made) == compressed
-    assert choice.is_compressed(Bem(mat_type="hodlr"), made) and not choice.is_compressed(
-        Bem(mat_type="dense"), made
-    )
+    assert (choice.compression_of(Bem(), made) is not None) == compressed
+    assert choice.compression_of(Bem(mat_type="hodlr"), made).name == "hodlr"
+    assert choice.compression_of(Bem(mat_type="dense"), made) is None
 
 
 @pytest.fixture
@@ -71,8 +72,7 @@ def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm
         and lost.elastic_residual > 1e-7
         and "hodlr" in lost.provenance.solver
     )
-    monkeypatch.setattr(choice, "SMALLEST", 100)
-    monkeypatch.setattr(choice, "UNEVEN", 0.0)
+    compressed_from(100, "hodlr", monkeypatch)
     solution = solve(case.model_copy(update={"bem": Bem(hodlr_tol=1e-7)}), comm=comm)
     assert (
         solution.converged
@@ -86,7 +86,7 @@ def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
         raise SolverError("assemble", "the compressed operator is off by 1e-3", "none")
 
     monkeypatch.setattr(HodlrBody, "__init__", refuse)
-    monkeypatch.setattr(choice, "SMALLEST", 100)
+    compressed_from(100, "hodlr", monkeypatch)
     small = case.model_copy(update={"mesh": MeshOptions(element_size=0.1)})
     assert "dense" in solve(small, comm=comm).provenance.solver
     with pytest.raises(SolverError):
@@ -98,10 +98,10 @@ def test_surfaces_are_compressed_by_predicted_cost():
     same."""
     sizes = (1.8, 1.4, 1.2, 1.0, 0.9, 0.8)
     meshes = [mesh_of(load(BLOCK, {"mesh.element_size": size})) for size in sizes]
-    taken = [choice.is_compressed(Bem(), mesh) for mesh in meshes]
+    taken = [choice.compression_of(Bem(), mesh) is not None for mesh in meshes]
     assert taken == sorted(taken) and not taken[0] and taken[-1]
     first = meshes[taken.index(True)]
-    dense, compressed = choice.dense_seconds(first.n_nodes, 3), choice.compressed_seconds(first)
+    dense, compressed = choice.dense_seconds(first), choice.COMPRESSIONS["hmatrix"].seconds(first)
     assert 1.0 < dense / compressed < 3.0 and 900 < first.n_nodes < 1700
 
 
@@ -119,8 +119,8 @@ core."""
 
 @pytest.mark.parametrize(("counts", "tolerance", "increments", "motions", "seconds"), MEASURED)
 def test_the_seconds_of_a_whole_solve(counts, tolerance, increments, motions, seconds):
-    bem, meshes = (
-        Bem(mat_type="hmatrix", hmatrix_tol=tolerance),
-        [SimpleNamespace(dim=3, n_nodes=n) for n in counts],
-    )
+    bem = Bem(mat_type="hmatrix", hmatrix_tol=tolerance)
+    meshes = [object.__new__(SurfaceMesh) for _ in counts]
+    for mesh, count in zip(meshes, counts, strict=True):
+        vars(mesh)["element"] = np.zeros(count)
     assert seconds / 1.5 < choice.solve_seconds(bem, meshes, increments, motions) < 1.5 * seconds

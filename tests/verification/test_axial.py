@@ -252,7 +252,10 @@ def test_what_is_no_body_of_revolution_is_refused():
             {**one, "boundary": whole, "material": {**STEEL, "plane": "stress"}},
             "material.plane: a body of revolution is no plate",
         ),
-        ({**one, "boundary": whole, "bem": {"mat_type": "hodlr"}}, "does not compress bodies of"),
+        (
+            {**one, "boundary": whole, "bem": {"mat_type": "hodlr"}},
+            'compresses boundaries of plane bodies; choose "auto" or "dense"',
+        ),
         (
             {**one, "boundary": whole, "loads": {"acceleration": [9.8, 0]}},
             r"acceleration\[0\]: is 9.8",

@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import PetcontactError
 from ...frozen import frozen
 from ...model.problem import Problem
-from ...pipeline.choice import is_compressed, resolved_bem
+from ...pipeline.choice import compression_of, resolved_bem
 from ...pipeline.solve import adapts_itself
 from ...refinement.meshes import mesh_of
 
@@ -82,7 +82,7 @@ def _of_body(case: Problem, number: int) -> Cost:
     m = (mesh.dim - 1) * int(
         np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()
     )
-    if is_compressed(resolved_bem(case.bem), mesh):
+    if compression_of(resolved_bem(case.bem), mesh):
         return Cost(n, m, COMPRESSED * n, COMPRESSED * n, 2.5e4 * n)
     prepare = ENTRY * n * n + FLOP * unknowns**2 * (2.0 / 3.0 * unknowns + 2.0 * m)
     if case.method.formulation == "full":
