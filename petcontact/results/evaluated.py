@@ -157,11 +157,13 @@ class Evaluated:
         body: str | None = None,
         part: str | None = None,
         progress: Progress | None = None,
+        outside: float | None = None,
     ) -> list[StressState]:
-        """`state_at` after each of some increments, which together cost little more than one."""
+        """`state_at` after each of some increments, which together cost little more than one; what
+        points outside get, where they are not refused."""
         fields = [self.body_fields(body, step) for step in steps]
         try:
-            return states_at(fields, points, part, progress)
+            return states_at(fields, points, part, progress, outside)
         except InputError as error:
             if len(self.meshes) == 1:
                 raise

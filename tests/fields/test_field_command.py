@@ -220,6 +220,10 @@ def test_one_body_one_increment_one_window(steps, tmp_path, capsys):
         "c.pvd",
         *(f"c-001-{body}{kind}.vtu" for body in ("lower", "upper") for kind in ("", "-boundary")),
     }
+    # bodies outside the window are left out
+    words = ["--window", "-1", "0.1", "1", "0.5", "--step", "1", "--grid", "4x4"]
+    assert main(["field", str(path), *words, "-o", str(tmp_path / "d.vtu")]) == 0
+    assert not [*tmp_path.glob("d*lower*")] and len([*tmp_path.glob("d*upper*")]) == 2
 
 
 @pytest.mark.parametrize(

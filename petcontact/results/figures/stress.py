@@ -20,7 +20,7 @@ from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..unbounded import Unbounded, unbounded_places
-from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
+from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places
 from .finite import away_from
 from .plane import draw_outlines, fit_height, place
@@ -151,9 +151,11 @@ def _draw_plane(
     cells: int = ALONG,
 ) -> None:
     axes = figure.add_subplot()
-    fields = {
-        name: given.get(name) or _field(solution, name, picture, cells) for name in picture.bodies
-    }
+    fields = within(
+        picture.window,
+        picture.bodies,
+        lambda name: given.get(name) or _field(solution, name, picture, cells),
+    )
     if fields:
         _colour(figure, axes, solution, picture, fields)
     draw_outlines(axes, solution, picture.view)

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
-from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, write_vtu
+from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, within, write_vtu
 
 
 def write_collection(
@@ -35,7 +35,7 @@ def write_collection(
     bodies : names, optional
         Only these.
     window : two (d,) arrays, optional
-        Corners of the box that is filled.
+        Corners of the box that is filled; bodies outside of it are left out.
 
     Returns
     -------
@@ -52,7 +52,10 @@ def write_collection(
     path = Path(path).with_suffix(".pvd")
     chosen = [name for name in solution.meshes if bodies is None or name in bodies]
     filled = [name for name in filled_bodies(solution) if name in chosen]
-    grids = {name: grid_inside(solution.meshes[name], resolution, window) for name in filled}
+    grids = within(
+        window, filled, lambda name: grid_inside(solution.meshes[name], resolution, window)
+    )
+    chosen = [name for name in chosen if name in grids or name not in filled]
     written, rows = list[Path](), list[str]()
     steps = solution.steps or solution.tried
     inside = fields_of_bodies(solution, grids, steps, progress)

@@ -4,9 +4,9 @@ space."""
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import meshio
 import numpy as np
@@ -15,7 +15,7 @@ from ...arrays import Array, Index
 from ...errors import InputError
 from ...fields.interior import Progress
 from ...fields.interior_grid import triangulate
-from ...fields.stress_state import Field
+from ...fields.stress_state import Field, StressState
 from ...geometry.crossings import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
@@ -70,6 +70,7 @@ def inside_cells(field: Field) -> meshio.Mesh:
     return meshio.Mesh(points, [(kind, field.cells)], point_data=data)
 
 
+NO_CELL = "--grid: no cell lies inside the body; choose a finer grid"
 RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}
 """Grid cells along each axis where none are asked for, by the number of dimensions."""
 Grid = tuple[Array, Index]
@@ -99,6 +100,32 @@ def grid_inside(
             f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
         )
     return _grid(mesh, resolution, window)
+
+
+Made = TypeVar("Made")
+
+
+def within(
+    window: Window | None, bodies: Iterable[str], make: Callable[[str], Made]
+) -> dict[str, Made]:
+    """What is made for each body; those of which nothing lies in the window are left out.
+
+    Raises
+    ------
+    InputError
+        If none is left.
+    """
+    made, refusal = dict[str, Made](), None
+    for name in bodies:
+        try:
+            made[name] = make(name)
+        except InputError as error:
+            if window is None:
+                raise
+            refusal = error
+    if refusal is not None and not made:
+        raise refusal
+    return made
 
 
 def filled_bodies(solution: SolutionData) -> list[str]:
@@ -138,8 +165,23 @@ def fields_inside(
             if progress is not None:
                 progress((first + share * size) / len(steps))
 
-        for state in solution.states_at(grid[0], some, body, progress=told):
-            yield Field(state.x, state.u, state.stress, state.sigma_zz, grid[1])
+        for state in solution.states_at(grid[0], some, body, progress=told, outside=np.nan):
+            yield _inside(state, grid[1])
+
+
+def _inside(state: StressState, cells: Index) -> Field:
+    """A field on the cells whose points all lie inside the body. A grid is made by what stands for
+    the boundary, straight or flat pieces; the integrals over it know what lies inside."""
+    known = np.isfinite(state.u).all(axis=1)
+    if known.all():
+        return Field(state.x, state.u, state.stress, state.sigma_zz, cells)
+    used, numbers = np.unique(cells[known[cells].all(axis=1)], return_inverse=True)
+    if not len(used):
+        raise InputError(NO_CELL)
+    x, u, stress, across = (
+        values[used] for values in (state.x, state.u, state.stress, state.sigma_zz)
+    )
+    return Field(x, u, stress, across, numbers.reshape(-1, cells.shape[1]))
 
 
 def fields_of_bodies(
@@ -195,6 +237,6 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     cells = np.stack([number[a, b, c] for c in (k, up) for a, b in square], axis=-1).reshape(-1, 8)
     cells = cells[inside[cells].all(axis=1)]
     if not len(cells):
-        raise InputError("--grid: no cell lies inside the body; choose a finer grid")
+        raise InputError(NO_CELL)
     used, renumbered = np.unique(cells, return_inverse=True)
     return flat[used], renumbered.reshape(-1, 8)
