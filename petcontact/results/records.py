@@ -16,6 +16,9 @@ from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
 from .report import Finding
 
+FLAT = 0.99
+"""|∫n| over the area from which on tangential tractions have a sum: it is as right as that."""
+
 
 @frozen
 class PairResult:
@@ -132,6 +135,18 @@ class PairResult:
         )
         # a single node has no moment about itself
         return float(max(np.linalg.norm(force), np.linalg.norm(left) / (reach or np.inf))) / size
+
+    @property
+    def friction_used(self) -> float:
+        """|Q| over what friction can carry with these pressures, ∫μp (a bound: ∫g), where 1 is a
+        contact that slips as a whole [-]; nan without friction, and on faces in space that are not
+        flat, of whose directions there is no sum."""
+        flat = float(np.linalg.norm(self.weight @ self.normal)) > FLAT * float(self.weight.sum())
+        carried = float(self.weight @ self.bound)
+        if not (0.0 < carried < np.inf and (flat or self.tangent.shape[1] == 1)):
+            return float(np.nan)
+        along = self.sigma_t if not flat else np.einsum("mk,mkd->md", self.sigma_t, self.tangent)
+        return float(np.linalg.norm(self.weight @ along)) / carried
 
     @property
     def tension_share(self) -> float:

@@ -15,21 +15,26 @@ from ..choice import has_compressed
 from ..eliminate import operators_of
 from ..pose.discretise import Discrete
 from ..pose.load_states import later_data
-from .diagnosis import unheld
-from .increment import PreparedProblem
+from .diagnosis import is_unbalanced, unheld
+from .increment import Increment, PreparedProblem
 from .load_steps import whole_step
+
+FINEST = 1e-3
+"""To which the share of a load is found that can be held."""
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:
     """Refuse loads that no admissible traction holds where matrices take long: those of compressed
     bodies.
 
-    All steps are looked at, at their ends: what contact can hold is convex.
+    All steps are looked at, at their ends: what contact can hold is convex. A step with `increments
+    = "auto"` looks for the load that can just be held, and is solved up to there.
 
     Raises
     ------
     NoEquilibrium
-        If nothing holds a body or an obstacle, with its name and that of the step.
+        If nothing holds a body or an obstacle, with its name, that of the step, and how much of it
+        can be held.
     """
     if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
         return
@@ -47,10 +52,27 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         if data is not None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
         where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
-        if found := unheld(whole_step(prepared, number), where):
+        if found := unheld(whole := whole_step(prepared, number), where):
+            held = held_share(whole)
+            if step.increments == "auto" and held > 0.0:
+                return
+            what = "step" if discrete.problem.step else "load"
+            share = f": contact can hold {held:.3f} of the {what}" * (held > 0.0)
             raise NoEquilibrium(
-                "equilibrium", found, "hold the body, press it more or let friction be larger"
+                "equilibrium",
+                f"{found}{share}",
+                "hold the body, press it more or let friction be larger",
             )
+
+
+def held_share(step: Increment) -> float:
+    """The largest share of a step whose loads contact can hold, within 1e-3: what it can hold is
+    convex."""
+    low, high = 0.0, 1.0
+    while high - low > FINEST:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if is_unbalanced(step.to(middle)) else (middle, high)
+    return low
 
 
 def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:

@@ -3,7 +3,6 @@ history."""
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -208,16 +207,22 @@ def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]
 
 
 def whole_step(problem: PreparedProblem, number: int) -> Increment:
-    """A step, from 1, as one increment from the unloaded state: at its end it has the loads of the
-    step."""
-    state, steps = problem.begun(), problem.steps[:number]
-    obstacles = [
-        functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle
-    ]
-    motions = [
-        ObstacleMotion.of(o, state, k, problem.system.motions) for k, o in enumerate(obstacles)
-    ]
-    return Increment(problem, steps[-1], number, motions, state, 1.0)
+    """A step, from 1, as one increment: at its end it has the loads of the step, at its begin those
+    of the step before."""
+    state, step, places = problem.begun(), problem.steps[number - 1], problem.system.motions
+    obstacles = list(problem.discrete.problem.obstacle)
+    for each in problem.steps[:number]:
+        motions = [
+            ObstacleMotion.of(changed_obstacle(o, each), state, k, places)
+            for k, o in enumerate(obstacles)
+        ]
+        obstacles = [changed_obstacle(o, each) for o in obstacles]
+        if each is not step and motions:
+            positions, loads = (
+                np.array([getattr(m, key)[1] for m in motions]) for key in ("position", "load")
+            )
+            state = replace(state, positions=positions, loads=loads)
+    return Increment(problem, step, number, motions, state, 1.0)
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:

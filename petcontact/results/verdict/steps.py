@@ -20,6 +20,8 @@ FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
 CYCLES = 5
 """Of those that were computed, how many the verdict shows."""
+USED = 0.005
+"""Of friction, below which the verdict says nothing of it: three digits would show noise."""
 MUCH = 1e-9
 """Shear beyond its bound, over the largest pressure, that is more than round-off."""
 
@@ -169,6 +171,8 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
         part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
         known = slips.size == 0.0 or not slips.error >= slips.size
         yield f"{part} of it slips" if known else "what slips is not resolved"
+        if (used := step.pairs[name].friction_used) > USED:
+            yield f"|Q|/(mu N) {used:.3g}"
 
 
 FORCE = {"force": "force"}
