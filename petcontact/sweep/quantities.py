@@ -14,7 +14,6 @@ import numpy as np
 from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError
 from ..model.problem import Problem
-from ..results.peaks import stress_peaks
 from ..results.solution import Solution
 from .published import published_count
 
@@ -29,7 +28,7 @@ QUANTITIES = (
     "dissipated_energy",
 )
 PEAKS = {"peak_von_mises": "von Mises", "peak_first_principal": "first principal"}
-"""Largest stresses, by their names in `stress_peaks`."""
+"""Largest stresses, by their names among the numbers of a solution."""
 
 
 def contact_quantities(solution: Solution) -> dict[str, float]:
@@ -86,11 +85,13 @@ def wear(solution: Solution) -> dict[str, float]:
 def peaks(solution: Solution) -> dict[str, float]:
     """The largest stresses in the bodies and on them [stress]: peak_von_mises,
     peak_first_principal; nan where one is large only next to places where it has no bound."""
-    found, values = stress_peaks(solution), dict[str, float]()
-    for name, stress in PEAKS.items():
-        both = (found[stress].inside, found[stress].surface) if stress in found else ()
-        values[name] = max((peak.value for peak in both if peak), default=math.nan)
-    return values
+    return {name: _largest(solution, f"{stress} stress ") for name, stress in PEAKS.items()}
+
+
+def _largest(solution: Solution, name: str) -> float:
+    """The largest of the numbers of a solution whose names begin so, of those that are finite."""
+    found = (float(n.value[0]) for n in solution.numbers if n.name.startswith(name))
+    return max((value for value in found if math.isfinite(value)), default=math.nan)
 
 
 def peak_von_mises(solution: Solution) -> float:
