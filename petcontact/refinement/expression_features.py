@@ -74,7 +74,9 @@ def samples_of(text: str, variables: Variables) -> Array:
     return samples
 
 
-def kinks(values: Callable[[Array], Array], samples: Array, sampled: Array) -> tuple[Array, Array]:
+def kinks(
+    values: Callable[[Array], Array], samples: Array, sampled: Array, far: float = 1.0
+) -> tuple[Array, Array]:
     """Places inside a side at which a function has a kink or a jump, as fractions, in any order,
     and the power of the distance with which its slope changes there: -1 at a jump, 0 at a kink.
 
@@ -88,11 +90,15 @@ def kinks(values: Callable[[Array], Array], samples: Array, sampled: Array) -> t
         Fractions (n,) to values (n,).
     samples, sampled : (n,) arrays
         Increasing fractions, and the values there.
+    far : float, optional
+        The largest coordinate over the length of the side: so many times as large is the round-off
+        of a place, and that of values with it.
     """
     apart = np.append(True, np.diff(samples) > TOLERANCE)
     samples, sampled = samples[apart], sampled[apart]
     change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
-    size = float(np.abs(sampled).max(initial=0.0))
+    far = DIGITS * max(1.0, far)
+    size = float(np.abs(sampled).max(initial=0.0)) * far
     here = _candidates(change, samples[2:] - samples[:-2], size)
     if not 0 < len(here) <= MOST_KINKS:
         return np.empty(0), np.empty(0)
@@ -100,13 +106,13 @@ def kinks(values: Callable[[Array], Array], samples: Array, sampled: Array) -> t
     widths, changes = [width], [change[here]]
     for _ in range(ROUNDS):
         first, largest = _sharpest(values, low, width)
-        open_ = (largest * width > PARTS * DIGITS * size) & (width > PARTS * DIGITS)
-        if not open_.any():
+        here = (largest * width > PARTS * size) & (width > PARTS * far)
+        if not here.any():
             break
-        low = np.where(open_, first - MARGIN * width, low)
-        width = np.where(open_, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
+        low = np.where(here, first - MARGIN * width, low)
+        width = np.where(here, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
         widths.append(width)
-        changes.append(np.where(open_, largest, changes[-1]))
+        changes.append(np.where(here, largest, changes[-1]))
     power = _powers(np.array(widths), np.array(changes))
     return (low + 0.5 * width)[power < SMOOTH], power[power < SMOOTH]
 
@@ -121,10 +127,10 @@ def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tup
     return low + turn.argmax(axis=0) * step, turn.max(axis=0)
 
 
-def _candidates(change: Array, width: Array, size: float) -> Index:
+def _candidates(change: Array, width: Array, least: float) -> Index:
     """Where the change of slope over its interval is largest, beside its neighbours' and beyond
     round-off."""
-    bent = np.where(change * width > DIGITS * size, change / width, 0.0)
+    bent = np.where(change * width > least, change / width, 0.0)
     most = np.concatenate([[0.0], bent, [0.0]])
     return np.flatnonzero((bent > 0.0) & (bent >= most[:-2]) & (bent >= most[2:]))
 

@@ -128,7 +128,9 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
         size = float(np.linalg.norm(values(MIDDLE)))
         if varies:
             power = math.inf if side.curvature else max(map(degree, given))
-            field = Field(kind, values, *_shown(given, at, values, power), 1.0, side.length, power)
+            field = Field(
+                kind, values, *_shown(given, side, at, values, power), 1.0, side.length, power
+            )
             found[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
@@ -140,6 +142,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
 
 def _shown(
     given: list[Value],
+    side: Side,
     at: Callable[[Array], dict[str, Array]],
     values: Callable[[Array], Array],
     power: float,
@@ -152,9 +155,10 @@ def _shown(
     ]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
     sampled, found = values(every), [np.empty((2, 0))]
+    far = float(np.abs([side.start, side.end]).max()) / side.length
     if len(every) > ARC_SAMPLES:
         found += [
-            np.stack(kinks(lambda s, c=c: values(s)[:, c], every, column))  # type: ignore[misc]
+            np.stack(kinks(lambda s, c=c: values(s)[:, c], every, column, far))  # type: ignore[misc]
             for c, column in enumerate(sampled.T)
         ]
     return np.concatenate(found, axis=1), every, sampled
@@ -170,7 +174,8 @@ def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
         return np.empty(0), np.empty(0)
     at = functools.partial(variables, side, offset)
     values = functools.partial(_values, [gap], "gap", at, False)
-    (place, power), *_ = _shown([gap], at, values, math.inf if side.curvature else degree(gap))
+    power = math.inf if side.curvature else degree(gap)
+    (place, power), *_ = _shown([gap], side, at, values, power)
     return place[power >= JUMP], place[power < JUMP]
 
 

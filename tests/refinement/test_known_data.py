@@ -30,6 +30,21 @@ def block(friction_bound: float | str, pressure: float | str = 0.0) -> Problem:
     )
 
 
+def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
+    far = 8000.0
+    problem = Problem(
+        material=Material(young_modulus=10_000.0, poisson_ratio=0.3),
+        geometry=Rectangle(lower_left=(far, 0), upper_right=(far + 8, 4)),
+        boundary=(
+            Contact(part="bottom", friction_bound=f"abs(x - {far + 3.25})/10"),
+            Displacement(part="top", value=(0.0, 0.0)),
+        ),
+    )
+    body = Body.of(problem, problem.geometry.outline())
+    assert [*map(len, body.kinks)] == [1, 0, 0, 0]
+    assert body.kinks[0] == pytest.approx([3.25], abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("bound", "expected"),
     [

@@ -62,14 +62,15 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
         given = itertools.chain.from_iterable(each for _, each, _ in given_data(condition))
         varying = [v for v in given if callable(v) or isinstance(v, str)]
         for k, value in itertools.product((0, 1), varying):
-            found = _across(value, functools.partial(_variables, box, condition.part, k))
+            far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
+            found = _across(value, functools.partial(_variables, box, condition.part, k), far)
             result[2 * number + k] = distinct(
                 np.concatenate([result[2 * number + k], found]), TOLERANCE, 1.0
             )
     return result
 
 
-def _across(value: Value, at: functools.partial[dict[str, Array]]) -> Array:
+def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -> Array:
     """Fractions of an axis at which data have a kink or a jump on two lines along it, at least."""
     shares = uniform()
 
@@ -78,7 +79,7 @@ def _across(value: Value, at: functools.partial[dict[str, Array]]) -> Array:
         return np.nan_to_num(found, posinf=0.0, neginf=0.0)
 
     every = [
-        kinks(functools.partial(values, share), shares, values(share, shares))[0]
+        kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
         for share in ACROSS
     ]
     places = np.sort(np.concatenate([np.unique(each) for each in every]))
