@@ -1,133 +1,54 @@
 /* Both kernels of rings over elements of any order and shape, at targets or as columns of the boundary operators. */
 
+#include "../plane/columns.h"
 #include "values.h"
 
 static const int ROW[KINDS] = {0, 0, 1, 1, 2}, COLUMN[KINDS] = {0, 1, 0, 1, 2}; /* components of each kind */
 
-INLINE int kinds_of(const Curve *a)
+static const double NOTHING[CHUNK]; /* between torsion and the rest */
+
+typedef struct { /* of kernels over single elements */
+    const Curve *curve;
+    Constants constants;
+    RingValues values[NODES];
+} RingWork;
+
+INLINE void over_element(void *work, int64_t number, const Element *e, const Targets *t, Wanted w, int fresh, Entries *node)
 {
-    return a->d == 3 ? KINDS : TT;
+    RingWork *a = work;
+    (void)fresh;
+    petcontact_ring_values(a->curve->quadrature, e, (int)a->curve->least[number], &a->constants, t, w, a->values);
+    for (int n = w.node; n < w.last; n++) {
+        for (int k = 0; k < COMPONENTS * COMPONENTS; k++)
+            node[n].g[k / COMPONENTS][k % COMPONENTS] = node[n].h[k / COMPONENTS][k % COMPONENTS] = NOTHING;
+        for (int k = 0; k < KINDS; k++) {
+            node[n].g[ROW[k]][COLUMN[k]] = a->values[n].g[k];
+            node[n].h[ROW[k]][COLUMN[k]] = a->values[n].h[k];
+        }
+    }
 }
 
-/* G and H, (d, d, n nodes, m) each and zero before, of n elements of one order at m points. */
+/* G and H, (d, d, n nodes, m) each, of n elements of one order at m points. */
 void petcontact_ring_integrals(const Curve *a, int64_t n, const Points *points, int64_t m, double *g, double *h)
 {
-    const Constants c = constants_of(&a->plane);
-    const int nodes = n ? (int)a->plane.order[0] + 1 : 0;
-    Targets t;
-    RingValues v[NODES];
-    for (int64_t first = 0; first < m; first += CHUNK) {
-        load_targets(points, 0, first, m - first < CHUNK ? (int)(m - first) : CHUNK, &t);
-        for (int64_t i = 0; i < n; i++) {
-            const Element e = element_of(&a->plane, i);
-            petcontact_ring_values(a->quadrature, &e, (int)a->least[i], &c, &t, (Wanted){1, 1, 0, nodes}, v);
-            for (int k = 0; k < nodes; k++)
-                for (int j = 0; j < kinds_of(a); j++) {
-                    const int64_t to = ((ROW[j] * a->d + COLUMN[j]) * n * nodes + i * nodes + k) * m + first;
-                    memcpy(g + to, v[k].g[j], t.count * sizeof(double));
-                    memcpy(h + to, v[k].h[j], t.count * sizeof(double));
-                }
-        }
-    }
+    RingWork work;
+    work.curve = a;
+    work.constants = constants_of(&a->plane);
+    fill_integrals(over_element, &work, &a->plane, (int)a->d, n, points, m, g, h);
 }
 
-typedef struct { /* a curve and what makes columns of G and H: bem.kernel.ColumnData */
+typedef struct { /* a curve and what makes columns of G and H */
     Curve curve;
-    Points nodes;
-    const int64_t *first_node, *known;             /* (e + 1,), (n, d) */
-    const double *frame;                           /* (n, d, d) */
-    const int64_t *rhs_first;                      /* (n + 1,) */
-    const double *rhs_traction, *rhs_displacement; /* (q, d) */
+    Columns columns;
 } CurveColumns;
 
-/* `sign` times a kernel times a vector, added to targets' components. */
-INLINE void add_product(const Curve *a, double (*kernel)[CHUNK], int count, double sign, const double *vector, double *out)
-{
-    for (int j = 0; j < kinds_of(a); j++) {
-        const double x = sign * vector[COLUMN[j]];
-        for (int i = 0; x != 0.0 && i < count; i++)
-            out[a->d * i + ROW[j]] += kernel[j][i] * x;
-    }
-}
-
-/* `sign` times (½ + H) times a vector; `own` of the targets is the node itself. */
-INLINE void add_h(const Curve *a, RingValues *v, int count, int own, double sign, const double *vector, double *out)
-{
-    add_product(a, v->h, count, sign, vector, out);
-    for (int i = 0; own < count && i < a->d; i++)
-        out[a->d * own + i] += 0.5 * sign * vector[i];
-}
-
-INLINE int some(const double *vector, int64_t d)
-{
-    return vector[0] != 0.0 || vector[1] != 0.0 || (d == 3 && vector[2] != 0.0);
-}
-
-/* Kernels and nodes that consecutive columns of one element ask for. */
-INLINE Wanted wanted_by(const CurveColumns *a, const int64_t *columns, int64_t count, int64_t first_node, int system,
-                        int beside)
-{
-    const int64_t d = a->curve.d;
-    Wanted w = {0, 0, (int)(columns[0] - first_node), (int)(columns[count - 1] - first_node) + 1};
-    for (int64_t j = 0; j < count; j++) {
-        const int64_t node = columns[j];
-        for (int64_t i = d * node; system && i < d * (node + 1); i++) {
-            w.g |= !a->known[i];
-            w.h |= a->known[i] != 0;
-        }
-        for (int64_t q = a->rhs_first[node]; beside && q < a->rhs_first[node + 1]; q++) {
-            w.g |= some(a->rhs_traction + d * q, d);
-            w.h |= some(a->rhs_displacement + d * q, d);
-        }
-    }
-    return w;
-}
-
-/* Columns of the boundary operators, a `Filler` (hmatrix.c); see petcontact_plane_columns. */
+/* See `fill_columns`. */
 void petcontact_ring_columns(const void *mesh, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
                              double *system, double *beside)
 {
     const CurveColumns *a = mesh;
-    const Curve *curve = &a->curve;
-    const int64_t d = curve->d;
-    const Constants c = constants_of(&curve->plane);
-    Targets t;
-    RingValues values[NODES];
-    for (int64_t first = 0; first < m; first += CHUNK) {
-        const int64_t *row = rows + first;
-        load_targets(&a->nodes, rows, first, m - first < CHUNK ? (int)(m - first) : CHUNK, &t);
-        const size_t bytes = d * t.count * sizeof(double);
-        double *rhs = beside ? beside + d * first : 0;
-        for (int64_t j = 0, last; j < k; j = last) {
-            const int64_t number = a->nodes.element[columns[j]], first_node = a->first_node[number];
-            for (last = j + 1; last < k && a->nodes.element[columns[last]] == number;)
-                last++;
-            const Wanted w = wanted_by(a, columns + j, last - j, first_node, system != 0, beside != 0);
-            const Element e = element_of(&curve->plane, number);
-            if (w.g || w.h)
-                petcontact_ring_values(curve->quadrature, &e, (int)curve->least[number], &c, &t, w, values);
-            for (int64_t i = j; i < last; i++) {
-                const int64_t node = columns[i];
-                RingValues *v = values + (node - first_node);
-                int own = t.count;
-                if (row[0] <= node && node <= row[t.count - 1])
-                    for (own = 0; own < t.count && row[own] != node;)
-                        own++;
-                for (int64_t f = 0; system && f < d; f++) {
-                    const double *frame = a->frame + (node * d + f) * d;
-                    double *out = system + d * ((d * i + f) * m + first);
-                    memset(out, 0, bytes);
-                    if (a->known[d * node + f])
-                        add_h(curve, v, t.count, own, 1.0, frame, out);
-                    else
-                        add_product(curve, v->g, t.count, -1.0, frame, out);
-                }
-                for (int64_t q = a->rhs_first[node]; beside && q < a->rhs_first[node + 1]; q++, rhs += d * m) {
-                    memset(rhs, 0, bytes);
-                    add_product(curve, v->g, t.count, 1.0, a->rhs_traction + d * q, rhs);
-                    add_h(curve, v, t.count, own, -1.0, a->rhs_displacement + d * q, rhs);
-                }
-            }
-        }
-    }
+    RingWork work;
+    work.curve = &a->curve;
+    work.constants = constants_of(&a->curve.plane);
+    fill_columns(over_element, &work, &a->curve.plane, (int)a->curve.d, &a->columns, m, rows, k, columns, system, beside);
 }
