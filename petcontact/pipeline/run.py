@@ -192,7 +192,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
             name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)
         },
     )
-    findings = findings_of(problem, solution.steps, solution.failed)
+    findings = findings_of(problem, solution)
     return replace(solution, provenance=provenance, findings=tuple(findings))
 
 

@@ -158,7 +158,8 @@ def test_status_0_and_what_is_written(folder, program):
 
 def test_status_3_keeps_the_last_iterate(folder):
     done = solve(folder, "--set", "method.max_iterations=4")
-    assert done.returncode == 3 and "not converged: max_iterations = 4 reached" in done.stdout
+    assert done.returncode == 3 and done.stdout.startswith("not converged")
+    assert "max_iterations = 4 reached" in done.stdout
     with h5py.File(folder / "case.h5") as file:
         assert file.attrs["status"] == "not converged" and len(file["history/rho"]) == 4
 
@@ -183,7 +184,7 @@ def test_a_wrong_elastic_solve_fails_with_its_last_iterate(folder):
         "-elastic_ksp_rtol",
         "1e-2",
     )
-    assert done.returncode == 1 and "  failed: " in done.stdout
+    assert done.returncode == 1 and done.stdout.startswith("failed")
     with h5py.File(folder / "case.h5") as file:
         assert file.attrs["status"] == "failed" and len(file["history/rho"]) > 0
 
@@ -209,7 +210,11 @@ def test_set_reads_toml_values_and_text(folder):
         "--set",
         "boundary.0.friction_bound=140 + x",
     )
-    assert done.returncode == 0 and "rule fixed" in done.stdout and done.stdout.startswith("a b\n")
+    assert (
+        done.returncode == 0
+        and "rule fixed" in done.stdout
+        and done.stdout.startswith("converged: a b\n")
+    )
     with h5py.File(folder / "case.h5") as file:
         assert file["contact/friction_bound"][0] == pytest.approx(140.25)
 

@@ -86,9 +86,8 @@ def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, loca
     assert done.returncode == 0 and done.stderr == ""
     first, second = done.stdout.splitlines()[:2]
     accented = "é" if locale == "C.UTF-8" else "\\xe9"
-    assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith(
-        "  converged"
-    )
+    assert first == f"converged: $\\frac{{$ \\x1b[31mred\\n second line {accented}"
+    assert second.startswith("  bottom: bilateral contact")
     assert len(list(folder.glob("*.png"))) == (0 if figures else 3)
 
 
@@ -105,7 +104,7 @@ def test_set_takes_utf8_whatever_the_locale(folder):
         PYTHONUTF8="0",
         PYTHONCOERCECLOCALE="0",
     )
-    assert done.returncode == 0 and done.stdout.startswith("\\xe9\n")
+    assert done.returncode == 0 and done.stdout.startswith("converged: \\xe9\n")
     done = shell(folder, rf"petcontact solve c.toml {COARSE} --set $'title=\xff'")
     assert (
         done.returncode == 2 and "not text in UTF-8" in done.stderr and done.stderr.count("\n") == 1

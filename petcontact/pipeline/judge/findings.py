@@ -77,12 +77,20 @@ KINDS = {
     # displacements are small up to these: a rotation [rad], over the size of the body, and over
     # that of the elements
     "turn": Kind("warning", 0.1),
-    "travel": Kind("warning", 1.0),
+    "travel": Kind("warning", 0.1),
     "slip": Kind("warning", 1.0),
     # change of q over p in L2. One increment is off by .7 to 1.4 times as much as it differs from
     # two (a sphere, rollers and discs, a rounded pin), several by half as much as they differ from
     # half as many
     "path": Kind("warning", 0.03),
+    # what is out of scale: linear elasticity leaves out squares of the strain; 1e-10 is 20 Pa on
+    # steel; dry pairs have coefficients of 0.05 to 1.5; overlap over the size of the body
+    "strain": Kind("warning", 0.05),
+    "tiny strain": Kind("warning", 1e-10),
+    "friction coefficient": Kind("warning", 2.0),
+    "closed gap": Kind("warning"),
+    "large overlap": Kind("warning", 0.1),
+    "empty step": Kind("warning"),
     "known data": Kind("warning"),
     # estimated error
     "accuracy": Kind("warning", 0.1),

@@ -13,20 +13,20 @@ from ...geometry.rotation import Motions
 from ...model.load_steps import Obstacle, changed_obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
+from ...results.solution import Solution
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .findings import judged, limit_of, new_finding
+from .suspicious import suspicious
 from .warnings import unusual
 
 NEXT = 2.0
 """Gaps over what contact closes up to which faces are looked at for their `sag`."""
 
 
-def findings_of(
-    problem: PreparedProblem, results: list[StepResult], failed: StepResult | None
-) -> list[Finding]:
+def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     """All that is found of a solve that ended, what several increments have alike once."""
-    tried = results if failed is None else [*results, failed]
+    results, tried = solution.steps, solution.tried
     findings = [
         *problem.discrete.findings,
         *problem.discrete.of_meshes,
@@ -35,6 +35,7 @@ def findings_of(
         *_jammed(problem, results),
         *_unlike(problem, results),
         *unusual(problem.discrete, results),
+        *suspicious(problem.discrete, solution),
     ]
     return list({str(each): each for each in findings}.values())
 

@@ -14,7 +14,7 @@ from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..numbers import Number
 from ..records import PairResult, StepResult, WearHistory
-from .text import place_of, told, unit_of, wrapped
+from .text import WIDTH, place_of, told, unit_of, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
@@ -22,6 +22,8 @@ CYCLES = 5
 """Of those that were computed, how many the verdict shows."""
 USED = 0.005
 """Of friction, below which the verdict says nothing of it: three digits would show noise."""
+NARROW = WIDTH - 2
+"""Of lines that are indented by two more where there are several steps."""
 MUCH = 1e-9
 """Shear beyond its bound, over the largest pressure, that is more than round-off."""
 
@@ -118,12 +120,11 @@ def _pairs(tell: Teller, step: StepResult, laws: bool) -> Iterator[str]:
         if posed.name not in step.pairs:
             continue
         pair = step.pairs[posed.name]
-        yield from wrapped(f"  {printable(posed.name)}: ", [law_words(posed)] * laws)
-        for items in _pair(tell, step, posed.name, posed.law):
+        head = f"  {printable(posed.name)}: "
+        yield from wrapped(head, [law_words(posed)] * laws, width=NARROW)
+        for items in (*_pair(tell, step, posed.name, posed.law), _defects(pair)):
             if items:
-                yield from wrapped("    ", items)
-        if warned := _defects(pair):
-            yield from wrapped("    ", warned)
+                yield from wrapped("    ", items, width=NARROW)
 
 
 def law_words(posed: Any) -> str:
@@ -206,7 +207,8 @@ def _defects(pair: PairResult) -> list[str]:
 
 def _obstacles(tell: Teller, step: StepResult) -> Iterator[str]:
     for name in step.obstacles:
-        yield from wrapped(f"  {printable(name)}: ", list(tell.items(step, name, OBSTACLE)))
+        items = list(tell.items(step, name, OBSTACLE))
+        yield from wrapped(f"  {printable(name)}: ", items, width=NARROW)
 
 
 def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:

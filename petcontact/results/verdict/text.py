@@ -105,17 +105,17 @@ def unit_of(kind: str, units: Units, power: int) -> str:
     return (units.stress_times(power) or "") if stress else ""
 
 
-def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
+def wrapped(head: str, items: list[str], separator: str = ",", width: int = WIDTH) -> list[str]:
     """Items joined by commas, or words (separator " "), broken into lines that are indented under
     the first, or by four more than it where it is long."""
     if separator == " ":
         items = " ".join(items).split(" ")
-    indent = len(head) if len(head) <= WIDTH // 3 else len(head) - len(head.lstrip()) + 4
+    indent = len(head) if len(head) <= width // 3 else len(head) - len(head.lstrip()) + 4
     lines, line = [], head
     for k, item in enumerate(items):
         text = item + (separator.strip() if k < len(items) - 1 else "")
         begun = line.strip() != head.strip()
-        if len(line) + len(text) > WIDTH and (begun or indent < len(head)) and line.strip():
+        if len(line) + len(text) > width and (begun or indent < len(head)) and line.strip():
             lines.append(line.rstrip())
             line = " " * indent
         line += text + " "

@@ -1,0 +1,104 @@
+"""Findings of what a user hardly meant: strains, loads, friction and gaps that are out of scale."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.law_protocol import OPEN
+from ...results.records import StepResult, step_ends
+from ...results.report import Finding
+from ...results.solution import Solution
+from ..pose.discretise import Discrete
+from .findings import limit_of, new_finding
+
+USUAL = 0.95
+"""Share of a boundary that is strained less: at singular corners strains have no bound."""
+
+
+def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
+    """Find what is out of scale in a problem and in its solution."""
+    return [
+        *_strains(solution),
+        *_frictions(discrete),
+        *_gaps(discrete),
+        *_empty(solution.steps),
+    ]
+
+
+def _strains(solution: Solution) -> list[Finding]:
+    """Find bodies whose strains are large, and those with loads that are next to nothing."""
+    found = list[Finding]()
+    for body in solution.problem.body if solution.steps else ():
+        if not solution.body_fields(body.name).known:
+            continue
+        _, state = solution.boundary_state(body.name)
+        modulus, mesh = body.material.young_modulus, solution.meshes[body.name]
+        strain = _usual(state.von_mises[: mesh.n_nodes], mesh.weight) / modulus
+        contacts = [p for n, p in solution.pairs.items() if solution.sides[n][0] == body.name]
+        strain = max(
+            [strain, *(_pressed(p.pressure, p.state, p.weight) / modulus for p in contacts)]
+        )
+        if strain > limit_of("strain"):
+            text = f"body {body.name!r} is strained by {strain:.0%}: strains are taken to be small"
+            advice = "check the units of loads and moduli"
+            found.append(new_finding("strain", text, advice=advice, measured=strain))
+        if 0.0 < strain < limit_of("tiny strain"):
+            text = f"body {body.name!r} is strained by {strain:.1e} only"
+            advice = "check that loads and moduli have the same unit"
+            found.append(new_finding("tiny strain", text, advice=advice, measured=strain))
+    return found
+
+
+def _usual(values: Array, weight: Array) -> float:
+    """What values stay below on `USUAL` of a boundary."""
+    order = np.argsort(values)
+    row = int(np.searchsorted(np.cumsum(weight[order]), USUAL * float(weight.sum())))
+    return float(values[order[min(row, len(order) - 1)]])
+
+
+def _pressed(pressure: Array, state: Array, weight: Array) -> float:
+    """The mean pressure of what is closed."""
+    closed = state != OPEN
+    area = float(weight[closed].sum())
+    return float(weight[closed] @ np.abs(pressure[closed])) / area if area > 0.0 else 0.0
+
+
+def _frictions(discrete: Discrete) -> list[Finding]:
+    """Find coefficients of friction that no dry pair has."""
+    found = list[Finding]()
+    for side in discrete.sides:
+        value = side.law.friction_coefficient
+        if isinstance(value, (int, float)) and value > limit_of("friction coefficient"):
+            text = f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5"
+            where = f"pair {side.name!r}"
+            found.append(new_finding("friction coefficient", text, where, measured=float(value)))
+    return found
+
+
+def _gaps(discrete: Discrete) -> list[Finding]:
+    """Find gaps that bilateral contact closes by force, and overlaps that are not small."""
+    found = list[Finding]()
+    for side, face in zip(discrete.sides, discrete.interfaces, strict=True):
+        where, gap = f"pair {side.name!r}", face.gap[np.isfinite(face.gap)]
+        if side.law.normal == "bilateral" and gap.max(initial=0.0) > 0.0:
+            text = f"bilateral contact closes a gap of {gap.max():.3g} by pulling"
+            advice = 'a gap may stay open with normal = "unilateral"'
+            found.append(new_finding("closed gap", text, where, advice=advice))
+        overlap = -float(gap.min(initial=0.0))
+        size = discrete.boundaries[side.body].diameter
+        if overlap > limit_of("large overlap") * size:
+            text = f"overlaps by {overlap:.3g}, {overlap / size:.0%} of the body"
+            found.append(new_finding("large overlap", text, where, measured=overlap / size))
+    return found
+
+
+def _empty(steps: Sequence[StepResult]) -> list[Finding]:
+    """Find steps before the last at whose end no contact carries anything."""
+    return [
+        new_finding("empty step", "its contact carries nothing", f"step {step.name!r}")
+        for step in step_ends(steps)[:-1]
+        if step.pairs and not any(pair.pressure.any() for pair in step.pairs.values())
+    ]
