@@ -44,8 +44,16 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
 
 def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     before = {number.key: number for number in numbers_of(coarser, peaks=False)}
+    # two meshes may agree by chance: what tractions do is off by about the product of their error
+    # and that of displacements
+    share = min(float(np.nan_to_num(solution.accuracy.error, posinf=1.0)), 1.0) ** 2
     return [
-        number.known_to(_change(solution, coarser, number, before.get(number.key)))
+        number.known_to(
+            np.fmax(
+                _change(solution, coarser, number, before.get(number.key)),
+                share * max(number.scale, number.size) if number.key in before else np.nan,
+            )
+        )
         for number in numbers
     ]
 

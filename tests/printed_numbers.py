@@ -1,0 +1,85 @@
+"""Printed numbers of random problems beside those of a tenth of the error: what is off by more than
+is reported."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from petcontact import PetcontactError, adapt
+
+FINER = 10.0
+"""Accuracy over that of the reference."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A number of a problem with its true and its reported error."""
+
+    problem: int
+    key: tuple
+    value: float
+    true: float
+    reported: float
+
+    @property
+    def ratio(self) -> float:
+        """True over reported; what agrees to round-off is right."""
+        if self.true <= 1e-9 * max(self.value, 1e-12):
+            return 0.0
+        return self.true / max(self.reported, 1e-300)
+
+
+def compared(problem, number, accuracy):
+    """The numbers of a problem at an accuracy that are known at a tenth of it, too, and the
+    processor seconds of solve and numbers; None where one of both is not solved."""
+    try:
+        began = time.process_time()
+        solution = adapt(problem, accuracy)
+        solved = time.process_time()
+        numbers, asked = solution.numbers, time.process_time()
+        best = adapt(problem, accuracy / FINER)
+    except PetcontactError:
+        return None
+    if not (solution.converged and best.converged):
+        return None
+    known = {each.key: each for each in best.numbers}
+    found = []
+    for each in numbers:
+        other = known.get(each.key)
+        if other is None or np.isinf(each.error) or np.isnan(each.error) or np.isinf(other.error):
+            continue
+        true = float(np.abs(each.value - other.value).max())
+        # what the reference is off by itself is not counted
+        true = max(0.0, true - np.nan_to_num(other.error))
+        found.append(Compared(number, each.key, each.size, true, each.error))
+    return found, (solved - began, asked - solved)
+
+
+def table(draw, seed, first, count, accuracy):
+    """Lines of a table, and how many numbers of all are off by more than they say."""
+    every, times = [], np.zeros(2)
+    for number in range(first, first + count):
+        result = compared(draw(seed, number), number, accuracy)
+        if result is None:
+            yield f"| {number} | not solved | | | |"
+            continue
+        found, spent = result
+        every += found
+        times += spent
+        for each in found:
+            if each.ratio > 1.0:
+                name = f"{each.key[0]}, {each.key[1]}, step {each.key[2]}"
+                yield (
+                    f"| {number} | {name} | {each.value:.4g} | {each.true:.1e} | "
+                    f"{each.reported:.1e} |"
+                )
+    above = sum(each.ratio > 1.0 for each in every)
+    worst = max((each.ratio for each in every), default=0.0)
+    yield ""
+    yield (
+        f"{above} of {len(every)} numbers are off by more than they say, the worst by {worst:.2g} "
+        f"times; the numbers took {times[1]:.2f} s beside {times[0]:.2f} s of the solves"
+    )
