@@ -34,6 +34,7 @@ class Evaluated:
     failed: StepResult | None
     volumes: dict[str, VolumeSolution | None] | None
     accuracy: Accuracy
+    coarser: Evaluated | None
 
     @property
     def tried(self) -> list[StepResult]:

@@ -17,6 +17,7 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
+from ..refinement.levels import MOST_GAIN
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
 from .records import PairResult, StepResult
@@ -44,18 +45,20 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
 
 def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:
     before = {number.key: number for number in numbers_of(coarser, peaks=False)}
-    # two meshes may agree by chance: what tractions do is off by about the product of their error
-    # and that of displacements
-    share = min(float(np.nan_to_num(solution.accuracy.error, posinf=1.0)), 1.0) ** 2
-    return [
-        number.known_to(
-            np.fmax(
-                _change(solution, coarser, number, before.get(number.key)),
-                share * max(number.scale, number.size) if number.key in before else np.nan,
-            )
+    # two meshes may agree by chance: what the two before differ by says how much they gain at most
+    earlier = numbers_of(coarser.coarser, peaks=False) if coarser.coarser is not None else []
+    last_but_one = {number.key: number.value for number in earlier}
+    found = list[Number]()
+    for number in numbers:
+        error, old = (
+            _change(solution, coarser, number, before.get(number.key)),
+            before.get(number.key),
         )
-        for number in numbers
-    ]
+        if old is not None and number.key in last_but_one:
+            apart = float(np.abs(old.value - last_but_one[number.key]).max())
+            error = max(error, apart / MOST_GAIN)
+        found.append(number.known_to(error))
+    return found
 
 
 def _change(

@@ -275,9 +275,12 @@ def _finished(
 
 
 def _before_last(work: AdaptiveSolve) -> Solution | None:
-    """The solution on the last mesh but one, where both are accepted."""
-    last = [each for each in work.solutions[-2:] if each.converged]
-    return last[0] if len(last) > 1 else None
+    """The solution on the last mesh but one, with the one before it, of those that are accepted."""
+    *before, last = work.solutions
+    found: Solution | None = None
+    for each in [each for each in before if each.converged][-2:] if last.converged else []:
+        found = replace(each, coarser=found)
+    return found
 
 
 def _shortcomings(
