@@ -20,6 +20,9 @@ CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4,
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list
 of nodes."""
 
+NODES = {"line": 2, "triangle": 3, "quad": 4}
+"""Of cells whose names have no number; the others end with theirs."""
+
 
 def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
     """The outline of a plane mesh as meshio has it; of a half section of a body of revolution the
@@ -82,24 +85,22 @@ def read_msh(file: str) -> Any:
             f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}"
         )
     for block in mesh.cells:
-        demand_cells(file, block.data, len(mesh.points))
+        _demand_cells(file, block.type, np.asarray(block.data), len(mesh.points))
     for name in mesh.field_data:
         if not str(name).isprintable():
             raise InputError(f"{file}: {str(name)[:40]!r} is no name of a physical group")
     return mesh
 
 
-def demand_cells(file: str, cells: Any, count: int) -> None:
-    """Refuse cells with nodes that are not there; of meshio a number from the end is one.
-
-    Raises
-    ------
-    InputError
-        One line that names the file.
-    """
-    numbers = np.asarray(cells)
-    whole = numbers.dtype.kind in "iu"
-    if not whole or (numbers.size and not 0 <= numbers.min() <= numbers.max() < count):
+def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
+    """Refuse cells of other numbers of nodes than their kind has, and nodes that are not there; of
+    meshio a number from the end is one."""
+    number = re.search(r"\d+$", kind)
+    nodes = NODES.get(kind) if number is None else int(number.group())
+    if nodes is not None and cells.shape[1:] != (nodes,):
+        raise InputError(f"{file}: damaged (cells of type {kind} have no {nodes} nodes)")
+    whole = cells.dtype.kind in "iu"
+    if not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count):
         raise InputError(f"{file}: damaged (a cell has a node that is not there)")
 
 

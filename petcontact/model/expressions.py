@@ -134,7 +134,12 @@ Value = float | str | tuple[float, ...] | Callable[..., Any]
 
 
 def evaluate(
-    value: Value, variables: Mapping[str, Array], count: int, key: str, *, finite: bool = True
+    value: Value,
+    variables: Mapping[str, Array],
+    count: int,
+    key: str,
+    *,
+    otherwise: float | None = None,
 ) -> Array:
     """Values (count,) of a number, an expression, a function or an array at nodes.
 
@@ -149,8 +154,9 @@ def evaluate(
         Number of nodes.
     key : str
         The key of the config that the value comes from, named in errors.
-    finite : bool
-        Whether values that are not finite are mistakes.
+    otherwise : float, optional
+        What stands in the place of values that are not finite, or beyond the largest number;
+        without it they are mistakes.
 
     Raises
     ------
@@ -159,7 +165,7 @@ def evaluate(
         there are not as many values as nodes.
     """
     if callable(value):
-        return _called(value, variables, count, key, finite)
+        return _called(value, variables, count, key, otherwise)
     if isinstance(value, tuple):
         if len(value) != count:
             raise InputError(f"{key}: has {len(value)} values, the part has {count} nodes")
@@ -187,7 +193,7 @@ def evaluate(
         raise InputError(
             f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {_allowed(variables)}"
         ) from None
-    return _finite(result, variables, f"{key}: expression {_shown(value)}") if finite else result
+    return _finite(result, variables, f"{key}: expression {_shown(value)}", otherwise)
 
 
 def _allowed(variables: Mapping[str, Array], name: str = "") -> str:
@@ -197,7 +203,11 @@ def _allowed(variables: Mapping[str, Array], name: str = "") -> str:
 
 
 def _called(
-    function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str, finite: bool
+    function: Callable[..., Any],
+    variables: Mapping[str, Array],
+    count: int,
+    key: str,
+    otherwise: float | None,
 ) -> Array:
     """Values (count,) of a function of some variables."""
     names = list(inspect.signature(function).parameters)
@@ -219,10 +229,14 @@ def _called(
             f"{name} returns an array of shape {values.shape}, expected ({count},) or a number"
         )
     values = np.broadcast_to(values, (count,)).copy()
-    return _finite(values, variables, name) if finite else values
+    return _finite(values, variables, name, otherwise)
 
 
-def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
+def _finite(
+    values: Array, variables: Mapping[str, Array], what: str, otherwise: float | None
+) -> Array:
+    if otherwise is not None:
+        return np.where(np.abs(values) <= LARGEST_NUMBER, values, otherwise)
     if not np.all(np.isfinite(values)):
         k = int(np.argmin(np.isfinite(values)))
         place = ", ".join(

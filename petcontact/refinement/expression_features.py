@@ -236,5 +236,5 @@ def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Ar
 
 def _turns(at: Array, values: Array) -> Array:
     """Samples at which a sub-expression has a maximum or a minimum."""
-    rise = np.sign(np.diff(values))
+    rise = (values[1:] > values[:-1]) * 1 - (values[1:] < values[:-1])  # of infinite ones, too
     return np.asarray(at[1:-1][rise[1:] * rise[:-1] < 0.0])

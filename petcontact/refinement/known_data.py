@@ -275,9 +275,8 @@ def _values(
     """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0
     where not finite."""
     names = at(fractions)
-    columns = [evaluate(value, names, len(fractions), key, finite=False) for value in given]
+    columns = [evaluate(value, names, len(fractions), key, otherwise=0.0) for value in given]
     values = np.column_stack(columns or [np.zeros(len(fractions))])
-    values[~np.isfinite(values)] = 0.0
     return (
         values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
     )

@@ -22,6 +22,8 @@ PATIENCE = 3.0
 NO_MORE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF}
 """What a write to a stream fails with; errors of files have a name."""
 
+LONGEST = 400
+"""Characters of a word that are shown: more than a folder and the longest name of a file have."""
 UNLOADED = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
 """What the loader says of a library for which there is no memory."""
 
@@ -60,6 +62,11 @@ def guarded(program: Callable[[], int]) -> int:
     return status
 
 
+def _brief(word: str) -> str:
+    """A word as a line can hold it: the name of a file may have thousands of characters."""
+    return word if len(word) <= LONGEST else f"{word[: LONGEST // 2]}...{word[-LONGEST // 4 :]}"
+
+
 def _described(error: BaseException) -> tuple[str, int]:
     """One line that can be printed, and the exit status."""
     if isinstance(error, MemoryError) or (
@@ -67,7 +74,7 @@ def _described(error: BaseException) -> tuple[str, int]:
     ):
         return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
     if isinstance(error, PetcontactError):
-        return printable(" ".join(str(error).split())), error.exit_status
+        return printable(" ".join(map(_brief, str(error).split()))), error.exit_status
     if isinstance(error, OSError) and error.strerror and error.filename is not None:
         return printable(f"{error.filename}: {error.strerror}"), 1
     if isinstance(error, OSError) and error.errno in NO_MORE:

@@ -112,6 +112,13 @@ def test_truncated_missing_and_foreign_files_are_refused(tmp_path):
         assert "array" not in str(caught.value)  # numpy's words are nobody's
         if size > 100:
             assert re.search(r"cut off inside \$(Nodes|Elements|Entities)", str(caught.value))
+    # numbers that end half-way: as many as twice the triangles
+    lines = text.splitlines()
+    block = next(k for k, line in enumerate(lines) if line.split()[::2] == [b"2", b"2"])
+    half = block + 1 + int(lines[block].split()[3]) // 2
+    path.write_bytes(b"\n".join([*lines[:half], b"X"]))
+    with pytest.raises(InputError, match=r"cut\.msh: damaged \(cells of type triangle have no 3"):
+        Gmsh(file=str(path)).outline()
     with pytest.raises(InputError, match="No such file"):
         Gmsh(file=str(tmp_path / "none.msh")).outline()
 

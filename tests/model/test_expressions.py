@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact import InputError
+from petcontact import InputError, Rectangle
 from petcontact.model.expressions import evaluate
+from petcontact.refinement.known_data import gap_switches
 
 X = np.array([0.0, 1.0, 2.0])
 VARIABLES = {"x": X, "y": X + 1.0, "nx": X * 0.0, "ny": X * 0.0 - 1.0, "s": X / 2.0}
@@ -116,3 +117,14 @@ def test_any_text_gives_finite_values_or_one_line(text):
         assert "\n" not in str(error)
     else:
         assert result.shape == (3,) and np.all(np.isfinite(result))
+
+
+def test_what_overflows_is_named_and_warns_of_nothing():
+    """The command line would print numpy's warnings before its line."""
+    outline = Rectangle((0.0, 0.0), (8.0, 1.0)).outline()
+    found = gap_switches("exp(exp(exp(exp(x))))", outline.sides[0], 0.0)
+    assert all(np.all((at >= 0.0) & (at <= 1.0)) for at in found)
+    x = {"x": np.array([0.0, 1.0, 4.0])}
+    assert evaluate("exp(exp(exp(x)))", x, 3, "gap", otherwise=9.0)[2] == 9.0
+    with pytest.raises(InputError, match="is not finite at x = 4"):
+        evaluate("exp(exp(exp(x)))", x, 3, "gap")

@@ -184,8 +184,7 @@ def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:
 
         def expression(element: Index, place: Array, x: Array, normal: Array) -> Array:
             names = mesh.variables_at(element, place)
-            gap = evaluate(side.law.gap, names, len(x), f"{side.key}.gap", finite=False)
-            return np.where(np.isnan(gap), np.inf, gap)
+            return evaluate(side.law.gap, names, len(x), f"{side.key}.gap", otherwise=np.inf)
 
         return expression
     if side.primary is None:

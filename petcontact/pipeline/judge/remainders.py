@@ -165,8 +165,7 @@ def of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples
     (n, 1) at all nodes of the mesh; 0 where it is not finite."""
 
     def values(names: Mapping[str, Array], count: int) -> Array:
-        found = evaluate(getattr(side.law, name), names, count, side.key, finite=False)
-        return np.nan_to_num(found, posinf=0.0, neginf=0.0)[:, None]
+        return evaluate(getattr(side.law, name), names, count, side.key, otherwise=0.0)[:, None]
 
     def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
         return values(mesh.variables_at(element, place), len(x))
@@ -249,7 +248,7 @@ class DataRemainders:
             return np.zeros(mesh.n_elements), 0.0
         samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
         nodal, names = np.zeros_like(mesh.x), mesh.variables(nodes)
-        at_nodes = given_values(condition, names, mesh.normal[nodes], part, finite=False)
+        at_nodes = given_values(condition, names, mesh.normal[nodes], part, otherwise=0.0)
         nodal[nodes] = approximated(samples, nodes, at_nodes)
         left = samples.left(nodal)
         return samples.over_elements((left**2).sum(axis=1)), samples.share(left, samples.values)

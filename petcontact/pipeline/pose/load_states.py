@@ -247,8 +247,7 @@ def known_function(
 
     def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
         names = mesh.variables_at(element, place)
-        values = given_values(condition, names, normal, key, finite=False)
-        return np.nan_to_num(values, posinf=0.0, neginf=0.0)
+        return given_values(condition, names, normal, key, otherwise=0.0)
 
     return function
 
@@ -259,18 +258,20 @@ def given_values(
     normal: Array,
     key: str,
     *,
-    finite: bool = True,
+    otherwise: float | None = None,
 ) -> Array:
     """What a condition says where expressions have these variables, and normals are (q, d),
     (q, d)."""
     count = len(normal)
     if isinstance(condition, Traction) and condition.pressure is not None:
-        pressure = evaluate(condition.pressure, names, count, f"{key}.pressure", finite=finite)
+        pressure = evaluate(
+            condition.pressure, names, count, f"{key}.pressure", otherwise=otherwise
+        )
         return -pressure[:, None] * normal
     columns = [
         np.zeros(count)
         if component == "free" and isinstance(condition, Displacement)
-        else evaluate(component, names, count, f"{key}.value[{c}]", finite=finite)
+        else evaluate(component, names, count, f"{key}.value[{c}]", otherwise=otherwise)
         for c, component in enumerate(condition.value or ())
     ]
     return np.column_stack(columns)

@@ -75,8 +75,7 @@ def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -
     shares = uniform()
 
     def values(share: float, fractions: Array) -> Array:
-        found = evaluate(value, at(share, fractions), len(fractions), "", finite=False)
-        return np.nan_to_num(found, posinf=0.0, neginf=0.0)
+        return evaluate(value, at(share, fractions), len(fractions), "", otherwise=0.0)
 
     every = [
         kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
