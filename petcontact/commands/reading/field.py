@@ -58,6 +58,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "all increments always are)",
     )
     parser.add_argument(
+        "--revolve",
+        metavar="DEGREES",
+        nargs="?",
+        type=float,
+        const=360.0,
+        help="turn half sections of bodies of revolution about their axis in the .vtu files (360)",
+    )
+    parser.add_argument(
         "--figure",
         metavar="FILE.png",
         help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)",
@@ -79,6 +87,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...results.figures.stress import deformed_figure
     from ...results.vtu.boundary import write_boundary_vtu
     from ...results.vtu.collection import file_word
+    from ...results.vtu.revolve import check_revolved
     from ...runtime.atomic_write import check_target
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
@@ -109,6 +118,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     solution = (
         whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
     )
+    check_revolved(list(solution.meshes.values()), arguments.revolve)
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
@@ -120,7 +130,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in bodies if arguments.boundary else ():
         path = Path(arguments.boundary)
         path = path if len(bodies) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
-        write_boundary_vtu(path, solution, name)
+        write_boundary_vtu(path, solution, name, degrees=arguments.revolve)
         print(path)
     fields = {}
     if arguments.points:
@@ -149,6 +159,8 @@ def _check_figure(arguments: argparse.Namespace) -> None:
         raise InputError(
             f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one"
         )
+    if arguments.revolve is not None and arguments.points:
+        raise InputError("--revolve: turns .vtu files, --points writes a table")
     for key in ("grid", "window"):
         if getattr(arguments, key) and arguments.points and not arguments.figure:
             raise InputError(f"--{key}: a table of --points is of these points alone")
@@ -176,6 +188,7 @@ def _write_fields(
                 resolution,
                 box,
                 lambda share: status.show(f"field: {share:.0%}"),
+                arguments.revolve,
             )
         some = solution if arguments.step is None else replace(solution, steps=solution.steps[-1:])
         for path in write_collection(
@@ -185,6 +198,7 @@ def _write_fields(
             lambda share: status.show(f"fields: {share:.0%}"),
             bodies=arguments.body,
             window=box,
+            degrees=arguments.revolve,
         ):
             print(path)
     finally:
@@ -193,7 +207,13 @@ def _write_fields(
 
 
 def one_field(
-    output: Path, solution: Any, name: str, resolution: Any, box: Any, progress: Any
+    output: Path,
+    solution: Any,
+    name: str,
+    resolution: Any,
+    box: Any,
+    progress: Any,
+    degrees: float | None = None,
 ) -> dict[str, Any]:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
     from ...fields.peak import peak_of
@@ -201,7 +221,7 @@ def one_field(
 
     mesh = solution.meshes[name]
     field = field_inside(solution, grid_inside(mesh, resolution, box), name, progress=progress)
-    write_vtu(output, field, solution.problem.units)
+    write_vtu(output, field, solution.problem.units, degrees)
     peak = peak_of(mesh, field.x, field.von_mises)
     print(f"{output}: {len(field.x)} points, largest von Mises stress {peak}")
     return {name: field}

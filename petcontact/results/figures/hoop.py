@@ -17,37 +17,15 @@ from .plane import line
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:
-    """Normal stress along the boundary, loop after loop, at the end of each step; parts begin at
-    the lines."""
+    """Normal stress along the boundary, loop after loop, at the end of each step, and around the
+    axis of bodies of revolution; parts begin at the lines."""
     bodies = [name for name in solution.meshes if name in filled_bodies(solution)]
     figure.set_figheight(1.2 + 2.6 * len(bodies))
-    ends, units = shown_ends(solution), solution.problem.units
+    units = solution.problem.units
     for axes, name in zip(np.atleast_1d(figure.subplots(len(bodies), 1)), bodies, strict=True):
         mesh = as_curve(solution.meshes[name])
-        element, place = best_places(mesh)
-        along = _way(mesh, element, place)
-        order = np.argsort(along, kind="stable")
-        usual = 0.0
-        for number, step in enumerate(ends):
-            hoop = hoop_stress(solution, name, element, place, step)
-            usual = max(usual, float(np.percentile(np.abs(hoop), 99.0)))
-            axes.plot(along[order], hoop[order], label=plain(step.title), **line(number))
-        # stress may be infinite at corners
-        if usual > 0.0:
-            low, high = axes.get_ylim()
-            axes.set_ylim(max(low, -1.5 * usual), min(high, 1.5 * usual))
-        for start, part in _starts(mesh):
-            axes.axvline(start, color="0.7", lw=0.6)
-            axes.annotate(
-                plain(part),
-                (start, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(2.0, -2.0),
-                textcoords="offset points",
-                va="top",
-                fontsize="x-small",
-                color="0.35",
-            )
+        _draw_stresses(axes, solution, name, mesh)
+        _mark_parts(axes, mesh)
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set(
             xlim=(0.0, float(mesh.length.sum())),
@@ -55,8 +33,40 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
             ylabel=label("stress along the boundary", units.stress),
             title=headed(solution, name if len(solution.meshes) > 1 else ""),
         )
-        if len(ends) > 1:
+        if len(axes.get_legend_handles_labels()[0]) > 1:
             legend_beside(axes)
+
+
+def _draw_stresses(axes: Any, solution: SolutionData, name: str, mesh: CurveMesh) -> None:
+    """The curves of a body."""
+    element, place = best_places(mesh)
+    along, ends, usual = _way(mesh, element, place), shown_ends(solution), 0.0
+    order = np.argsort(along, kind="stable")
+    for number, step in enumerate(ends):
+        for what, (stress, style) in _stresses(solution, name, element, place, step).items():
+            usual = max(usual, float(np.percentile(np.abs(stress), 99.0)))
+            words = [plain(step.title) if len(ends) > 1 else "", what]
+            style |= {"label": ", ".join(filter(None, words))}
+            axes.plot(along[order], stress[order], **line(number), **style)
+    # stress may be infinite at corners
+    if usual > 0.0:
+        low, high = axes.get_ylim()
+        axes.set_ylim(max(low, -1.5 * usual), min(high, 1.5 * usual))
+
+
+def _mark_parts(axes: Any, mesh: CurveMesh) -> None:
+    for start, part in _starts(mesh):
+        axes.axvline(start, color="0.7", lw=0.6)
+        axes.annotate(
+            plain(part),
+            (start, 1.0),
+            xycoords=("data", "axes fraction"),
+            xytext=(2.0, -2.0),
+            textcoords="offset points",
+            va="top",
+            fontsize="x-small",
+            color="0.35",
+        )
 
 
 def hoop_stress(
@@ -68,6 +78,17 @@ def hoop_stress(
     x, y = -at["ny"], at["nx"]
     xx, yy, xy = state.in_plane.T
     return np.asarray(xx * x * x + yy * y * y + 2.0 * xy * x * y)
+
+
+def _stresses(
+    solution: SolutionData, body: str, element: Index, place: Array, step: Any
+) -> dict[str, tuple[Array, dict[str, Any]]]:
+    """What is drawn, by its name, with the style of its line."""
+    along = hoop_stress(solution, body, element, place, step)
+    if "zz" not in solution.meshes[body].stresses:
+        return {"": (along, {})}
+    around = solution.body_fields(body, step).on_boundary(element, place).sigma_zz
+    return {"along the curve": (along, {}), "around the axis": (around, {"alpha": 0.45})}
 
 
 def _way(mesh: CurveMesh, element: Index, place: Array) -> Array:

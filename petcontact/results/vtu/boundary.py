@@ -45,6 +45,7 @@ def write_boundary_vtu(
     solution: SolutionData,
     body: str | None = None,
     step: StepResult | None = None,
+    degrees: float | None = None,
 ) -> None:
     """Write the boundary values of a body after an increment, the last one by default, as a .vtu
     file of lines or panels.
@@ -68,6 +69,8 @@ def write_boundary_vtu(
         Its name, where there are several; the states are those of the interfaces whose secondary it
         is.
     step : StepResult, optional
+    degrees : float, optional
+        By which a half section is turned about its axis, see `revolve.revolved`.
 
     Raises
     ------
@@ -86,6 +89,7 @@ def write_boundary_vtu(
         path,
         boundary_cells(solution, name, step or solution.last),
         notes | unit_notes(solution.problem.units),
+        degrees,
     )
 
 

@@ -21,6 +21,7 @@ def write_collection(
     *,
     bodies: Collection[str] | None = None,
     window: Window | None = None,
+    degrees: float | None = None,
 ) -> list[Path]:
     """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of
     an infinite plate) and the boundary.
@@ -36,6 +37,8 @@ def write_collection(
         Only these.
     window : two (d,) arrays, optional
         Corners of the box that is filled; bodies outside of it are left out.
+    degrees : float, optional
+        By which half sections are turned about their axis, see `revolve.revolved`.
 
     Returns
     -------
@@ -62,28 +65,25 @@ def write_collection(
     for k, step in enumerate(steps, 1):
         for part, name in enumerate(chosen):
             files = [path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}-boundary.vtu")]
-            write_boundary_vtu(files[0], solution, name, step)
+            write_boundary_vtu(files[0], solution, name, step, degrees)
             if name in inside:
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
-                write_vtu(files[1], next(inside[name]), solution.problem.units)
+                write_vtu(files[1], next(inside[name]), solution.problem.units, degrees)
             written += files
             rows += [
                 f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
                 f"file={quoteattr(file.name)}/>"
                 for i, file in enumerate(files)
             ]
-    text = "\n".join(
-        [
-            '<VTKFile type="Collection" version="0.1">',
-            "  <Collection>",
-            *rows,
-            "  </Collection>",
-            "</VTKFile>",
-        ]
-    )
-    with temporary_name(path) as temporary:
-        temporary.write_text(text + "\n", encoding="utf-8")
+    _write_pvd(path, rows)
     return [*written, path]
+
+
+def _write_pvd(path: Path, rows: list[str]) -> None:
+    head = ['<VTKFile type="Collection" version="0.1">', "  <Collection>"]
+    text = "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])
+    with temporary_name(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def file_word(name: str) -> str:

@@ -31,7 +31,9 @@ INSET = 1e-3
 """Distance of the outermost grid points from the bounding box, as a fraction of its size."""
 
 
-def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> None:
+def write_vtu(
+    path: str | Path, field: Field, units: Units | None = None, degrees: float | None = None
+) -> None:
     """Write displacement, stress, von Mises stress, and in the plane principal stresses inside the
     body as a .vtu file.
 
@@ -44,13 +46,15 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
         body.
     units : Units, optional
         Named in the file's field data.
+    degrees : float, optional
+        By which a half section is turned about its axis, see `revolve.revolved`.
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    write_mesh(path, inside_cells(field), unit_notes(units))
+    write_mesh(path, inside_cells(field), unit_notes(units), degrees)
 
 
 def inside_cells(field: Field) -> meshio.Mesh:

@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...model.bodies import Units
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
+from .revolve import revolved
 
 
 def unit_notes(units: Units | None) -> dict[str, int]:
@@ -25,9 +26,12 @@ def in_space(values: Array) -> Array:
     return np.column_stack([values, np.zeros(len(values))])
 
 
-def write_mesh(path: str | Path, mesh: meshio.Mesh, notes: dict[str, int]) -> None:
+def write_mesh(
+    path: str | Path, mesh: meshio.Mesh, notes: dict[str, int], degrees: float | None = None
+) -> None:
     """The file with notes as its field data, which meshio reads but does not write; names are what
-    they say."""
+    they say. A section is turned by an angle, where one is given."""
+    mesh = mesh if degrees is None else revolved(mesh, degrees)
     with temporary_name(path) as temporary:
         meshio.write(temporary, mesh, file_format="vtu")
         if notes:
