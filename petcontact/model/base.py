@@ -147,12 +147,16 @@ class _OneLine(ModelMetaclass):
     @property
     def __signature__(cls: Any) -> inspect.Signature:
         """Fields by place or by name, as values may be given; `help` and editors show it. `from` is
-        `from_` in Python."""
+        `from_` in Python, and `...` the default of what one spelling has and another has not."""
         kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-        fields = [(bool(field.kw_only), name, field) for name, field in cls.model_fields.items()]
+        other = cls.spelling({}).model_fields
+        fields = [
+            (bool(field.kw_only) or name not in cls.model_fields, name, field)
+            for name, field in (cls.model_fields | other).items()
+        ]
         texts = {
             name: text
-            for base in reversed(cls.__mro__)
+            for base in (*reversed(cls.__mro__), cls.spelling({}))
             for name, text in vars(base).get("__annotations__", {}).items()
         }
         return inspect.Signature(
@@ -160,9 +164,7 @@ class _OneLine(ModelMetaclass):
                 inspect.Parameter(
                     name + "_" * keyword.iskeyword(name),
                     kinds[by_name],
-                    default=inspect.Parameter.empty
-                    if field.is_required()
-                    else field.get_default(call_default_factory=True),
+                    default=_default(field, name in cls.model_fields and name in other),
                     annotation=texts[name],
                 )
                 for by_name, name, field in sorted(fields, key=lambda item: item[0])
@@ -172,6 +174,10 @@ class _OneLine(ModelMetaclass):
     @__signature__.setter
     def __signature__(cls, value: Any) -> None:
         """Pydantic's own is of names only."""
+
+    def __dir__(cls) -> list[str]:
+        """Names of ours: in `help` and completion those of pydantic's base would bury them."""
+        return [name for name in super().__dir__() if not _hidden(name)]
 
     def _by_place(cls: Any, values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
         """Values without a name, by the fields in their order."""
@@ -188,10 +194,28 @@ class _OneLine(ModelMetaclass):
         return dict(zip(names, values, strict=False))
 
 
+_PYDANTICS = frozenset(dir(pydantic.BaseModel))
+
+
+def _hidden(name: str) -> bool:
+    """Whether a name is pydantic's or Python's, and not one of ours."""
+    return name in _PYDANTICS or name.startswith("__")
+
+
+def _default(field: Any, everywhere: bool) -> Any:
+    """Of a parameter that stands for a field of all spellings, or of some."""
+    if field.is_required():
+        return inspect.Parameter.empty if everywhere else ...
+    return field.get_default(call_default_factory=True)
+
+
 class Model(pydantic.BaseModel, metaclass=_OneLine):
     """A frozen input model; unknown keys are errors."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
+
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if not _hidden(name)]
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -331,9 +355,8 @@ def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
         return nearest(given, words.split(", "))
     if kind == "tuple_type" and _is_number(given):
         return f"; in brackets, a value for each component: [{_shown(given)}, 0.0]"
-    if kind == "float_type" and isinstance(given, str) and (refused := unit_refused(given)):
-        return f"; {refused}"
-    return ""
+    refused = unit_refused(given) if kind == "float_type" and isinstance(given, str) else ""
+    return f"; {refused}" if refused else ""
 
 
 def unit_refused(text: str) -> str:
@@ -344,8 +367,8 @@ def unit_refused(text: str) -> str:
     >>> unit_refused("150 MPa")
     'a number has no unit here: 150; [units] names units'
     """
-    unit = UNIT.fullmatch(text.strip())
-    return f"a number has no unit here: {unit[1]}; [units] names units" if unit else ""
+    found = UNIT.fullmatch(text.strip())
+    return f"a number has no unit here: {found[1]}; [units] names units" if found else ""
 
 
 def _allowed(kind: str, message: str) -> str:

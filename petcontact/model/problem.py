@@ -127,6 +127,18 @@ class Problem(Setting):
     ----------
     body : list of Body
         The elastic bodies.
+    title, symmetry, units : optional
+        What the problem is called, "axial" for bodies of revolution, and names of units.
+    obstacle : list of Obstacle
+        Rigid bodies.
+    contact : list of Pair
+        Which parts may touch.
+    step : list of Step
+        Load steps, in order; without them the loads are applied in one.
+    cycle : Cycle, optional
+        Which of them are done again and again.
+    method, bem, petsc : optional
+        How the contact problem is solved, how operators are stored, and PETSc options.
 
     Raises
     ------

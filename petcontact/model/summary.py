@@ -108,7 +108,8 @@ def _value(value: Any) -> str:
     """A number, an expression or a few of them; a function or an array of many values by its
     kind."""
     if callable(value):
-        return f"by {getattr(value, '__name__', 'a function')}"
+        name = getattr(value, "__name__", "<lambda>")
+        return "by a function" if name == "<lambda>" else f"by {name}"
     if isinstance(value, tuple):
         return (
             f"[{', '.join(map(_value, value))}]" if len(value) <= 3 else f"by {len(value)} values"

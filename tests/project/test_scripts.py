@@ -22,7 +22,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
-SHELL_SCRIPTS = ["setup", "run", "test", "slurm.sh", "gallery", "manual"]
+SHELL_SCRIPTS = ["setup", "run", "test", "slurm.sh", "manual"]
 # What scripts/setup needs of a machine beside its package manager.
 TOOLS = (
     *("bash", "cat", "cut", "dirname", "env", "flock", "grep", "id", "mktemp", "readlink"),
@@ -138,8 +138,8 @@ LONG = {
     "verify_meshes": "--quick",
     "assemblies": "solve hip",
 }
-APART = {"attack"}
-"""Has a test of its own: test_attack.py."""
+APART = {"attack", "gallery"}
+"""Have tests of their own: test_attack.py, tests/manual/test_gallery.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and
 words are looked at."""

@@ -113,7 +113,8 @@ def _titled(solution: SolutionData) -> str:
 
 
 def _draw_plane(figure: Any, solution: SolutionData) -> None:
-    axes, view, size = figure.add_subplot(), view_of(solution), size_of(solution)
+    axes, size = figure.add_subplot(), size_of(solution)
+    view = view_of(solution, factor=0.0)  # where bodies are before anything moves
     draw_obstacles(axes, solution, view)
     draw_supports(axes, solution, view)
     _bodies(axes, solution)
@@ -272,24 +273,27 @@ def _names_in_space(axes: Any, solution: SolutionData, parts: list[Part]) -> Non
                 break
 
 
+def _given(solution: SolutionData) -> Iterator[tuple[Array, Array, Array]]:
+    """Some points of each loaded part in space, with normals and tractions (m, 3)."""
+    for part in parts_of(solution):
+        if part.kind == "loaded":
+            mesh = solution.meshes[part.body]
+            nodes = mesh.nodes_of(part.name)
+            some = nodes[np.linspace(0, len(nodes) - 1, IN_SPACE).astype(int)]
+            yield mesh.x[some], mesh.normal[some], solution.bodies[part.body].traction[some]
+
+
 def _loads_in_space(axes: Any, solution: SolutionData) -> None:
     """Tractions that are given, and forces at points, as arrows."""
     size, found = size_of(solution), list[tuple[Array, Array]]()
     for at, force in _point_forces(solution):
         found.append((at[None], force[None] / np.linalg.norm(force)))
-    largest = max(
-        (float(np.linalg.norm(b.traction, axis=1).max()) for b in solution.bodies.values()),
-        default=0.0,
-    )
-    for part in parts_of(solution) if largest > 0.0 else ():
-        mesh = solution.meshes[part.body]
-        nodes = mesh.nodes_of(part.name)
-        if part.kind == "loaded":
-            chosen = nodes[np.linspace(0, len(nodes) - 1, IN_SPACE).astype(int)]
-            arrows = solution.bodies[part.body].traction[chosen] / largest
-            pulls = np.sum(arrows * mesh.normal[chosen], axis=1) > 0.0
-            feet = mesh.x[chosen] - np.where(pulls[:, None], 0.0, LONG * size * arrows)
-            found.append((feet, arrows))
+    given = list(_given(solution))
+    largest = max((float(np.abs(traction).max()) for *_, traction in given), default=1.0)
+    for x, normal, traction in given:
+        arrows = traction / largest
+        pulls = np.sum(arrows * normal, axis=1) > 0.0
+        found.append((x - LONG * size * np.where(pulls[:, None], 0.0, arrows), arrows))
     style = {"color": "black", "lw": 0.8, "arrow_length_ratio": 0.35, "zorder": 1e3}
     for feet, arrows in found:
         axes.quiver(*feet.T, *(LONG * size * arrows).T, **style)

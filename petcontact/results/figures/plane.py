@@ -96,7 +96,7 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
 def place(axes: Any, solution: SolutionData) -> None:
     """Axes of the plane of the bodies: lengths alike in both directions, title and units."""
     unit = solution.problem.units.length
-    if solution.problem.symmetry == "axial":
+    if solution.problem.symmetry == "axial" and axes.get_xlim()[0] < 0.5 * size_of(solution):
         axes.axvline(0.0, color="0.4", lw=0.8, ls="-.", label="axis")
     axes.set(
         xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed_end(solution)

@@ -213,9 +213,13 @@ def error(solution, *, pair, of, exact, step=None):
     function MODULE:NAME [-]."""
     found = _increment(solution, step).pairs[pair]
     values = found.pressure if of == "pressure" else np.linalg.norm(found.sigma_t, axis=1)
+    wanted = exact_values(found.x, exact)
+    return float(np.sqrt(found.weight @ (values - wanted) ** 2 / (found.weight @ wanted**2)))
+
+
+def exact_values(x, exact):
+    """An expression in x, y, z, or a function MODULE:NAME, at points (m, d)."""
     if ":" in exact:
         module, name = exact.split(":")
-        wanted = getattr(importlib.import_module(f"{__package__}.{module}"), name)(found.x)
-    else:
-        wanted = evaluate(exact, dict(zip("xyz", found.x.T, strict=False)), len(values), "exact")
-    return float(np.sqrt(found.weight @ (values - wanted) ** 2 / (found.weight @ wanted**2)))
+        return getattr(importlib.import_module(f"{__package__}.{module}"), name)(x)
+    return evaluate(exact, dict(zip("xyz", x.T, strict=False)), len(x), "exact")
