@@ -11,9 +11,8 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
-from ..round_off import CHAINED
+from ..round_off import CHAINED, WRITTEN
 from .arcs import turn_through
-from .meridian import ON_AXIS
 from .outline import Outline, Side, arc, oriented, shown
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
@@ -159,7 +158,7 @@ def _on_axis(
     begin and end there."""
     used, count = np.unique(np.array(list(lines)), return_counts=True)
     places = points[used] if edges is None else points[np.array(list(edges)).ravel()]
-    near = np.abs(points[:, 0]) <= ON_AXIS * np.hypot(*np.ptp(places, axis=0))
+    near = np.abs(points[:, 0]) <= WRITTEN * np.hypot(*np.ptp(places, axis=0))
     if edges is None:
         ends = used[(count == 1) & near[used]]
         ends = ends[np.argsort(points[ends, 1])]

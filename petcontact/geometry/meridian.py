@@ -10,11 +10,8 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
+from ..round_off import WRITTEN
 from .outline import Outline, Side, shown
-
-ON_AXIS = 1e-9
-"""Distance from the axis, over the diagonal of the outline, up to which a point lies on it: points
-of mesh files have about so many digits."""
 
 
 @frozen
@@ -76,7 +73,7 @@ def meridian(section: Outline) -> Meridian:
         If a side crosses the axis, touches it between its ends, or nothing of the outline lies off
         the axis.
     """
-    least = ON_AXIS * section.diameter
+    least = WRITTEN * section.diameter
     loops = tuple(
         tuple(
             replace(side, start=_snapped(side.start, least), end=_snapped(side.end, least))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..frozen import frozen
+from ..round_off import SOLVED, WRITTEN
 
 REFERENCE = {
     3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
@@ -24,9 +25,8 @@ SAMPLES = 5
 """Points in each direction at which a panel is looked at."""
 ACROSS = 0.2
 """Weight of the distance across a tangent plane in `QuadraticCells.bend`."""
-STEPS, SHORT, TIGHT = 20, 1e-9, 1e-12
-"""Newton's steps to a foot, the step with which they end, and the distance from a side within which
-a point is on it."""
+STEPS = 20
+"""Newton's steps to a foot."""
 
 
 @functools.cache
@@ -49,7 +49,7 @@ def samples(corners: int) -> Array:
     sides among them."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-    return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + TIGHT])
+    return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + SOLVED])
 
 
 def position(shape: Array, local: Array) -> tuple[Array, Array]:
@@ -192,7 +192,7 @@ class QuadraticCells:
                 axis=1
             )
             foot = foot + np.minimum(share, 1.0)[:, None] * step
-            if np.abs(step).max(initial=0.0) < SHORT:
+            if np.abs(step).max(initial=0.0) < WRITTEN:
                 break
         y = self.at(foot[:, None])[0][every, 0]
         return foot, np.linalg.norm(y - x, axis=1)
@@ -205,7 +205,7 @@ class QuadraticCells:
         reference coordinates.
         """
         walls, bounds = WALLS[self.n_corners]
-        on, push, gram = foot @ walls.T >= bounds - TIGHT, -(slope @ walls.T), walls @ walls.T
+        on, push, gram = foot @ walls.T >= bounds - SOLVED, -(slope @ walls.T), walls @ walls.T
         corner = on.sum(axis=1, keepdims=True) == 2
         other, beside = np.sum(on * push, axis=1, keepdims=True) - push, on @ gram - np.diag(gram)
         square = np.sum(on * np.diag(gram), axis=1, keepdims=True) - np.diag(gram)

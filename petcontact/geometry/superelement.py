@@ -18,6 +18,7 @@ import numpy as np
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
 from ..frozen import frozen
+from ..round_off import SINGLE
 from ..stored import Stored, check_declared, checked, demand_unique, foreign
 
 LARGEST = 16_000_000_000
@@ -43,9 +44,6 @@ SCHEMA = {
 }
 """Arrays that are read, those first whose sizes others have."""
 NOT_IN_A_PART = re.compile(r"[./]")
-SYMMETRIC = 1e-6
-"""Difference of a stiffness from its transpose, over its largest entry, that is taken for round-off
-of who made it."""
 
 
 @frozen
@@ -282,7 +280,7 @@ def _check_stiffness(surface: CondensedSurface) -> None:
     largest = float(np.abs(stiffness).max(initial=0.0))
     if (
         largest * LARGEST_COORDINATE < 1.0
-        or np.abs(stiffness - stiffness.T).max() > SYMMETRIC * largest
+        or np.abs(stiffness - stiffness.T).max() > SINGLE * largest
     ):
         raise InputError(f"{surface.source}: stiffness must be symmetric and other than zero")
     if np.diag(stiffness).min() < 0.0:

@@ -13,7 +13,7 @@ from ... import native
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import position
-from ...round_off import SINGLE, WRITTEN
+from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.panels import CurvedPanels
 from ..panels import Panels
 from .clipping import area, cross, fan_rule, shared
@@ -27,9 +27,8 @@ REACH = 5
 PIECES, THIN = 6, 3
 """Straight pieces of a curved side, and points of the rule on what lies between it and its chord,
 along each direction."""
-STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
-"""Newton's steps to where a line meets a curved panel, the relative step that ends them, and how
-far they may leave it."""
+STEPS, BEYOND = 20, 0.5
+"""Newton's steps to where a line meets a curved panel, and how far they may leave it."""
 SHALLOW = 0.05
 """Overlaps over the size of a panel up to which no other face lies between."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
@@ -251,7 +250,7 @@ class PanelFaces(Faces):
             len(x),
             *map(native.pointer, (native.contiguous(number, np.int64), *arrays)),
             STEPS,
-            CLOSE,
+            SUMMED,
             WRITTEN,
             BEYOND,
             native.pointer(place),

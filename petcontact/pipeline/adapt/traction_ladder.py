@@ -16,11 +16,12 @@ from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.loads import NO_LOADS, loads_by_step
 from ...model.problem import Problem
-from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
+from ...refinement.contact_edges import Edge, merged, zone_at
 from ...refinement.known_data import Field, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
-from ...results.records import PairResult, step_ends
+from ...results.contact_zones import pair_edges
+from ...results.records import step_ends
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
@@ -238,28 +239,11 @@ def found_edges(
     for name in solution.nodes:
         found = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
-            found[id(step) in last] += _edges(step.pairs[name], smallest, finest[name])
+            found[id(step) in last] += pair_edges(step.pairs[name], smallest, finest[name])
         ends = merged(found[True], smallest, (), finest[name])
         between = sorted(found[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])
     return result
-
-
-def _edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
-    """Of what faces something: where the other part ends is known."""
-    order = np.argsort(pair.arc_length)
-    order = order[np.isfinite(pair.gap[order])]
-    return edges(
-        pair.arc_length[order],
-        pair.pressure[order],
-        pair.sigma_t[order, 0],
-        pair.bound[order],
-        pair.gap[order],
-        pair.slip_increment[order, 0],
-        pair.state[order].astype(np.int64),
-        smallest,
-        finest,
-    )
 
 
 def _few(solution: Solution) -> bool:
@@ -283,7 +267,7 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
         pair = first.pairs[side.name]
         way = np.where(pair.state == SLIP, -np.sign(pair.sigma_t[:, 0]), 0.0).astype(np.int64)
         s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]
-        own, state = _edges(pair), pair.state.astype(np.int64)
+        own, state = pair_edges(pair), pair.state.astype(np.int64)
         state, way = (zone_at(pair.arc_length, values, own, s) for values in (state, way))
         open_, slip = 1.0 * (state == OPEN), np.where(state == SLIP, np.where(way == 0, 1, way), 0)
         columns = (

@@ -27,6 +27,23 @@ STILL = 1e-3
 """Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves:
 curved panels of different sizes, as adaptive meshes have side by side, leave slits that strain it
 by .0005."""
+MISSED = {
+    "elimination": (
+        "a body is too thin for its mesh: its elimination is off by {found:.1e}, at most {limit:g} "
+        "is accepted",
+        "choose smaller elements",
+    ),
+    "equilibrium": (
+        "the tractions of a body are not in equilibrium: {found:.1e} of their sum is left, at most "
+        "{limit:g} is accepted",
+        "choose smaller elements",
+    ),
+    "overlap": (
+        "surfaces overlap by {found:.1e} of what contact displaces",
+        "choose a smaller tolerance",
+    ),
+}
+"""What a residual that is too large says, and advice, by its kind."""
 
 
 def imbalance(
@@ -114,28 +131,16 @@ def increment_findings(residuals: dict[str, float], between: Finding | None) -> 
     between : Finding, optional
         The largest overlap between nodes where it is judged.
     """
-    findings = []
-    lost, unbalanced, overlap = (
-        residuals[key] for key in ("elimination", "equilibrium", "overlap")
-    )
-    if lost > limit_of("elimination"):
-        text = (
-            f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most "
-            f"{limit_of('elimination'):g} is accepted"
+    findings = [
+        new_finding(
+            kind,
+            text.format(found=residuals[kind], limit=limit_of(kind)),
+            advice=advice,
+            measured=residuals[kind],
         )
-        advice = "choose smaller elements"
-        findings.append(new_finding("elimination", text, advice=advice, measured=lost))
-    if unbalanced > limit_of("equilibrium"):
-        text = (
-            f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is "
-            f"left, at most {limit_of('equilibrium'):g} is accepted"
-        )
-        advice = "choose smaller elements"
-        findings.append(new_finding("equilibrium", text, advice=advice, measured=unbalanced))
-    if overlap > limit_of("overlap"):
-        text = f"surfaces overlap by {overlap:.1e} of what contact displaces"
-        advice = "choose a smaller tolerance"
-        findings.append(new_finding("overlap", text, advice=advice, measured=overlap))
+        for kind, (text, advice) in MISSED.items()
+        if residuals[kind] > limit_of(kind)
+    ]
     if between is not None and between.measured > limit_of("overlap between nodes"):
         findings.append(as_kind(between, "overlap between nodes", REFINE))
     return findings

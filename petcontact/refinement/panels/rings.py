@@ -10,6 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.quadratic import QuadraticCells
 from ...mesh.surface_mesh import SurfaceMesh
+from ...round_off import SOLVED
 from .hanging import closed
 from .patches import Patch
 from .zone import Zone
@@ -30,9 +31,8 @@ NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
 contact. Between them and the core is one ring of order 2: a second one made no estimate smaller."""
 DISTORTED = 8.0
 """Largest ratio of area factors within a panel."""
-STEPS, EXACT = 60, 1e-12
-"""Of the search for the points of a face above those of a zone, and the distance with which it
-ends, over the radius."""
+STEPS = 60
+"""Of the search for the points of a face above those of a zone."""
 POINTS = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
 """Of a panel on a grid with the middles of its sides, in the order of `QuadraticCells`."""
 
@@ -158,7 +158,7 @@ def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
     x = patch.onto(zone.centre + z @ zone.axes.T)
     for _ in range(STEPS):
         off = z - zone.local(x)
-        if np.abs(off).max() < EXACT:
+        if np.abs(off).max() < SOLVED:
             return x
         x = patch.onto(x + off @ zone.axes.T)
     return None

@@ -11,20 +11,15 @@ import numpy as np
 from ...errors import PetcontactError
 from ...frozen import frozen
 from ...model.problem import Problem
-from ...pipeline.choice import compression_of, resolved_bem
+from ...pipeline.choice import compression_of, dense_seconds, resolved_bem
 from ...pipeline.solve import adapts_itself
 from ...refinement.meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
 # matter, they decide the order of the groups and who helps whom.
 FIXED, CASE = 2e-3, 1.4e-3
-ENTRY, FLOP = 8e-8, 4e-11
-"""Of n nodes with N unknowns and m contact unknowns: assembly ENTRY n², elimination FLOP (2/3 N³ +
-2 N² m)."""
 PRODUCT = 6e-8
-"""Of a case that shares its elimination: m²."""
-COMPRESSED = 3e-4
-"""Of a compressed body: a node."""
+"""Of a case that shares its elimination, of m contact unknowns: m²."""
 MESHES = 4.0
 """Solves that an adaptive case takes, over one on its first mesh: in the plane it has three to six
 meshes of about that size."""
@@ -82,9 +77,10 @@ def _of_body(case: Problem, number: int) -> Cost:
     m = (mesh.dim - 1) * int(
         np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()
     )
-    if compression_of(resolved_bem(case.bem), mesh):
-        return Cost(n, m, COMPRESSED * n, COMPRESSED * n, 2.5e4 * n)
-    prepare = ENTRY * n * n + FLOP * unknowns**2 * (2.0 / 3.0 * unknowns + 2.0 * m)
+    if (way := compression_of(resolved_bem(case.bem), mesh)) is not None:
+        seconds = way.seconds(mesh)
+        return Cost(n, m, seconds, seconds, way.memory(mesh, m))
+    prepare = dense_seconds(mesh)
     if case.method.formulation == "full":
         return Cost(n, m, 0.0, 40.0 * prepare, 16.0 * unknowns**2)
     return Cost(n, m, prepare, PRODUCT * m * m, 8.0 * (unknowns**2 + 2 * unknowns * m + 8 * m * m))
