@@ -77,3 +77,37 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
     assert (
         any("miss its curved faces by about" in warning for warning in solution.warnings) != known
     )
+
+
+@pytest.mark.parametrize(("slope", "held"), [(1e-4, True), (0.1, False)])
+def test_a_disc_that_rolls_down_a_slope_is_not_held_by_the_arm_of_its_undeformed_contact(
+    slope, held
+):
+    """Its contact would have to lie `slope` radii behind its middle, and is .06 wide."""
+    disc = {
+        "name": "disc",
+        "material": {"young_modulus": 4e4, "poisson_ratio": 0.3, "density": 1.0},
+        "loads": {"acceleration": [10.0 * slope, -10.0]},
+        "mesh": {"element_size": 0.02, "order": 1},
+        "geometry": {
+            "shape": "outline",
+            "loops": [
+                [
+                    {"part": "foot", "to": [0.2, 0.0202041], "through": [0.0, 0.0]},
+                    {"part": "rest", "to": [-0.2, 0.0202041], "through": [0.0, 2.0]},
+                ]
+            ],
+        },
+    }
+    contact = {
+        "name": "pair",
+        "secondary": "disc.foot",
+        "primary": "floor",
+        "direction": [0.0, -1.0],
+        "gap": "y",
+        "friction_coefficient": 0.5,
+    }
+    data = {"body": [disc], "obstacle": [{"name": "floor"}], "contact": [contact]}
+    solution = solve(parse(Problem, data, "test"))
+    assert solution.converged == held, solution.reason
+    assert ("widths of its contact" in solution.reason) != held

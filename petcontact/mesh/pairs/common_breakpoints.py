@@ -69,10 +69,12 @@ Imposed = dict[tuple[int, int], Array]
 """Fractions that a side, by the numbers of body and side, has to have."""
 
 
-def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
+def match(
+    meshes: list[list[SideMesh]], pairs: list[Projection], imposed: Imposed | None = None
+) -> None:
     """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do
-    without go back."""
-    imposed: Imposed = {}
+    without, and those imposed on it, go back."""
+    imposed = {} if imposed is None else imposed
     for _ in range(4):
         before = [side for sides in meshes for side in sides]
         for pair in pairs:
@@ -86,6 +88,19 @@ def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
             break
     for pair in pairs:
         _take_orders(meshes, pair)
+
+
+def joints_within(body: int, own: list[SideMesh], cut: list[SideMesh], chosen: Mask) -> Imposed:
+    """Joints that a body's sides have of their own inside the chosen elements of all sides that are
+    cut in another way."""
+    found, first = dict[tuple[int, int], Array](), 0
+    for side, (old, new) in enumerate(zip(own, cut, strict=True)):
+        mine = chosen[first : first + len(new.order)]
+        first += len(new.order)
+        inside = np.searchsorted(new.breaks, old.breaks[1:-1]) - 1
+        if (kept := old.breaks[1:-1][mine[inside]]).size:
+            found[body, side] = kept
+    return found
 
 
 def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:

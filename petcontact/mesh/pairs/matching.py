@@ -6,14 +6,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...frozen import frozen
 from ...geometry.meridian import Meridian
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
+from ..curve_mesh import CurveMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
-from .common_breakpoints import match
+from .common_breakpoints import Imposed, joints_within, match
 from .curve_sides import as_meshed, curve_projection, mesh_of_sides, side_meshes
 from .periodic import translated_sides
 
@@ -38,10 +39,16 @@ class PairParts:
 
 
 def matched(
-    boundaries: Sequence[Boundary], meshes: Sequence[BoundaryMesh], pairs: Sequence[PairParts]
+    boundaries: Sequence[Boundary],
+    meshes: Sequence[BoundaryMesh],
+    pairs: Sequence[PairParts],
+    too_long: Callable[[BoundaryMesh], Mask] | None = None,
 ) -> list[BoundaryMesh]:
     """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut
     anew.
+
+    A primary keeps its own joints, and gives them to the secondary, where that leaves it elements
+    that are `too_long`: a thin ring on a massive core.
 
     Raises
     ------
@@ -68,8 +75,19 @@ def matched(
             projections.append(
                 kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction)
             )
-    match(joints, [projection for projection in projections if projection is not None])
-    return [
-        kind[1](boundary, sides) if kind and sides else mesh
-        for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)
-    ]
+    projections = [projection for projection in projections if projection is not None]
+
+    def agreed(imposed: Imposed) -> list[BoundaryMesh]:
+        own = [list(sides) for sides in joints]
+        match(own, projections, imposed)
+        return [
+            kind[1](boundary, sides) if kind and sides else mesh
+            for kind, boundary, sides, mesh in zip(kinds, boundaries, own, meshes, strict=True)
+        ]
+
+    found = agreed({})
+    imposed: Imposed = {}
+    for b in {projection.primary[0] for projection in projections} if too_long else ():
+        if isinstance(mesh := found[b], CurveMesh) and (over := too_long(mesh)).any():
+            imposed |= joints_within(b, joints[b], side_meshes(boundaries[b], mesh), over)
+    return agreed(imposed) if imposed else found

@@ -78,6 +78,10 @@ KINDS = {
     # that of the elements
     "turn": Kind("warning", 0.1),
     "travel": Kind("warning", 0.1),
+    # by the arc that a contact moves along a round body that turns, over its width: its arm is off
+    # by that, and what holds the body is of that order
+    "roll": Kind("warning", 0.1),
+    "rolled off": Kind("not converged", 1.0),
     "slip": Kind("warning", 1.0),
     # change of q over p in L2. One increment is off by .7 to 1.4 times as much as it differs from
     # two (a sphere, rollers and discs, a rounded pin), several by half as much as they differ from

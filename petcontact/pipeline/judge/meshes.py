@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...arrays import Mask
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
@@ -26,6 +27,13 @@ STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
 orders 2 to 5 and sizes of 1.7, 2.5, 3.3, 4."""
 PLANE = 0.05
 """Height of a panel over its chord, in its size, up to which it is as good as plane."""
+
+
+def too_long_to_bend(mesh: BoundaryMesh) -> Mask:
+    """Elements on which linear ones would bend a tenth too little, (n_elements,); none where they
+    are a small share of the body."""
+    over, area = slenderness(mesh) > STIFF[0], np.bincount(mesh.element, mesh.measure)
+    return np.asarray(over & bool(area[over].sum() > SHARE * area.sum()))
 
 
 def check_meshes(

@@ -3,7 +3,7 @@ equilibrium."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,12 +11,21 @@ from ...arrays import Array
 from ...bem.boundary_data import half_extent, unit_motions
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...results.records import StepResult
+from ...results.records import BodyResult, PairResult, StepResult
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
 from .increments import overlap_of
+
+ROLLED = "{} turns by {:.2g} widths of its contact"
+
+
+def rolled_off(
+    discrete: Discrete, pairs: Mapping[str, PairResult], bodies: Mapping[str, BodyResult]
+) -> list[Finding]:
+    """Find bodies that an increment turns by more than the width of their contact."""
+    return _large("rolled off", ROLLED, rolls(discrete, pairs, bodies))
 
 
 def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
@@ -44,16 +53,19 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
 
 def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
     """Find bodies, obstacles and interfaces whose motions are not small."""
-    turned, moved = dict[str, float](), dict[str, float]()
+    turned, moved, rolled = dict[str, float](), dict[str, float](), dict[str, float]()
     for result in results:
         for mesh, body in zip(discrete.meshes, discrete.problem.body, strict=True):
             rotation, travel = _rigid_part(mesh, result.bodies[body.name].u)
             _raise(turned, f"body {body.name!r}", rotation)
             _raise(moved, f"body {body.name!r}", travel)
+        for name, way in rolls(discrete, result.pairs, result.bodies).items():
+            _raise(rolled, name, way)
         for name, obstacle in result.obstacles.items():
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
     return [
         *_large("turn", "{} turns by {:.2g} rad", turned),
+        *_large("roll", ROLLED, rolled),
         *_large("travel", "{} moves by {:.2g} times its size", moved),
         *_large("slip", "{} slips by {:.2g} elements", _slips(discrete, results)),
     ]
@@ -87,6 +99,39 @@ def _slips(discrete: Discrete, results: Sequence[StepResult]) -> dict[str, float
             size = area ** (1.0 / (mesh.dim - 1))
             _raise(slid, f"pair {posed.name!r}", way.max(initial=0.0) / size)
     return slid
+
+
+def rolls(
+    discrete: Discrete, pairs: Mapping[str, PairResult], bodies: Mapping[str, BodyResult]
+) -> dict[str, float]:
+    """How far round bodies that turn carry their contacts along, over the width of these.
+
+    A disc that turns rolls on: its contact stays below its middle. With forces at undeformed places
+    it moves along the disc, and its arm rights the disc where nothing else does.
+    """
+    turned = dict[str, float]()
+    for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        pair = pairs[interface.name]
+        closed = pair.state != OPEN
+        if interface.held or posed.law.normal == "bonded" or not closed.any():
+            continue
+        place = pair.x[closed]
+        width = float(discrete.meshes[posed.body].measure[interface.nodes[closed]].sum())
+        for b, part in posed.ends:
+            mesh, name = discrete.meshes[b], discrete.problem.body[b].name
+            if np.ptp(mesh.normal[mesh.nodes_of(part)], axis=0).max() < WRITTEN:
+                continue
+            motions, count = (
+                mesh.motions.of(mesh.x).reshape(mesh.x.size, -1),
+                len(mesh.motions.along),
+            )
+            u = bodies[name].u
+            turn = np.linalg.lstsq(motions, u.ravel(), rcond=None)[0].copy()
+            turn[:count] = 0.0
+            middle = mesh.measure @ mesh.x / mesh.measure.sum()
+            way = np.linalg.norm(mesh.motions.of(place, middle) @ turn, axis=1).max()
+            _raise(turned, f"body {name!r}", way / width ** (1.0 / (mesh.dim - 1)))
+    return turned
 
 
 def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:

@@ -30,7 +30,7 @@ from ...refinement.meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
-from ..judge.meshes import check_meshes, check_stiffness
+from ..judge.meshes import check_meshes, check_stiffness, too_long_to_bend
 from .facing import contact_interface, facing_of, mismatch, periodic_interface
 from .interfaces import as_problem, check_parts
 from .laws import law_between, wear_between, with_law
@@ -268,7 +268,7 @@ def meshed(
         for i in problem.interfaces
         if i.primary is not None
     ]
-    return boundaries, matched(boundaries, own, pairs) if pairs else own
+    return boundaries, matched(boundaries, own, pairs, too_long_to_bend) if pairs else own
 
 
 def add_volume_loads(

@@ -22,7 +22,7 @@ from ..eliminate import ELASTIC_LIMIT
 from ..judge.findings import judged, limit_of, new_finding
 from ..judge.increments import BLOCKS, imbalance, increment_findings
 from ..judge.overlaps import Overlap, overlaps
-from ..judge.warnings import absurd
+from ..judge.warnings import absurd, rolled_off
 from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
 from .increment import Increment, IncrementState
 from .wear import Tried
@@ -110,7 +110,7 @@ def _step_result(
     findings += (
         increment_findings(residuals, None)
         if findings
-        else _solved_findings(increment, outcome, pairs, residuals, overlap)
+        else _solved_findings(increment, outcome, pairs, bodies, residuals, overlap)
     )
     status, reason = judged(findings, outcome.reason)
     obstacles = {
@@ -178,6 +178,7 @@ def _solved_findings(
     increment: Increment,
     outcome: ContactState,
     pairs: dict[str, PairResult],
+    bodies: dict[str, BodyResult],
     residuals: dict[str, float],
     overlap: Overlap,
 ) -> list[Finding]:
@@ -187,6 +188,7 @@ def _solved_findings(
     # `rough_step` judges
     ends = last and increment.number == len(increment.problem.steps)
     findings = [
+        *rolled_off(increment.problem.discrete, pairs, bodies),
         *_reactions(increment, pairs),
         *increment_findings(residuals, overlap.finding if ends else None),
     ]

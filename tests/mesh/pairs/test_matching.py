@@ -1,0 +1,43 @@
+"""Joints of facing parts that agree."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Problem
+from petcontact.model.base import parse
+from petcontact.pipeline.judge.thickness import slenderness
+from petcontact.pipeline.pose.discretise import discretise
+
+
+@pytest.mark.parametrize("thin", ["primary", "secondary"])
+def test_a_thin_ring_keeps_elements_that_bend_whichever_side_is_collocated(thin):
+    """On a massive core, whose elements alone are 8 times as long as the ring is thick."""
+    inner, outer = 0.88, 1.0
+    material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+    circles = [
+        {"part": "out", "center": [0.0, 0.0], "radius": outer},
+        {"part": "in", "center": [0.0, 0.0], "radius": inner},
+    ]
+    rim = [{"part": "rim", "center": [0.0, 0.0], "radius": inner}]
+    bodies = [
+        {
+            "name": name,
+            "material": material,
+            "mesh": {"element_size": size, "order": 2},
+            "geometry": {"shape": "outline", "loops": loops},
+        }
+        for name, loops, size in (("ring", circles, 0.12), ("core", rim, 0.9))
+    ]
+    sides = {"primary": "ring.in", "secondary": "core.rim"}
+    if thin == "secondary":
+        sides = {"primary": "core.rim", "secondary": "ring.in"}
+    contact = {"name": "fit", **sides}
+    problem = parse(Problem, {"body": bodies, "contact": [contact]}, "test")
+    ring, core = discretise(problem).meshes
+    assert slenderness(ring).max() < 1.5
+    on = [
+        np.sort(mesh.corners[mesh.part == part][:, 0, 0]) for mesh, part in ((ring, 1), (core, 0))
+    ]
+    assert on[0] == pytest.approx(on[1], abs=1e-12)
