@@ -85,6 +85,8 @@ class ContactState:
         Amplitudes of the rigid motions that only contact holds.
     where : str
         Step and load factor, of a problem with steps.
+    direct : bool
+        Whether iterations on S failed, and a dense one was solved with in their place.
     """
 
     v: Array
@@ -98,6 +100,7 @@ class ContactState:
     law: ContactLaw | None = None
     alpha: Array = field(default_factory=lambda: np.zeros(0))
     where: str = ""
+    direct: bool = False
 
     @property
     def states(self) -> States:

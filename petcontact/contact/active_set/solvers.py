@@ -24,6 +24,8 @@ from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 _BLOCK = native.function("petcontact_active_block", "iippppipp")
 DIRECT_SIZE = 512
 """Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
+LARGEST = 12_000
+"""Contact unknowns of which a dense S fits a machine (1.2 GB), where iterations on it fail."""
 EPSILON, REPEATED = 1e-6, 4
 """Of a least solution, relative to the longest column, and how often it is corrected."""
 
@@ -84,7 +86,7 @@ class DenseActiveSetSolver(_Counted):
     ) -> None:
         super().__init__(system)
         self._surrogate, self._factors = surrogate, factors or BlockFactors()
-        assert self.matrix is not None
+        self.matrix = system.compliance() if self.matrix is None else self.matrix
         self._dense = np.asfortranarray(self.matrix)
         self._sum: DenseSolver | None = None
 
@@ -229,6 +231,12 @@ class KrylovActiveSetSolver(_Counted):
     """S by its products alone; every rank of the communicator iterates on whole vectors.
 
     Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
+
+    Attributes
+    ----------
+    direct : DenseActiveSetSolver, optional
+        What solves in its place once iterations have failed, as where a thin stiff coating makes T
+        a poor likeness of S.
     """
 
     noise = 1e-10
@@ -236,6 +244,7 @@ class KrylovActiveSetSolver(_Counted):
     def __init__(self, system: ContactSystem, surrogate: Surrogate) -> None:
         super().__init__(system)
         self.surrogate = surrogate
+        self.direct: DenseActiveSetSolver | None = None
         shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
         self._stick, self._sum = (
             BorderedKrylov(shape, rank, "stick_"),
@@ -246,8 +255,23 @@ class KrylovActiveSetSolver(_Counted):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """GMRES on the active components (identity off them), preconditioned by the block of
-        T⁻¹."""
+        """GMRES on the active components (identity off them), preconditioned by the block of T⁻¹;
+        LU of a dense S where that fails."""
+        if self.direct is None:
+            try:
+                return self._iterated(linearised, rho, rhs, modes, sigma)
+            except SolverError:
+                if rhs.size > LARGEST:
+                    raise
+                self.direct = DenseActiveSetSolver(self.system, self.surrogate)
+                self.matrix = self.direct.matrix
+        found = self.direct.solve(linearised, rho, rhs, modes, sigma)
+        self.ksp_iterations = self.direct.ksp_iterations
+        return found
+
+    def _iterated(
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
         active = linearised.active
 
         def product(x: Array) -> Array:
@@ -299,8 +323,9 @@ class KrylovActiveSetSolver(_Counted):
 
     def close(self) -> None:
         """Free the solvers."""
-        self._stick.close()
-        self._sum.close()
+        for solver in (self._stick, self._sum, self.direct):
+            if solver is not None:
+                solver.close()
 
 
 class SurrogateActiveSetSolver:

@@ -332,4 +332,5 @@ class _Run:
             v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None
         )
         state.alpha = step.alpha
+        state.direct = getattr(self.solver, "direct", None) is not None
         return state

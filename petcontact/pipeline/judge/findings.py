@@ -57,6 +57,7 @@ KINDS = {
     # rollers on 2 rows of nodes had .85 and .91 and a fifth of their force; on 3 rows .58 and .39;
     # on 8 rows .04
     "overlap under pressure": Kind("warning", 0.3),
+    "iterations": Kind("warning"),
     "loose motion": Kind("warning"),
     "rough motion": Kind("warning"),
     "second solution": Kind("warning"),

@@ -192,6 +192,9 @@ def _solved_findings(
         *_reactions(increment, pairs),
         *increment_findings(residuals, overlap.finding if ends else None),
     ]
+    if outcome.direct:
+        text = "iterations on compressed operators failed: a dense S was solved with in their place"
+        findings.append(new_finding("iterations", text, advice="-bem_mat_type dense saves them"))
     missed = max(residuals["tangential"], residuals["normal"])
     if not missed <= limit_of("contact law"):
         text = f"the law of contact is missed by {missed:.1e} of the tractions of a pair"

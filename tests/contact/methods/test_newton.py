@@ -22,6 +22,7 @@ from petcontact.contact.laws import Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.system import Modes
+from petcontact.errors import SolverError
 
 
 def newton(prepared, max_iterations, predict=None, **keywords):
@@ -169,6 +170,25 @@ def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
     assert max(krylov.history.ksp_iterations) <= 16
     assert prepared.system.applications - before <= 60
     assert np.allclose(krylov.sigma, direct.sigma, atol=1e-7 * np.abs(direct.sigma).max())
+    prepared.close()
+
+
+def test_where_krylov_solves_break_down_a_dense_s_takes_their_place(comm, monkeypatch):
+    solvers = petcontact.contact.active_set.solvers
+    prepared = Posed(example(1, mesh=MeshOptions(element_size=0.2)), comm)
+    direct = newton(prepared, 50, predict=False)
+
+    def breakdown(self, *arguments):
+        raise SolverError("iterate", "DIVERGED_BREAKDOWN", "")
+
+    monkeypatch.setattr(solvers, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(solvers.BorderedKrylov, "solve", breakdown)
+    state = newton(prepared, 50, predict=True)
+    assert state.converged and state.direct and not direct.direct
+    assert np.allclose(state.sigma, direct.sigma, atol=1e-9 * np.abs(direct.sigma).max())
+    monkeypatch.setattr(solvers, "LARGEST", 10)
+    with pytest.raises(SolverError, match="BREAKDOWN"):
+        newton(prepared, 50, predict=True)
     prepared.close()
 
 
