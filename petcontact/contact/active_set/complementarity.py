@@ -34,33 +34,39 @@ SOFT = (1e3, 1e8)
 be moved many times, of softer ones no digits are left."""
 MOVED = 4
 """Times that springs are moved after the bodies."""
-LARGEST = 2400
-"""Unknowns up to which a pivot takes 10 ms."""
-EXCHANGES = 20
-"""Pivots of an unknown at most; most problems take less than one."""
+LARGEST = 1200
+"""Unknowns up to which all pivots together take a second or two, 1 ms each."""
+EXCHANGES = 3
+"""Pivots over unknowns at most: most problems take less than one."""
 STEEP = 1e3
 """Coefficient of friction in the place of an infinite one: a bound is reached at a thousandth of
 it."""
 
 
 def complementary_guesses(
-    system: ContactSystem, law: SignoriniCoulomb
+    system: ContactSystem, law: SignoriniCoulomb, near: Mask
 ) -> Iterator[tuple[Array, Array, Array]]:
     """τ, σ and v (m, k) of solutions with springs, which come nearer to those without.
 
-    None where contact may pull with Coulomb's law, which is no complementarity problem, or where
-    there are too many nodes.
+    Pivots are on the nodes that are `near`, (m,), and those that overlap without. There is no guess
+    where contact may pull with Coulomb's law, which is no complementarity problem, or where these
+    nodes are too many.
     """
-    pairs, root = _Complementarity(law, system.weight), np.sqrt(np.repeat(system.weight, law.k))
-    if not pairs.fits:
-        return
+    root = np.sqrt(np.repeat(system.weight, law.k))
     whole, v_0, springs, load = _sprung(system, root)
+    near = near | ~law.unilateral
     for _ in range(1 if system.modes is None else MOVED):
-        found = pairs.solution(whole + springs, v_0 + load, root)
-        if found is None:
-            return
-        y, slips = found
-        v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
+        while True:
+            pairs = _Complementarity(law, near)
+            found = pairs.solution(whole + springs, v_0 + load, root) if pairs.fits else None
+            if found is None:
+                return
+            y, slips = found
+            v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
+            over = pairs.present & ~near & (v[:, -1] > 0.0)
+            if not over.any():
+                break
+            near = near | over
         sigma = (y / root).reshape(v.shape)
         yield pairs.tau(sigma, v, slips), sigma, v
         v_0 = v_0 + load + springs @ y
@@ -86,16 +92,17 @@ def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Ar
 
 
 class _Complementarity:
-    """The unknowns p, β and λ of all nodes, in this order, for vectors that are weighted by the
+    """The unknowns p, β and λ of some nodes, in this order, for vectors that are weighted by the
     root of the weights."""
 
-    def __init__(self, law: SignoriniCoulomb, weight: Array) -> None:
+    def __init__(self, law: SignoriniCoulomb, near: Mask) -> None:
         self._law, self._ways = law, directions(law.k - 1)
-        present = np.ones(len(weight), dtype=bool) if law.absent is None else ~law.absent
+        self.present = np.ones(len(near), dtype=bool) if law.absent is None else ~law.absent
+        present = self.present & near
         cone, capped = np.isfinite(law.coefficient), np.isfinite(law.bound)
         slides = present & (law.coefficient > 0.0) & (law.bound > 0.0)
         slides &= law.unilateral | cone | capped
-        held = np.zeros((len(weight), law.k), dtype=bool)
+        held = np.zeros((len(near), law.k), dtype=bool)
         held[:, -1] = present & ~law.unilateral
         held[:, :-1] = (held[:, -1] & ~cone & ~capped)[:, None]
         self._held = np.flatnonzero(held)

@@ -12,6 +12,7 @@ sets.
 from __future__ import annotations
 
 import itertools
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import field
 from functools import cached_property
@@ -19,14 +20,14 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ...arrays import Array
+from ...arrays import Array, Mask, States
 from ...errors import SolverError
 from ...frozen import frozen
 from ...model.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
 from ..active_set.complementarity import complementary_guesses
 from ..active_set.monolithic import MonolithicSolver
-from ..active_set.pivots import LinearSolver, Pivot, Predictor, next_tau, pivots
+from ..active_set.pivots import PATIENCE, LinearSolver, Pivot, Predictor, next_tau, pivots
 from ..active_set.solvers import BlockFactors, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
@@ -160,6 +161,7 @@ class _Run:
         )
         self.recorder = Recorder(law, system, iteration)
         self.ended, self.to_the_end = "", True
+        self.last = deque[States](maxlen=PATIENCE)
 
     def at_rest(self) -> ContactState | None:
         """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no
@@ -204,7 +206,7 @@ class _Run:
         yield False, first
         pivoted = False
         if type(self.law) is SignoriniCoulomb:
-            for guess in complementary_guesses(self.system, self.law):
+            for guess in complementary_guesses(self.system, self.law, self._near()):
                 pivoted = True
                 yield False, guess
         if not pivoted:
@@ -212,6 +214,12 @@ class _Run:
             once, again = itertools.tee(self._others(first))
             yield from ((False, guess) for guess in once)
             yield from ((True, guess) for guess in itertools.chain([first], again))
+
+    def _near(self) -> Mask:
+        """Nodes that the last steps had closed, but all of them where the method began with that,
+        (m,)."""
+        closed = np.any([states != OPEN for states in self.last], axis=0)
+        return closed if closed.any() else np.ones(len(closed), dtype=bool)
 
     def _others(self, first: Guess) -> Iterator[Guess]:
         tau, sigma, v = first
@@ -232,6 +240,7 @@ class _Run:
         while True:
             for step in self._steps(tau, sigma, alpha):
                 state = self._told(step, sigma, v)
+                self.last.append(self.law.states(step.tau))
                 sigma, v, alpha = step.sigma, step.v, step.alpha
                 if state.converged or state.stopped or recorder.exhausted:
                     return state
