@@ -63,19 +63,7 @@ def matched(
         kind[0](*given) if kind else []
         for kind, *given in zip(kinds, boundaries, meshes, strict=True)
     ]
-    projections = []
-    for pair in pairs:
-        (a, part), (b, other) = pair.secondary, pair.primary
-        kind = kinds[a]
-        if pair.periodic:
-            projections.append(
-                translated_sides(a, as_outline(boundaries[a], "periodic"), part, other)
-            )
-        elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
-            projections.append(
-                kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction)
-            )
-    projections = [projection for projection in projections if projection is not None]
+    projections = _projections(boundaries, joints, pairs)
 
     def agreed(imposed: Imposed) -> list[BoundaryMesh]:
         own = [list(sides) for sides in joints]
@@ -91,3 +79,20 @@ def matched(
         if isinstance(mesh := found[b], CurveMesh) and (over := too_long(mesh)).any():
             imposed |= joints_within(b, joints[b], side_meshes(boundaries[b], mesh), over)
     return agreed(imposed) if imposed else found
+
+
+def _projections(
+    boundaries: Sequence[Boundary], joints: Sequence[Any], pairs: Sequence[PairParts]
+) -> list[Any]:
+    """Of the pairs whose two sides can be cut anew."""
+    kinds, found = [KINDS.get(type(boundary)) for boundary in boundaries], []
+    for pair in pairs:
+        (a, part), (b, other) = pair.secondary, pair.primary
+        kind = kinds[a]
+        if pair.periodic:
+            found.append(translated_sides(a, as_outline(boundaries[a], "periodic"), part, other))
+        elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
+            found.append(
+                kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction)
+            )
+    return [projection for projection in found if projection is not None]

@@ -121,17 +121,19 @@ def rolls(
             mesh, name = discrete.meshes[b], discrete.problem.body[b].name
             if np.ptp(mesh.normal[mesh.nodes_of(part)], axis=0).max() < WRITTEN:
                 continue
-            motions, count = (
-                mesh.motions.of(mesh.x).reshape(mesh.x.size, -1),
-                len(mesh.motions.along),
-            )
-            u = bodies[name].u
-            turn = np.linalg.lstsq(motions, u.ravel(), rcond=None)[0].copy()
-            turn[:count] = 0.0
-            middle = mesh.measure @ mesh.x / mesh.measure.sum()
-            way = np.linalg.norm(mesh.motions.of(place, middle) @ turn, axis=1).max()
+            way = _turned(mesh, bodies[name].u, place)
             _raise(turned, f"body {name!r}", way / width ** (1.0 / (mesh.dim - 1)))
     return turned
+
+
+def _turned(mesh: BoundaryMesh, u: Array, place: Array) -> float:
+    """How far the rotation of the rigid motion nearest to a displacement moves some places about
+    the middle of the body."""
+    motions = mesh.motions.of(mesh.x).reshape(mesh.x.size, -1)
+    turn = np.array(np.linalg.lstsq(motions, u.ravel(), rcond=None)[0])
+    turn[: len(mesh.motions.along)] = 0.0
+    middle = mesh.measure @ mesh.x / mesh.measure.sum()
+    return float(np.linalg.norm(mesh.motions.of(place, middle) @ turn, axis=1).max())
 
 
 def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
