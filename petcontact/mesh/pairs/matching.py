@@ -74,11 +74,24 @@ def matched(
         ]
 
     found = agreed({})
-    imposed: Imposed = {}
-    for b in {projection.primary[0] for projection in projections} if too_long else ():
-        if isinstance(mesh := found[b], CurveMesh) and (over := too_long(mesh)).any():
-            imposed |= joints_within(b, joints[b], side_meshes(boundaries[b], mesh), over)
+    primaries = {projection.primary[0] for projection in projections}
+    imposed = _kept(boundaries, found, joints, primaries, too_long) if too_long else {}
     return agreed(imposed) if imposed else found
+
+
+def _kept(
+    boundaries: Sequence[Any],
+    meshes: Sequence[BoundaryMesh],
+    joints: Sequence[Any],
+    primaries: set[int],
+    too_long: Callable[[BoundaryMesh], Mask],
+) -> Imposed:
+    """Joints of their own that primaries need where their elements are too long."""
+    imposed: Imposed = {}
+    for b in primaries:
+        if isinstance(mesh := meshes[b], CurveMesh) and (over := too_long(mesh)).any():
+            imposed |= joints_within(b, joints[b], side_meshes(boundaries[b], mesh), over)
+    return imposed
 
 
 def _projections(
