@@ -10,11 +10,12 @@ import pytest
 
 from petcontact.commands.main import main
 
-CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
+FOLDER = Path(__file__).parents[2] / "configs"
+CONFIGS = sorted([*FOLDER.glob("*.toml"), *FOLDER.glob("kinds/*.toml")])
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
-SLOW = ("space_bearing", "space_flange", "space_hip", "stack")
+SLOW = ("space_adaptive", "space_bearing", "space_flange", "space_hip", "stack")
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
 test_space_steps."""

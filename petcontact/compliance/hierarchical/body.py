@@ -105,13 +105,10 @@ def joined(
     comm: Any,
 ) -> MonolithicBodies:
     """The equations of all bodies, on H-matrices or eliminated, which then know u_0."""
-    rows = [
-        body.rows if isinstance(body, HierarchicalBody) else CondensedRows(body, comm)
-        for body in bodies
-    ]
+    own = {n: body for n, body in enumerate(bodies) if isinstance(body, HierarchicalBody)}
+    rows = [own[n].rows if n in own else CondensedRows(body, comm) for n, body in enumerate(bodies)]
     with one_blas_thread():
         joint = MonolithicBodies(bodies, rows, interfaces, maps, comm)
-    for number, body in enumerate(bodies):
-        if isinstance(body, HierarchicalBody):
-            body.join(joint, number)
+    for number, hierarchical in own.items():
+        hierarchical.join(joint, number)
     return joint

@@ -15,7 +15,7 @@ from ...compression.hmatrix.block_tree import Clusters, block_tree, cluster
 from ...compression.hmatrix.entries import block
 from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
 from ...errors import InaccurateOperator, InputError
-from ...mesh.surface_mesh import SurfaceMesh
+from ...mesh.surface_mesh import as_surface
 from ...runtime.memory import physical_memory
 from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
@@ -121,8 +121,7 @@ class CompressedRows:
         tolerance: float,
         progress: Callable[[float], None],
     ) -> None:
-        mesh, data = operators.mesh, operators.data
-        assert isinstance(mesh, SurfaceMesh)
+        mesh, data = as_surface(operators.mesh), operators.data
         low, high = mesh.boxes
         self.tree = tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
         counts = np.diff(mesh.first_node)[tree.order]

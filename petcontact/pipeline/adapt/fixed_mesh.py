@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import PetcontactError
-from ...geometry.outline import Outline
+from ...geometry.outline import Outline, as_outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
@@ -134,9 +134,7 @@ def _costly(solution: Solution) -> str:
 
 def _body(solution: Solution) -> Body:
     """What meshes of the one body are graded by."""
-    outline = solution.problem.outline()
-    assert isinstance(outline, Outline)
-    return Body.of(solution.problem, outline)
+    return Body.of(solution.problem, as_outline(solution.problem.outline(), "u_t"))
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:

@@ -10,7 +10,6 @@ from ...arrays import Mask
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
-from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Problem
 from ...results.report import Finding
 from .findings import limit_of, new_finding
@@ -84,8 +83,6 @@ def check_meshes(
 
 def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     """A finding of curved elements whose area factor varies, naming the worst one."""
-    if not isinstance(mesh, SurfaceMesh):
-        return []
     curved = [
         batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)
     ]
