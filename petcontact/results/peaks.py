@@ -132,6 +132,21 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     return Peaks(top, surface, list(unbounded.values()))
 
 
+def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> str:
+    """The largest of stresses (n,) at points (n, d) of a body after the last increment, in words;
+    next to a place without a bound it says how near the points are, and no more."""
+    k = int(np.argmax(stress))
+    mesh, place = solution.meshes[body], ", ".join(f"{each:.4g}" for each in points[k])
+    reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+    near = [
+        each.sides
+        for each in unbounded_places(solution, solution.last)[body]
+        if np.linalg.norm(each.x - points[k]) < reach
+    ]
+    where = f", next to {near[0]}, where stress has no bound" if near else ""
+    return f"{stress[k]:.4g} at ({place}){where}"
+
+
 def _value(peak: StressPeak) -> float:
     return peak.value
 

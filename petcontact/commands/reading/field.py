@@ -216,14 +216,14 @@ def one_field(
     degrees: float | None = None,
 ) -> dict[str, Any]:
     """Write the field of a body at the end, and say how large its stress is; the field by body."""
-    from ...fields.peak import peak_of
+    from ...results.peaks import largest_at
     from ...results.vtu.inside import field_inside, grid_inside, write_vtu
 
     mesh = solution.meshes[name]
     field = field_inside(solution, grid_inside(mesh, resolution, box), name, progress=progress)
     write_vtu(output, field, solution.problem.units, degrees)
-    peak = peak_of(mesh, field.x, field.von_mises)
-    print(f"{output}: {len(field.x)} points, largest von Mises stress {peak}")
+    largest = largest_at(solution, name, field.x, field.von_mises)
+    print(f"{output}: {len(field.x)} points, largest von Mises stress {largest}")
     return {name: field}
 
 
