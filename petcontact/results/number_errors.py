@@ -24,6 +24,7 @@ from .records import PairResult, StepResult
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
+    "largest q": lambda pair: lengths(pair.sigma_t),
     "largest slip": lambda pair: lengths(pair.slip),
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
@@ -127,7 +128,8 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
         return 0.0
     x = _around(solution, number)
     one, other = (_stress_at(each, number, x) for each in (solution, coarser))
-    return float(np.abs(one - other).max())
+    change = np.abs(one - other)
+    return float(np.nanmax(change)) if np.isfinite(change).any() else np.nan
 
 
 def _around(solution: Evaluated, number: Number) -> Array:

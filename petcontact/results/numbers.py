@@ -138,6 +138,7 @@ class _OfStep:
         pair, (force, _) = self._step.pairs[name], self._acting[name]
         closed = pair.state != OPEN
         yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
+        yield self._largest("largest q", name, lengths(pair.sigma_t) * closed, "stress")
         yield from self._areas(name)
         # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
         moved = float(np.abs(self._step.bodies[self._solution.sides[name][0]].u).max(initial=0.0))
@@ -173,7 +174,7 @@ class _OfStep:
         mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
         top, place, element = maximum(mesh, nodes, values)
         singular = {e for each in self._unbounded.get(body, []) for e in each.elements}
-        error = np.inf if word == "largest p" and element in singular and top > 0.0 else np.nan
+        error = np.inf if unit == "stress" and element in singular and top > 0.0 else np.nan
         return self._number(word, of, top, unit, scale, place=place, error=error)
 
     def _of_obstacles(self) -> Iterator[Number]:
@@ -206,7 +207,7 @@ class _OfStep:
 def resultant(pair: PairResult) -> tuple[float, float]:
     """All forces of a pair without their directions, and the moment that they have where they lie
     farthest out."""
-    size = float(pair.weight @ np.hypot(pair.pressure, lengths(pair.sigma_t)))
+    size = float(pair.weight @ pair.size)
     return size, size * float(np.abs(pair.x).max(initial=0.0))
 
 

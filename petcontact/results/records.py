@@ -101,6 +101,11 @@ class PairResult:
         return self._errors[1]
 
     @property
+    def size(self) -> Array:
+        """Sizes (m,) of the tractions, of p and σ_t together [stress]."""
+        return np.hypot(self.pressure, lengths(self.sigma_t))
+
+    @property
     def worn_volume(self) -> Array:
         """Of secondary and primary, (2,) [length², in space length³]."""
         return np.zeros(2) if self.wear is None else np.asarray(self.weight @ self.wear)
@@ -124,7 +129,7 @@ class PairResult:
     def imbalance_beyond(self, couple: Axial) -> float:
         """The same, of the moment what a couple on the primary explains, such as that of friction
         across a gap."""
-        size = float(self.weight @ np.hypot(self.pressure, lengths(self.sigma_t)))
+        size = float(self.weight @ self.size)
         if self.force_primary is None or self.moment_primary is None or size == 0.0:
             return 0.0
         middle = self.weight @ self.x / self.weight.sum()
@@ -152,7 +157,7 @@ class PairResult:
     def tension_share(self) -> float:
         """Share of the interface that is in tension by more than methods leave at the default
         tolerance [-]."""
-        level = 1e-6 * float(np.abs(self.pressure).max(initial=0.0))
+        level = 1e-6 * float(self.size.max(initial=0.0))
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
 

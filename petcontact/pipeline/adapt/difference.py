@@ -30,7 +30,7 @@ infinite there."""
 
 @frozen
 class Difference:
-    """Between tractions, relative to p in L2, the largest over interfaces and step ends.
+    """Between tractions, relative to them in L2, the largest over interfaces and step ends.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def difference(
             change = to_fine @ before - now
             near, fade = _fading(pair, places[name])
             weight = pair.weight * fade**2
-            size, size_whole = (float(np.sqrt(w @ pair.pressure**2)) for w in (weight, pair.weight))
+            size, size_whole = (float(np.sqrt(w @ pair.size**2)) for w in (weight, pair.weight))
             if size == 0.0:
                 continue
             square = pair.weight[:, None] * change**2
@@ -144,7 +144,7 @@ def apart_on_one_mesh(solution: Solution, other: Solution) -> float:
     worst = 0.0
     for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
         for name, pair in two.pairs.items():
-            old, size = one.pairs[name], float(np.sqrt(pair.weight @ pair.pressure**2)) or math.inf
+            old, size = one.pairs[name], float(np.sqrt(pair.weight @ pair.size**2)) or math.inf
             shear = np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1)
             for change in (pair.pressure - old.pressure, shear):
                 worst = max(worst, float(np.sqrt(pair.weight @ change**2)) / size)

@@ -111,7 +111,7 @@ def carries_something(solution: Solution) -> bool:
     """Whether there is a u_t, or a p, whose error could be known."""
     least = ROUNDED * min(body.material.young_modulus for body in solution.problem.body)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
-    return solution.kind == "bilateral" or any((pair.pressure > least).any() for pair in pairs)
+    return solution.kind == "bilateral" or any((pair.size > least).any() for pair in pairs)
 
 
 def _costly(solution: Solution) -> str:

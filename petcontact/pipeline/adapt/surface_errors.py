@@ -125,7 +125,8 @@ class TailErrors:
         """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and
         q, and of resultants.
 
-        The error of p and q is that of their tails over ‖p‖, faded out towards the rim of a part.
+        The error of p and q is that of their tails over the norm of both, faded out towards the rim
+        of a part.
         The error of u_t, over ‖u_t‖, is `whole` where that is known (see `whole_error`). Else it
         is the tail of u in the contact and what other faces add, which is `beside` where that is
         known (see `beside_error`) and else follows from `slip_squares` and from what tractions
@@ -174,7 +175,7 @@ class TailErrors:
         nearly even, and of what elements do not see of the gap."""
         side = self._sides[number]
         pair, weight = step.pairs[side.name], self.weight(side, step)
-        size = float(weight @ pair.pressure**2)
+        size = float(weight @ pair.size**2)
         if size == 0.0:
             return 0.0, 0.0, 0.0
         rough, mesh = self.gap_squares(step, number), self.meshes[side.body]

@@ -195,7 +195,7 @@ class PanelTails:
             mesh, pair, nodes = meshes[side.body], step.pairs[side.name], solution.nodes[side.name]
             assert pair.pressure_error is not None and pair.sigma_t_error is not None
             error = errors.weight(side, step)
-            norms.append(float(error @ pair.pressure**2) or math.inf)
+            norms.append(float(error @ pair.size**2) or math.inf)
             error = error * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
             square[side.body] += errors.gap_squares(step, len(norms) - 1) / norms[-1]

@@ -151,7 +151,9 @@ def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[
     yield list(tell.items(step, name, {"force": "force", **MOMENT} if tell.verbose else FORCE))
     if tell.verbose and pair.force_primary is not None:
         yield [*tell.items(step, name, PRIMARY), f"imbalance {pair.imbalance:.1e}"]
-    yield list(tell.items(step, name, {"largest p": "largest p"}))
+    stresses = {"largest p": "largest p"}
+    stresses |= {"largest q": "largest q"} if tell.verbose or law.normal == "bonded" else {}
+    yield list(tell.items(step, name, stresses))
     slides = (law.friction_coefficient, law.friction_bound) != (None, None)
     yield list(_area(tell, step, name, slides))
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
