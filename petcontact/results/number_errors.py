@@ -18,6 +18,7 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..refinement.levels import MOST_GAIN
+from ..round_off import SOLVED
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
 from .records import PairResult, StepResult
@@ -38,10 +39,23 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
     """The numbers of a solution with their errors; `coarser` is the solution on another mesh."""
     numbers = numbers_of(solution)
     if coarser is not None:
-        return _compared(solution, coarser, numbers)
-    if not np.isnan(solution.accuracy.resultants):
-        return [_by_tails(solution, number) for number in numbers]
-    return numbers
+        numbers = _compared(solution, coarser, numbers)
+    elif not np.isnan(solution.accuracy.resultants):
+        numbers = [_by_tails(solution, number) for number in numbers]
+    path = solution.accuracy.path
+    if not path > SOLVED:
+        return numbers
+    # the error of the increments is a share of the largest tractions and slip that there were
+    most: dict[tuple[str, str], float] = {}
+    for number in numbers:
+        size = number.scale if number.unit == "force" else number.size
+        most[number.key[:2]] = max(size, most.get(number.key[:2], 0.0))
+    return [
+        number.known_to(number.error + path * most[number.key[:2]])
+        if np.isfinite(most[number.key[:2]])
+        else number
+        for number in numbers
+    ]
 
 
 def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:

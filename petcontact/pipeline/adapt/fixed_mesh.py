@@ -22,6 +22,7 @@ from ..judge.findings import limit_of, new_finding
 from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
+from ..steps.load_steps import known_factors
 from .difference import difference, displacement_difference, displacement_scale
 from .other_orders import beside_error, whole_error
 from .slip_ladder import contact_lines
@@ -31,8 +32,8 @@ CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
 FEWEST = 8
 """Elements of a mesh below which half of them say nothing."""
-MOST_INCREMENTS = 12
-"""That are solved once more."""
+MOST_INCREMENTS = 64
+"""That are solved once more: of half as many elements each costs a quarter."""
 MOST = 100
 """Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing
 of the error."""
@@ -159,6 +160,10 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
     )
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))
+    # as many increments as the solution has
+    opened = [step for step in prepared.steps if step.leaves_increments_open]
+    prepared.automatic = bool(opened) and len(solution.steps) > len(prepared.steps)
+    prepared.factors = known_factors(solution, prepared.steps, 0.0)
     try:
         return unreported(prepared, None, checked=False)
     finally:

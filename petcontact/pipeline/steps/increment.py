@@ -116,6 +116,8 @@ class PreparedProblem:
         end.
     named : dict of str to str
         Names of a method and a rule that are not the problem's own.
+    automatic : bool
+        Whether steps that name no number of increments have as many as their path asks for.
     """
 
     discrete: Discrete
@@ -126,6 +128,7 @@ class PreparedProblem:
     start: Start | None = None
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
+    automatic: bool = False
 
     @property
     def digits_lost(self) -> float:
@@ -163,7 +166,13 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
-        return self.discrete.problem.step or _whole_load()
+        steps = self.discrete.problem.step or _whole_load()
+        return tuple(
+            step.model_copy(update={"increments": "auto"})
+            if self.automatic and step.leaves_increments_open
+            else step
+            for step in steps
+        )
 
     def begun(self) -> IncrementState:
         """The state before the first increment: unloaded."""

@@ -22,7 +22,7 @@ from ...results.report import Finding
 from ...results.solution import Solution
 from ...round_off import SOLVED
 from ..judge.findings import limit_of, new_finding
-from .halves import touching
+from .halves import PATH_ERROR, touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
 from .wear import with_wear
@@ -37,13 +37,14 @@ there it costs as much as the step."""
 
 def path_errors(problem: PreparedProblem, solution: Solution) -> tuple[float, list[Finding]]:
     """The error that increments leave in p and q at the ends of steps, over p in L2, of the worst
-    step in which a contact with friction grows or wears; and findings of it.
+    step in which a contact with friction grows or wears; and findings of it. Increments that the
+    path chose leave what `Halves` allows.
 
     One increment is compared with two, more with half as many, each started from its own solution.
     Where contact begins on the way those before do not count. The error is 0 where the path does
     not matter, and nan where one of the two is not solved.
     """
-    findings, worst = list[Finding](), 0.0
+    findings, worst = list[Finding](), _of_chosen(problem, solution)
     for ends, whole in _growing(problem, solution.steps if solution.converged else []):
         begins = touching(whole)
         later = _after(begins, ends)
@@ -64,6 +65,13 @@ def path_errors(problem: PreparedProblem, solution: Solution) -> tuple[float, li
             )
             findings.append(new_finding("path", text, advice=advice, measured=share))
     return worst, findings
+
+
+def _of_chosen(problem: PreparedProblem, solution: Solution) -> float:
+    """What increments leave where the path chose them: more than one in a step."""
+    many = {result.step for result in solution.steps if result.load_factor < 1.0}
+    chosen = any(problem.steps[number - 1].increments == "auto" for number in many)
+    return PATH_ERROR if chosen else 0.0
 
 
 def _auto(problem: PreparedProblem) -> str:
