@@ -122,6 +122,7 @@ SMALLEST = {
     "verify_random": "--number 1 --accuracy 1e-2 --processes 1",
     "verify_axial": "--number 1 --accuracy 5e-2",
     "verify_contact": "--pairs 1 --floors 0",
+    "verify_jams": "--number 4",
     "verify_processors": "--problems 2 --space 1 --processors Prescott",
     "mutate": "--list",
     "verification": "B10",
