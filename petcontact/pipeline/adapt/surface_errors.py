@@ -97,6 +97,19 @@ class TailErrors:
             self._of_gaps[key] = gap.squares(pair)
         return self._of_gaps[key]
 
+    def overlaps(self) -> list[list[tuple[Array, float]]]:
+        """Where surfaces overlap on open elements, and how wide, after the increment that failed or
+        after all steps, of each body: see `GapRemainder.overlaps`."""
+        failed = self.solution.failed
+        steps = [failed] if failed is not None else step_ends(self.solution.steps)
+        result: list[list[tuple[Array, float]]] = [[] for _ in self.meshes]
+        for step, gap, side in (
+            (step, *each) for step in steps for each in zip(self._gaps, self._sides, strict=True)
+        ):
+            if gap is not None and self.solution.kind != "bilateral":
+                result[side.body].append(gap.overlaps(step.pairs[side.name]))
+        return result
+
     def data_squares(self, step: StepResult) -> list[Array]:
         """The same of what elements do not see of given displacements and tractions, of each
         body."""

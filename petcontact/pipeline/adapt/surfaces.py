@@ -19,7 +19,7 @@ from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
-from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
+from ...refinement.panels.marks import FINER, facing, faded, largest, too_large, wider_than
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
@@ -253,7 +253,7 @@ class PanelTails:
                 self._raised(meshes, raised),
                 1 if solution.kind == "bilateral" else DEEPEST,
             )
-        found: list[SurfaceMesh] = []
+        found, overlaps = list[SurfaceMesh](), TailErrors(solution).overlaps()
         for _ in range(most):
             finer, parent = self._cut(meshes, marked)
             reason = self._too_much(solution, finer)
@@ -261,11 +261,26 @@ class PanelTails:
                 break
             found = meshes = finer
             marked = [mine[number] for mine, number in zip(marked, parent, strict=True)]
-            marked = self._within(meshes, small) if small else self._at_rims(meshes, marked)
+            marked = self._once_more(meshes, marked, small, overlaps)
             if not any(mine.any() for mine in marked):
                 break
         self.exhausted = "" if found else reason
         self._meshes = [*found] or self._meshes
+
+    def _once_more(
+        self,
+        meshes: Sequence[SurfaceMesh],
+        marked: Sequence[Mask],
+        small: Sequence[tuple[PosedInterface, SmallContact]],
+        overlaps: Sequence[Sequence[tuple[Array, float]]],
+    ) -> list[Mask]:
+        """Which halves of marked panels are to be halved for the same mesh: at rims, or too long
+        for small contacts, or over narrow overlaps."""
+        more = self._within(meshes, small) if small else self._at_rims(meshes, marked)
+        return [
+            mine | (wider_than(mesh, spots) & each.any(axis=1, keepdims=True))
+            for mine, mesh, spots, each in zip(more, meshes, overlaps, marked, strict=True)
+        ]
 
     @staticmethod
     def _within(

@@ -100,16 +100,33 @@ class GapRemainder:
         pair : PairResult
             Of the contact after a step.
         """
-        mesh, samples, element = self._mesh, self._samples, self._mesh.element[self._nodes]
-        at_nodes, touched = np.zeros(mesh.n_nodes), np.zeros(mesh.n_elements, dtype=bool)
-        at_nodes[self._nodes] = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
-        touched[element[pair.state != OPEN]] = True
-        opening = self._left + samples.basis @ at_nodes
+        mesh, samples = self._mesh, self._samples
+        opening, touched = self._opening(pair)
         deepest = np.zeros(mesh.n_elements)
         np.maximum.at(deepest, samples.element, -opening)
         pressed = self._stiffness * deepest / (2.0 * self._size)
         area = np.bincount(mesh.element, mesh.weight)
         return np.where(touched, self._of_waves(pair.pressure, opening) ** 2, pressed**2 * area)
+
+    def overlaps(self, pair: PairResult) -> tuple[Array, float]:
+        """Points (k, d) on elements that are open all over at which surfaces overlap by half of the
+        most there is, or more, and how wide they do [length]."""
+        mesh, samples = self._mesh, self._samples
+        opening, touched = self._opening(pair)
+        opening[touched[samples.element]] = 0.0
+        over = opening < min(0.5 * float(opening.min()), 0.0)
+        names = mesh.variables_at(samples.element[over], samples.place[over])
+        width = float(samples.weight[over].sum()) ** (1.0 / (mesh.dim - 1))
+        return np.column_stack([names[c] for c in "xyz"[: mesh.dim]]), width
+
+    def _opening(self, pair: PairResult) -> tuple[Array, Mask]:
+        """How far the surfaces are apart at the samples (q,) [length], and which elements are in
+        contact somewhere (n_elements,)."""
+        at_nodes = np.zeros(self._mesh.n_nodes)
+        at_nodes[self._nodes] = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
+        touched = np.zeros(self._mesh.n_elements, dtype=bool)
+        touched[self._mesh.element[self._nodes[pair.state != OPEN]]] = True
+        return self._left + self._samples.basis @ at_nodes, touched
 
     def _of_waves(self, pressure: Array, opening: Array) -> Array:
         """Norms of the pressure on elements (n_elements,) that rough parts of the gap take.

@@ -3,6 +3,8 @@ and those too large."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy
 
@@ -65,6 +67,20 @@ def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
     allowed = np.full((mesh.n_elements, 2), np.inf)
     np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * other)
     return np.asarray(~contact[:, None] & (length > allowed))
+
+
+def wider_than(mesh: SurfaceMesh, spots: Sequence[tuple[Array, float]]) -> Mask:
+    """Which panels have points (k, 3) in their boxes, of spots that are narrower than they are
+    [length], along both coordinates (n_elements, 2)."""
+    low, high = mesh.boxes
+    length, result = np.linalg.norm(sides(mesh), axis=2), np.zeros((mesh.n_elements, 2), dtype=bool)
+    for x, width in spots:
+        here = [
+            bool(np.any(np.all((x >= a) & (x <= b), axis=1)))
+            for a, b in zip(low, high, strict=True)
+        ]
+        result |= np.array(here)[:, None] & (length > width)
+    return result
 
 
 def faded(mesh: BoundaryMesh, contact: Mask) -> Array:
