@@ -141,9 +141,10 @@ def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -
     name : hashable
         Of the function on this part: a mesh knows its samples.
     """
-    if (part, name) not in mesh.functions:
-        mesh.functions[part, name] = _sampled(mesh, part, function)
-    return mesh.functions[part, name]
+    samples: Samples | None = mesh.functions.get((part, name))
+    if samples is None:
+        samples = mesh.functions[part, name] = _sampled(mesh, part, function)
+    return samples
 
 
 def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:

@@ -97,7 +97,7 @@ def kinks(
     apart = np.append(True, np.diff(samples) > TOLERANCE)
     samples, sampled = samples[apart], sampled[apart]
     change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
-    far = DIGITS * max(1.0, far)
+    far = float(DIGITS * max(1.0, far))
     size = float(np.abs(sampled).max(initial=0.0)) * far
     here = _candidates(change, samples[2:] - samples[:-2], size)
     if not 0 < len(here) <= MOST_KINKS:

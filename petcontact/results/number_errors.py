@@ -130,10 +130,8 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
     largest = np.zeros(int(row.max()) + 1)
     np.maximum.at(largest, row, change)
     top, off = float(values.max()), largest[row]
-    return max(
-        float((values + off)[values > 0.0].max(initial=top)) - top,
-        top - float((values - off).max()),
-    )
+    least, most = float((values - off).max()), float((values + off)[values > 0.0].max(initial=top))
+    return max(most - top, top - least)
 
 
 def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
@@ -149,6 +147,7 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
 def _around(solution: Evaluated, number: Number) -> Array:
     """The place of a largest stress and places beside it, on its part or inside."""
     mesh, place = solution.meshes[number.of], number.place
+    assert place is not None, "largest stresses lie somewhere"
     if number.part:
         element, state = solution.boundary_state(number.of, _end(solution, number))
         mine = state.x[mesh.part[element] == mesh.part_names.index(number.part)]
@@ -196,4 +195,4 @@ def _acting(pairs: dict[str, PairResult], number: Number) -> float:
     """All that acts on the pairs of a number, or its size where that is larger."""
     mine = [pairs[number.of]] if number.of in pairs else list(pairs.values())
     force, moment = np.sum([(0.0, 0.0), *map(resultant, mine)], axis=0).tolist()
-    return max({"force": force, "moment": moment}.get(number.unit, 0.0), number.size)
+    return float(max({"force": force, "moment": moment}.get(number.unit, 0.0), number.size))

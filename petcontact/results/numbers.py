@@ -238,8 +238,8 @@ def _peak_numbers(
                     f"{name} stress {where}", peak.body, *at, place=peak.place, part=peak.part
                 )
         for body, place in peaks.unbounded:
-            at = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
-            yield Number(f"{name} stress at {place.sides}", body, *at, place.x, place.sides)
+            end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
+            yield Number(f"{name} stress at {place.sides}", body, *end, place.x, place.sides)
 
 
 def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Array, int]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, States
 from ...contact.law_protocol import OPEN
 from ...results.records import StepResult, step_ends
 from ...results.report import Finding
@@ -59,7 +59,7 @@ def _usual(values: Array, weight: Array) -> float:
     return float(values[order[min(row, len(order) - 1)]])
 
 
-def _pressed(pressure: Array, state: Array, weight: Array) -> float:
+def _pressed(pressure: Array, state: States, weight: Array) -> float:
     """The mean pressure of what is closed."""
     closed = state != OPEN
     area = float(weight[closed].sum())

@@ -80,7 +80,7 @@ def _turned(values: Array, frames: Array) -> Array:
     if values.ndim == 1:
         return np.tile(values, len(frames))
     if values.shape[1] == 3:
-        return np.einsum("aij,nj->ani", frames, values).reshape(-1, 3)
+        return np.asarray(np.einsum("aij,nj->ani", frames, values).reshape(-1, 3))
     whole = np.einsum("aij,njk,alk->anil", frames, values[:, TENSOR], frames, optimize=True)
     i, j = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
     return np.asarray(whole[:, :, i, j].reshape(-1, 6))
