@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, in_file
+from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
 SOON = 5.0
@@ -100,6 +100,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
+    meshes = Meshes(status, output, replaces=arguments.force)
     with stopping(comm) as stop:
 
         def monitor(state: Any) -> str:
@@ -111,11 +112,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
         try:
             with in_file(arguments.config):
                 many = adaptive or adapts_itself(case)
-                shown = (
-                    {"announce": announcer(status, many), "reached": mesh_line(status)}
-                    if first
-                    else {}
-                )
+                shown = {"announce": announcer(status, many), "reached": meshes} if first else {}
                 solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
@@ -125,7 +122,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     if first:
         solution = replace(solution, written=tuple(numbers()))
         try:
-            write_solution(output, solution, replace=arguments.force)
+            write_solution(output, solution, replace=meshes.replaces)
         except Interrupted as late:
             number = late.number
         say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
@@ -201,22 +198,35 @@ def announcer(
     return announced
 
 
-def mesh_line(status: Any) -> Callable[[Any], None]:
+class Meshes:
     """Shows each mesh of an adaptive solve, in lines of their own on a terminal and where it takes
-    long."""
+    long; there it saves the solution, which a solve that is killed would lose.
 
-    def reached(mesh: Any) -> None:
+    Attributes
+    ----------
+    replaces : bool
+        Whether what has the name of the result may be replaced: from the first mesh on it is ours.
+    """
+
+    def __init__(self, status: Any, output: Path, *, replaces: bool) -> None:
+        self._status, self._output, self.replaces = status, output, replaces
+
+    def __call__(self, mesh: Any) -> None:
+        from ..results.hdf5 import write_solution
+
         error = (
             f"error {mesh.estimate:.1e} estimated"
             if math.isfinite(mesh.estimate)
             else "error not known yet"
         )
         text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
-        if status.enabled or mesh.seconds > SOON:
-            status.clear()
+        if self._status.enabled or mesh.seconds > SOON:
+            self._status.clear()
             print(f"petcontact: {text}", file=sys.stderr, flush=True)
-
-    return reached
+        if mesh.seconds > SOON:
+            with contextlib.suppress(OutputError):  # the result itself will meet it
+                write_solution(self._output, mesh.solution, replace=self.replaces)
+                self.replaces = True
 
 
 def overrides(words: list[str]) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from petcontact import (
     solve,
     write_solution,
 )
+from petcontact.commands import solve as solve_command
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
@@ -480,3 +481,28 @@ def test_a_small_change_far_from_the_solution_is_not_convergence(comm):
     not met."""
     solution = solve(example(1, mesh=COARSE, rule="fixed", rho=1e-12, max_iterations=50), comm=comm)
     assert not solution.converged and solution.relative_residual > 1e-3
+
+
+def test_a_killed_adaptive_solve_leaves_its_last_mesh(tmp_path, monkeypatch):
+    """In the place of kill -9, after which nothing is written either: an exit in the second mesh."""
+    solved, count = level_solver.LevelSolver.solved, []
+
+    def killed(*words):
+        count.append(words)
+        if len(count) == 2:
+            raise SystemExit(9)
+        return solved(*words)
+
+    monkeypatch.setattr(level_solver.LevelSolver, "solved", killed)
+    monkeypatch.setattr(solve_command, "SOON", 0.0)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        main(
+            ["solve", str(ROOT / "configs" / "hertz.toml"), "--adapt", "--no-figures", "-o", "r.h5"]
+        )
+    left = read_result("r.h5")
+    assert (left.status, left.reason) == (
+        "not converged",
+        "the adaptive solve was ended after mesh 1",
+    )
+    assert left.pairs["top"].pressure.max() == pytest.approx(98.3, rel=0.05)  # 2P/(πa)

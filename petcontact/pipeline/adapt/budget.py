@@ -10,6 +10,7 @@ from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import growing
+from ...results.solution import Solution
 from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, suitable_bem
 from .strategy import Strategy
 
@@ -28,12 +29,15 @@ class Reached:
         Of the relative error, infinite while it is not known.
     seconds : float
         Since the solve began, by the clock.
+    solution : Solution
+        On that mesh, "not converged": what is left of a solve that ends before its next mesh does.
     """
 
     number: int
     nodes: int
     estimate: float
     seconds: float
+    solution: Solution
 
 
 @frozen

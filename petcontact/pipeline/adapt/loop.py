@@ -38,6 +38,7 @@ from .surfaces import PanelTails
 from .traction_ladder import Tractions
 
 AFTER = "(on the mesh after the last)"
+ENDED = "the adaptive solve was ended after mesh"
 
 
 def strategy_for(problem: Problem) -> Strategy:
@@ -147,8 +148,15 @@ class AdaptiveSolve:
     def _report(self, solution: Solution) -> None:
         if self._reached is not None:
             nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
-            seconds = time.perf_counter() - self._began
-            self._reached(Reached(len(self.solutions), nodes, self.strategy.estimate, seconds))
+            seconds, error = time.perf_counter() - self._began, self.strategy.estimate
+            number, record = (
+                len(self.solutions),
+                replace(solution.accuracy, wanted=self.strategy.wanted, error=error),
+            )
+            ended = replace(
+                solution, accuracy=record, status="not converged", reason=f"{ENDED} {number}"
+            )
+            self._reached(Reached(number, nodes, error, seconds, ended))
 
 
 def adapt(
