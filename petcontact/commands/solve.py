@@ -131,15 +131,16 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     if first:
         report_ignored(case, solution.accuracy.wanted is not None)
     if number:
-        what = "the last iterate" if solution.status == "failed" else "the solution"
-        # an adaptive solve begins anew
-        begin = (
-            ""
-            if solution.accuracy.wanted is not None
-            else f", go on with --set method.start={output}"
-        )
-        raise Interrupted(number, f"{what} is saved in {output}{begin}")
+        raise Interrupted(number, saved_text(solution, output))
     return STATUS[solution.status]
+
+
+def saved_text(solution: Any, output: Path) -> str:
+    """What a signal has left, and how to go on from there; an adaptive solve begins anew."""
+    what = "the last iterate" if solution.status == "failed" else "the solution"
+    known = solution.accuracy.wanted is not None
+    begin = "" if known else f", go on with --set method.start={output}"
+    return f"{what} is saved in {output}{begin}"
 
 
 def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:

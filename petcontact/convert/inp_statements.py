@@ -53,6 +53,8 @@ PROPERTIES = {
     "EXPANSION": ("thermal_expansion",),
 }
 """Keys of a `material` that keywords give."""
+FREEDOMS = 99
+"""Of a node, more than any program has."""
 TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
 """Degrees of freedom that named conditions hold."""
 
@@ -273,6 +275,8 @@ class Statements:
                 known |= dict.fromkeys(TYPED[row[1].upper()], 0.0)
                 continue
             first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
+            if not 1.0 <= first <= (last or first) <= FREEDOMS:
+                raise self.error(keyword, f"degrees of freedom are 1 to {FREEDOMS}, got {row[1:3]}")
             for freedom in range(int(first), int(last or first) + 1):
                 if freedom <= 3:
                     known[freedom] = value

@@ -66,6 +66,8 @@ def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):
         ("*MATERIAL", "*NSET, NSET=A, GENERATE\n1,1000000000\n*MATERIAL", "are more numbers than"),
         ("1,P3,1.", "1,P3", "numbers are expected"),
         ("100.,.3", "1e999,.3", "numbers are expected"),
+        ("*MATERIAL", "*BOUNDARY\n1,1,1e40\n*MATERIAL", "degrees of freedom are 1 to 99"),
+        ("*MATERIAL", "*BOUNDARY\n1,2,1\n*MATERIAL", "degrees of freedom are 1 to 99"),
     ],
 )
 def test_numbers_that_cannot_be(tmp_path, old, new, told):
