@@ -22,6 +22,8 @@ from .records import PairResult
 
 ACROSS = 8
 """Places along each direction of a panel at which is looked: its share is known to 1/64."""
+FINE = 16
+"""The same of elements whose nodes are all closed: an open zone may lie between them."""
 
 
 def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
@@ -58,9 +60,9 @@ def areas(
     compliance : float
         2/E* of the pair [1/stress].
     """
-    element = mesh.element[nodes]
-    numbers, row = np.unique(element, return_inverse=True)
+    numbers, row = np.unique(mesh.element[nodes], return_inverse=True)
     area = np.bincount(row, pair.weight)
+    pressed = _pressed(mesh, nodes, pair, numbers)
     result = []
     for inside in (pair.state != OPEN, pair.state == SLIP):
         share = np.bincount(row, pair.weight * inside) / area
@@ -68,8 +70,22 @@ def areas(
         off = float((area / np.bincount(row))[mixed].sum())
         if mixed.any() or not inside.all():
             share = _shares(mesh, nodes, pair, inside, numbers, row, share, compliance)
-        result.append((float(area @ share), off))
+        result.append((float((area * pressed) @ share), off))
     return result
+
+
+def _pressed(mesh: Any, nodes: Index, pair: PairResult, numbers: Index) -> Array:
+    """The share of each element in which p, as a function, is not negative; 1 where it may pull."""
+    whole, least = np.zeros(mesh.n_nodes), np.full(mesh.n_elements, np.inf)
+    whole[nodes] = pair.pressure
+    np.minimum.at(least, mesh.element[nodes], np.where(pair.state != OPEN, pair.pressure, -np.inf))
+    asked, share = np.flatnonzero(least[numbers] > 0.0), np.ones(len(numbers))
+    if len(asked) and not np.any(pair.pressure < 0.0):
+        places = spread_places(mesh, numbers[asked], (np.arange(FINE) + 0.5) / FINE)
+        number = np.repeat(numbers[asked], places.shape[1])
+        values = mesh.basis_at(number, places.reshape(-1, *places.shape[2:])) @ whole
+        share[asked] = (values >= 0.0).reshape(len(asked), -1).mean(axis=1)
+    return share
 
 
 @functools.singledispatch

@@ -1,0 +1,69 @@
+"""The numbers of a solution, and how far they are off by what they say and by what is true."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from printed_numbers import compared
+from random_bodies import random_contact
+
+from petcontact import adapt, load, solve
+from petcontact.reference.hertz import LineContact, contact_modulus
+from petcontact.results.numbers import maximum
+from petcontact.results.solution import read_result
+
+
+@pytest.fixture(scope="module")
+def hertz():
+    return adapt(load("configs/hertz.toml"), 1e-2)
+
+
+def of(solution, name):
+    """The only number of a name."""
+    (found,) = (number for number in solution.numbers if number.name == name)
+    return found
+
+
+def test_width_and_pressure_of_hertz_lie_within_their_errors(hertz):
+    """But for what a block of four widths is off the half plane."""
+    force = of(hertz, "force")
+    exact = LineContact(-force.value[1], 2.0, contact_modulus(1000.0, 0.3))
+    width, pressure = of(hertz, "contact area"), of(hertz, "largest p")
+    assert width.error < 0.02 and abs(width.value[0] - 2.0 * exact.half_width) < width.error + 0.004
+    assert 0.0 < pressure.error < 1.0 and abs(pressure.value[0] - exact.peak) < pressure.error + 0.3
+    assert abs(pressure.place[0]) < 0.01
+
+
+def test_a_file_keeps_them(hertz, tmp_path):
+    hertz.save(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
+    assert [each.key for each in again.numbers] == [each.key for each in hertz.numbers]
+    for one, other in zip(hertz.numbers, again.numbers, strict=True):
+        np.testing.assert_array_equal(one.value, other.value)
+        np.testing.assert_array_equal(one.error, other.error)
+
+
+def test_a_pressure_at_a_corner_has_no_bound():
+    solution = solve("petcontact/manual/starters/bodies.toml")
+    numbers = [number for number in solution.numbers if number.name == "largest p"]
+    assert all(np.isinf(number.error) for number in numbers)
+    assert "largest p without a bound" in solution.verdict()
+
+
+def test_a_maximum_is_that_of_the_function_between_nodes():
+    """A parabola through 1, 0.01 and 1 at Gauss points is larger at the ends of its element."""
+    mesh = solve("configs/press_fit.toml").meshes["shaft"]
+    nodes = mesh.nodes_of(mesh.part_names[0])
+    values = np.ones(len(nodes))
+    element = mesh.element[nodes]
+    mine = np.flatnonzero(element == element[0])
+    values[mine[len(mine) // 2]] = 0.01
+    top, place, best = maximum(mesh, nodes, values)
+    assert top > 1.0 and best == element[0] and np.isfinite(place).all()
+
+
+@pytest.mark.parametrize("number", [0, 4])
+def test_true_errors_are_those_that_are_told(number):
+    """A sample of scripts/verify_random --numbers --contact."""
+    found, _ = compared(random_contact(1, number), number, 1e-2)
+    assert len(found) > 10 and max(each.ratio for each in found) <= 1.0
