@@ -25,7 +25,7 @@ from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
 from petcontact.sweep.schedule.cost import estimate
 from petcontact.sweep.schedule.groups import describe, make_groups
-from petcontact.sweep.store.case_table import read_case_table
+from petcontact.sweep.store.case_table import read_case, read_case_table
 from petcontact.sweep.store.log import Record, records
 
 SECONDS = "iterate_seconds"
@@ -260,6 +260,11 @@ def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
         assert len(found["history_rho"]) == alone.iterations
     with pytest.raises(ResultError, match="no case"):
         load_case(tmp_path / "out", "nothing")
+    for name in ("out", "out/results.h5"):
+        with pytest.raises(
+            ResultError, match=f"--case ID names one of them, such as {sweep.ids[0]}"
+        ):
+            read_case(tmp_path / name)
 
 
 def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):

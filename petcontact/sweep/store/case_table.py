@@ -287,6 +287,13 @@ def read_case(path: str | Path, id_: str = "/") -> Solution:
         If there is no such file, sweep or case, or not all of its fields are kept.
     """
     if id_ == "/":
+        path = Path(path)
+        folder = SweepFolder(path.parent if path.name == "results.h5" else path)
+        if folder.index.is_file():
+            raise ResultError(
+                f"{path}: a sweep has many results; --case ID names one of them, such as "
+                f"{folder.read_index()[0].ids[0]}"
+            )
         return read_result(path)
     found = load_case(path, id_)
     if isinstance(found, dict):
