@@ -119,6 +119,7 @@ SMALLEST = {
     "benchmark_rings": "",
     "verify_data": "--number 1 --cells 64 --size 0.5",
     "verify_files": "--count 4",
+    "verify_moved": "--places 0 1000",
     "verify_random": "--number 1 --accuracy 1e-2 --processes 1",
     "verify_axial": "--number 1 --accuracy 5e-2",
     "verify_contact": "--pairs 1 --floors 0",
