@@ -16,6 +16,8 @@ from .atomic_write import temporary_name
 from .terminal import printable
 
 FORMATS = ("png", "pdf", "svg")
+SIZE = (7.0, 4.2)
+"""Of figures [inch]."""
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe and Ito's palette: seven hues that differ for every kind of colour vision, and in grey."""
 STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open", "white", "^")}
@@ -71,7 +73,7 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
     from matplotlib.figure import Figure
 
     with rc_context(style()):
-        figure = Figure(figsize=(7.0, 4.2), dpi=150, layout="constrained")
+        figure = Figure(figsize=SIZE, dpi=150, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure, *arguments)
         stamp = {"svg": "Date", "pdf": "CreationDate"}.get(suffix)

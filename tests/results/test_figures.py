@@ -6,6 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib
+import matplotlib.pyplot
 import numpy as np
 import pytest
 from conftest import example
@@ -207,6 +209,16 @@ def test_a_curve_ends_where_only_a_corner_is_larger_and_round_off_is_zero(soluti
     axes = axes_of(np.where(np.abs(pair.arc_length - 4.0) < 1.0, 1e4, pair.pressure))
     assert axes.get_ylim()[1] > 1e4 and not axes.texts
     assert not axes_of(1e-15 * pair.pressure).lines[0].get_ydata().any()
+
+
+def test_a_plot_of_its_own_fills_its_figure(solution, monkeypatch):
+    """As in a notebook: the legend lies below the axes and takes nothing of their room."""
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    axes = solution.plot()
+    axes.figure.canvas.draw()
+    wide, high = axes.get_window_extent().size / axes.figure.dpi
+    assert wide > 5.0 and high > 2.5
+    matplotlib.pyplot.close("all")
 
 
 def test_a_given_displacement_and_a_clamped_side_differ():

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...contact.law_protocol import OPEN
-from ...runtime.figure_style import save_all
+from ...runtime.figure_style import SIZE, save_all, style
 from ..data import SolutionData
 from ..records import PairResult, step_ends
 from ..vtu.inside import filled_bodies
@@ -132,9 +132,14 @@ def plot_on(solution: SolutionData, place: Any = None, view: View | None = None)
     one by default; returns the axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim
     if place is None:
-        from matplotlib import pyplot
+        from matplotlib import pyplot, rc_context
 
-        place = pyplot.figure(layout="constrained")
+        with rc_context(style()):
+            figure = pyplot.figure(figsize=SIZE, layout="constrained")
+            place = plot_on(solution, figure, view)
+            if dim == 2:
+                plane.fit_height(figure, place, beside=0.8, above=1.6)
+            return place
     if hasattr(place, "add_subplot"):
         place = place.add_subplot(projection="3d") if dim == 3 else place.add_subplot()
     {2: plane.deformed_on, 3: surface.surface_on}[dim](place, solution, view)
