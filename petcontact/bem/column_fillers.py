@@ -31,38 +31,42 @@ class PlainFiller:
         self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
     ) -> None:
         """As in `ColumnFiller`."""
-        mesh, data, element = self.mesh, self.data, self.mesh.element[columns]
-        count = np.diff(data.rhs_first)[columns]
-        start, kind = np.cumsum(count) - count, mesh.kind[element]
-        for number in np.unique(kind):
-            places = np.flatnonzero(kind == number)
-            nodes = columns[places]
+        for first in range(0, len(rows), ROWS):
+            here = slice(first, first + ROWS)
+            g, h = self._kernels(rows[here], columns)
+            if system is not None:
+                frame, known = (
+                    self.data.frame[columns],
+                    self.data.traction_known[columns][:, :, None],
+                )
+                system[:, :, here] = _times(h, frame * known) - _times(g, frame * ~known)
+            if right_hand_sides is not None:
+                starts = self.data.rhs_first
+                owner = np.repeat(np.arange(len(columns)), np.diff(starts)[columns])
+                within = np.arange(len(owner)) - np.searchsorted(owner, owner)
+                number = starts[columns][owner] + within
+                pushed = self.data.rhs_traction[number, None]
+                moved = self.data.rhs_displacement[number, None]
+                sides = _times(g[:, :, owner], pushed) - _times(h[:, :, owner], moved)
+                right_hand_sides[:, here] = sides[:, 0]
+
+    def _kernels(self, rows: Index, columns: Index) -> tuple[Array, Array]:
+        """G and ½ + H of some nodes, (d, d, k, m) each."""
+        mesh, element = self.mesh, self.mesh.element[columns]
+        shape = self.kernel.dim, self.kernel.dim, len(columns), len(rows)
+        targets, g, h = mesh.targets(rows), np.empty(shape), np.empty(shape)
+        for number in np.unique(mesh.kind[element]):
+            places = np.flatnonzero(mesh.kind[element] == number)
             elements, own = np.unique(element[places], return_inverse=True)
             per_element = mesh.first_node[elements[0] + 1] - mesh.first_node[elements[0]]
-            column = own * per_element + nodes - mesh.first_node[element[places]]
-            # right-hand sides: the node of each, its number among all and its place among those of
-            # the columns
-            owner = np.repeat(np.arange(len(nodes)), count[places])
-            within = np.arange(len(owner)) - np.searchsorted(owner, owner)
-            mine, beside = data.rhs_first[nodes][owner] + within, start[places][owner] + within
-            for first in range(0, len(rows), ROWS):
-                here = slice(first, first + ROWS)
-                kernel_g, kernel_h = self.kernel.integrals(
-                    mesh.targets(rows[here]), mesh.elements(elements)
-                )
-                g, h = kernel_g[:, :, column], kernel_h[:, :, column]
-                _, at, same = np.intersect1d(
-                    rows[here], nodes, assume_unique=True, return_indices=True
-                )
-                for a in range(self.kernel.dim):
-                    h[a, a, same, at] += 0.5  # the free term
-                if system is not None:
-                    frame, known = data.frame[nodes], data.traction_known[nodes][:, :, None]
-                    system[places, :, here] = _times(h, frame * known) - _times(g, frame * ~known)
-                if right_hand_sides is not None:
-                    pushed, moved = data.rhs_traction[mine, None], data.rhs_displacement[mine, None]
-                    sides = _times(g[:, :, owner], pushed) - _times(h[:, :, owner], moved)
-                    right_hand_sides[beside, here] = sides[:, 0]
+            column = own * per_element + columns[places] - mesh.first_node[element[places]]
+            for whole, part in zip(
+                (g, h), self.kernel.integrals(targets, mesh.elements(elements)), strict=True
+            ):
+                whole[:, :, places] = part[:, :, column]
+        free = 0.5 * (columns[:, None] == rows)
+        np.einsum("iikm->ikm", h)[:] += free  # the free term
+        return g, h
 
     def of(self, data: ColumnData) -> PlainFiller:
         """As in `ColumnFiller`."""

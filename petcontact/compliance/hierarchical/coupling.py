@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
 from ..body.base import ElasticBody
@@ -164,29 +164,16 @@ class Coupling:
         frames = np.concatenate([body.data.contact_frame for body in bodies])
         directions = np.concatenate([frames[:0], *(face.directions for face in interfaces)])
         self.directions, (m, k) = directions, directions.shape[:2]
-        self.shape, start = (m, k), np.cumsum([0, *(body.slot.size for body in rows)])
-        node = np.concatenate(
-            [
-                start[:0],
-                *(
-                    start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes)
-                    for f in interfaces
-                ),
-            ]
-        )
-        if len(np.unique(node)) < len(node):
-            raise InputError(
-                "bem.mat_type: compressed bodies in space can be secondary once at each place; let "
-                "the other "
-                'contact have this part as its primary, or choose "dense"'
-            )
-        self.secondary = self.met[(k * node[:, None] + np.arange(k)).ravel()]
+        self.shape = m, k
+        node = _secondary_nodes(bodies, rows, interfaces, k)
         self._place = (k * node[:, None] + np.arange(k)).ravel()
+        self.secondary = self.met[self._place]
         turned = np.einsum("mad,mbd->mab", directions, frames[node])
         self._turn = blocks(turned)
         self._turn_back = blocks(turned.transpose(0, 2, 1))
         q = len(self.met)
-        self._pick = matrix_of((np.ones(k * m), (np.arange(k * m), self._place)), shape=(k * m, q))
+        every, each = np.arange(q), np.arange(k * m)
+        self._pick = _selection(each, self._place, (k * m, q))
         moved, carried = (
             scipy.sparse.hstack(parts).tocsr()
             for parts in zip(*(one.matrices for one in maps), strict=True)
@@ -199,31 +186,18 @@ class Coupling:
         self._depth = len(interfaces) if np.isin(self.opposite.indices, self._place).any() else 0
         stress = np.concatenate([np.full(body.slot.size, body.scale) for body in rows])
         self._felt = matrix_of(scipy.sparse.diags(1.0 / stress) @ self._carried)
-        softness = [
-            1.0 / rows[face.body].scale
-            + (0.0 if face.primary is None else 1.0 / rows[face.primary].scale)
-            for face in interfaces
-        ]
-        self.scale = 1.0 / np.repeat(softness, [len(f.nodes) for f in interfaces])
+        self.scale = _stiffness(rows, interfaces)
         free = np.ones(self.size, dtype=bool)
         free[self.secondary] = False
         others = np.flatnonzero(free)
         owner = np.searchsorted(self.first, others, side="right") - 1
         column = others - self.first[owner] + self.first_column[owner]
-        self._own = matrix_of(
-            (np.ones(len(others)), (column, others)), shape=(self.columns, self.size)
-        )
+        self._own = _selection(column, others, (self.columns, self.size))
         kept = np.flatnonzero(free[self.met])
-        self._primary = matrix_of(
-            (np.ones(len(kept)), (kept, self.met[kept])), shape=(q, self.size)
-        )
-        self._y = matrix_of(
-            (np.ones(k * m), (np.arange(k * m), self.secondary)), shape=(k * m, self.size)
-        )
-        every = np.arange(q)
+        self._primary = _selection(kept, self.met[kept], (q, self.size))
+        self._y = _selection(each, self.secondary, (k * m, self.size))
         self._to_u, self._to_t = (
-            matrix_of((np.ones(q), (at, every)), shape=(self.columns, q))
-            for at in (self._u, self._t)
+            _selection(at, every, (self.columns, q)) for at in (self._u, self._t)
         )
         self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
         self._unknowns = np.concatenate(
@@ -331,3 +305,41 @@ def _behind(matrix: Sparse, before: int) -> Sparse:
     """With columns of zeros before."""
     shape = matrix.shape[0], matrix.shape[1] + before
     return matrix_of((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)
+
+
+def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Any:
+    """The matrix with a 1 at each of these places."""
+    return matrix_of((np.ones(len(rows)), (rows, columns)), shape=shape)
+
+
+def _secondary_nodes(
+    bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface], k: int
+) -> Index:
+    """Numbers of the secondaries' nodes (M,) among the contact nodes of all bodies.
+
+    Raises
+    ------
+    InputError
+        If a node is that of two secondaries.
+    """
+    start = np.cumsum([0, *(body.slot.size for body in rows)]) // k
+    found = [
+        start[face.body] + np.searchsorted(bodies[face.body].contact, face.nodes)
+        for face in interfaces
+    ]
+    node: Index = np.concatenate([start[:0], *found])
+    if len(np.unique(node)) < len(node):
+        raise InputError(
+            "bem.mat_type: compressed bodies in space can be secondary once at each place; let the "
+            'other contact have this part as its primary, or choose "dense"'
+        )
+    return node
+
+
+def _stiffness(rows: Sequence[BodyRows], interfaces: Sequence[Interface]) -> Array:
+    """Unit of tractions at the secondaries' nodes (M,): that of the softer body [stress/length]."""
+    softness = [
+        sum(1.0 / rows[b].scale for b in (face.body, face.primary) if b is not None)
+        for face in interfaces
+    ]
+    return np.asarray(1.0 / np.repeat(softness, [len(face.nodes) for face in interfaces]))
