@@ -28,6 +28,9 @@ from .strategy import Strategy
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate
 enough."""
+LATER = 1
+"""How often increments that the mesh before did in one are halved: each try that fails costs as
+much as the whole mesh."""
 MANY_NODES = 1000
 """From which on a mesh is reported of, and its operators are released, before those of the next are
 made: several GB in all. Of smaller ones only the last is reported of; what depends on the path of
@@ -136,6 +139,8 @@ class LevelSolver:
         steps = self._tried.steps
         factors = {} if last is None else known_factors(last, steps, strategy.estimate)
         problem = replace(self._tried, start=strategy.start(self._tried), factors=factors)
+        if last is not None:
+            problem = replace(problem, halvings=LATER)
         solution = unreported(problem, self._monitor)
         if last is None:  # the first mesh, which costs least, says whether the path matters
             problem, solution, _ = by_the_path(problem, solution, self._monitor)

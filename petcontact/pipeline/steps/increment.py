@@ -28,6 +28,9 @@ Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it
 returns ends the solve."""
 
+HALVINGS = 8
+"""How often an increment that fails is halved; loads that nothing holds need no solve for it."""
+
 
 @dataclass
 class ObstacleMotion:
@@ -118,6 +121,8 @@ class PreparedProblem:
         Names of a method and a rule that are not the problem's own.
     automatic : bool
         Whether steps that name no number of increments have as many as their path asks for.
+    halvings : int
+        How often an increment that fails is halved.
     """
 
     discrete: Discrete
@@ -129,6 +134,7 @@ class PreparedProblem:
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
     automatic: bool = False
+    halvings: int = HALVINGS
 
     @property
     def digits_lost(self) -> float:

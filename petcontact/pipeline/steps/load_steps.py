@@ -23,12 +23,10 @@ from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
 from .halves import Halves, touching
-from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
+from .increment import HALVINGS, Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_results
 from .wear import Tried, with_wear
 
-HALVINGS = 8
-"""How often an increment that fails is halved."""
 LOOKED_AT_FIRST = 1500
 """Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs
 more; else after it. Where bodies are solved jointly a solve always costs more."""
@@ -169,7 +167,9 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         if tried is None:
             doubt = True
             size *= 0.5
-            if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(following)):
+            if size >= whole * 0.5 ** max(problem.halvings, HALVINGS * hopeless) and (
+                divisible or is_unbalanced(following)
+            ):
                 continue
             tried = [with_wear(following, following.solved(monitor), monitor)]
             size *= 2.0
