@@ -39,9 +39,10 @@ def is_unbalanced(increment: Increment) -> bool:
 def _unbalanced(increment: Increment) -> Array | None:
     """What of the loads no admissible traction holds, wherever on its element it acts, (r,)."""
     modes, law = increment.system.modes, increment.problem.discrete.law
-    if unbalanced_load(modes, law) is None:
+    push = unbalanced_load(modes, law)
+    if push is None or unbalanced_load(modes, law, forces_at_corners(increment)) is None:
         return None
-    return unbalanced_load(modes, law, forces_at_corners(increment))
+    return push  # of tractions as they are solved for: those at corners weigh motions otherwise
 
 
 def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
