@@ -3,7 +3,6 @@ the law allows."""
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 
 import numpy as np
@@ -22,11 +21,11 @@ NEW = 4
 
 
 Forces = tuple[Array, Admissible]
-"""Resultants (r, q, k) of further tractions, and their limits."""
+"""Resultants (r, q, k) of tractions, and their limits."""
 
 
 def unbalanced_load(
-    modes: Modes | None, law: ContactLaw, beside: Forces | None = None
+    modes: Modes | None, law: ContactLaw, forces: Forces | None = None
 ) -> Array | None:
     """What of the loads no admissible traction holds, (r,); None where all can be held, or the law
     has no `admissible`.
@@ -34,11 +33,12 @@ def unbalanced_load(
     Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons
     around them that get further sides where σ_t leaves the disk: what it says cannot be held
     cannot. A load that passes may still not be held: the tractions that would do it need not follow
-    from the elastic problem. Tractions are those of the nodes, and others `beside` them.
+    from the elastic problem. Tractions are those of the nodes, or other `forces`.
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
-    (resultant, limits), normal = _with((modes.resultant, law.admissible()), beside), law.groups[1:]
+    resultant, limits = (modes.resultant, law.admissible()) if forces is None else forces
+    normal = law.groups[1:]
     r, m, k = resultant.shape
     scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), 1e-300)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
@@ -97,13 +97,6 @@ def unbalanced_load(
             sides += [_sides(cone, way, slope, law), _sides(capped, way, np.zeros(m), law)]
             limit += [cohesion[cone], cap[capped]]
     return None
-
-
-def _with(forces: Forces, beside: Forces | None) -> Forces:
-    if beside is None:
-        return forces
-    both = zip(*(dataclasses.astuple(each) for _, each in (forces, beside)), strict=True)
-    return np.concatenate([forces[0], beside[0]], axis=1), Admissible(*map(np.concatenate, both))
 
 
 def directions(dimension: int) -> Array:

@@ -16,11 +16,13 @@ from .increment import Increment
 
 
 def forces_at_corners(increment: Increment) -> Forces | None:
-    """What the traction of each whole element comes to at its corners, within the largest limits of
-    its nodes; None where contact directions are tangents only.
+    """What the tractions of elements come to at their corners, within the largest limits of their
+    nodes; None where contact directions are tangents only.
 
     Nodes lie inside of their elements: a voussoir that stands on the edge of its joint is held
-    there, and by none of its nodes.
+    there, and by none of its nodes. The integrals of a traction times the linear functions of the
+    corners have its resultant and its moment on a straight element. Limits are convex, and so these
+    forces keep to them with the area that belongs to each corner.
     """
     problem, modes, law = increment.problem, increment.system.modes, increment.problem.discrete.law
     if modes is None or not isinstance(law, LimitedLaw) or problem.discrete.holds_normals:
@@ -51,7 +53,7 @@ def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissi
     directions = face.directions[
         np.argmin(np.where(element == mine[:, None], away, np.inf), axis=1)
     ]
-    area = np.bincount(element, mesh.weight[nodes])[mine]
+    area = (np.bincount(element, mesh.weight[nodes]) / np.bincount(mine))[mine]
     resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.of(places), shares)
     largest = np.zeros((len(number), 5))
     np.maximum.at(largest, element, np.transpose(dataclasses.astuple(limits)))
