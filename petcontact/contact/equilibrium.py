@@ -37,7 +37,7 @@ def unbalanced_load(
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
-    resultant, limits = (modes.resultant, law.admissible()) if forces is None else forces
+    resultant, limits = forces or (modes.resultant, law.admissible())
     normal = law.groups[1:]
     r, m, k = resultant.shape
     scale = np.maximum(np.abs(resultant).max(axis=(1, 2), initial=0.0), 1e-300)

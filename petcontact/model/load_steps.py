@@ -223,7 +223,7 @@ class Step(Model):
         For verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
-        is too large. Without this key there is one, or "auto" where friction or wear depends on it.
+        is too large.
     boundary, obstacle, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
@@ -234,11 +234,6 @@ class Step(Model):
     obstacle: tuple[ObstacleChange, ...] = ()
     point_force: tuple[PointForceChange, ...] = ()
     loads: tuple[LoadsChange, ...] = ()
-
-    @property
-    def leaves_increments_open(self) -> bool:
-        """Whether nobody has named their number."""
-        return "increments" not in self.model_fields_set
 
 
 def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:

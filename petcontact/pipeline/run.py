@@ -16,7 +16,7 @@ from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..model.problem import Problem
 from ..model.solver_options import Method
-from ..results.report import Finding, Provenance
+from ..results.report import Provenance
 from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
@@ -33,11 +33,7 @@ from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.path import path_errors
-from .steps.start import NAMES, finished_before, first_iterate
-
-OPEN_TO = 0.01
-"""Error of p and q by the path, over p, up to which a step that names no increments has one: the
-accuracy that meshes are wanted to have by default."""
+from .steps.start import finished_before, first_iterate
 
 
 def prepare(
@@ -119,25 +115,12 @@ def run(
     SolverError
         If there is no iterate to keep.
     """
-    solution = unreported(problem, monitor, checked=checked)
-    problem, solution, path = by_the_path(problem, solution, monitor)
-    return _with_path(reported(problem, solution), *path)
+    return with_report(problem, unreported(problem, monitor, checked=checked))
 
 
-def by_the_path(
-    problem: PreparedProblem, solution: Solution, monitor: Monitor | None
-) -> tuple[PreparedProblem, Solution, tuple[float, list[Finding]]]:
-    """Problem and solution with as many increments as the path asks for, in steps that name no
-    number, where one increment is not enough; and what `path_errors` says."""
-    path, posed = path_errors(problem, solution), problem.discrete.problem
-    # cycles have increments of their own, and so has what goes on after a file
-    opened = posed.cycle is None and posed.method.start in NAMES
-    opened &= any(step.leaves_increments_open for step in problem.steps)
-    if not (opened and path[0] > OPEN_TO):
-        return problem, solution, path
-    problem = replace(problem, automatic=True)
-    solution = unreported(problem, monitor)
-    return problem, solution, path_errors(problem, solution)
+def with_report(problem: PreparedProblem, solution: Solution) -> Solution:
+    """A solution of a prepared problem with all that is to be said of it."""
+    return with_paths(problem, reported(problem, solution))
 
 
 def unreported(
@@ -216,10 +199,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
 def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution that is reported of, with what is to be said of the path of its loads; the
     operators are still needed."""
-    return _with_path(solution, *path_errors(problem, solution))
-
-
-def _with_path(solution: Solution, error: float, findings: list[Finding]) -> Solution:
+    error, findings = path_errors(problem, solution)
     accuracy = replace(solution.accuracy, path=error)
     return replace(solution, accuracy=accuracy).with_findings(findings)
 

@@ -18,7 +18,7 @@ from ..runtime.petsc_options import refused_in_config
 from .adapt.budget import Reached
 from .adapt.fixed_mesh import with_estimate
 from .eliminate import Announce
-from .run import prepare, run
+from .run import prepare, unreported, with_report
 from .steps.increment import Monitor
 
 
@@ -111,7 +111,7 @@ def solve(
     else:
         prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
         try:
-            solution = run(prepared, monitor=monitor)
+            solution = with_report(prepared, unreported(prepared, monitor))
             solution = with_estimate(solution, prepared.comm, law)
         finally:
             prepared.close()

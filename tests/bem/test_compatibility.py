@@ -45,7 +45,7 @@ def test_what_is_compatible_or_cannot_be_known_is_taken(value):
 
 
 def test_only_contact_without_gap_that_holds_both_ways_counts():
-    for more in ({"normal": "unilateral"}, {"gap": 0.1}):
+    for more in ({"normal": "unilateral"}, {"normal": "bilateral", "gap": 0.1}):
         given = problem((0, 0.1), **more)
         check_compatible(given, given.geometry.outline())
 

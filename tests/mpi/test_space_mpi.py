@@ -112,6 +112,7 @@ def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
             "-o",
             str(output),
             "--no-figures",
+            "--verbose",
             "--set",
             "mesh.element_size=1.4",
             "-bem_mat_type",

@@ -28,10 +28,11 @@ def block(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "block.toml").write_text(BLOCK)
 
-    def run(*words):
-        settings = [word for setting in words for word in ("--set", setting)]
-        status = main(["solve", "block.toml", "-o", "r.h5", "--force", "--no-figures", *settings])
-        return status, *capsys.readouterr()
+    def run(*given):
+        settings = [word for setting in given for word in ("--set", setting)]
+        words = ["solve", "block.toml", "-o", "r.h5", "--force", "--no-figures", "--verbose"]
+        status, (out, err) = main([*words, *settings]), capsys.readouterr()
+        return status, " ".join(out.split()), err
 
     return run
 

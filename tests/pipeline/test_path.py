@@ -56,17 +56,13 @@ def warned(solution):
 @pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
 def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error(space):
     gap = "(x**2 + y**2)/4" if space else "x**2/8"
-    one, exact, left_open = (pressed(space, gap, increments) for increments in (1, 16, None))
+    one, exact = (pressed(space, gap, increments) for increments in (None, 16))
     pair, other = one.pairs["pair"], exact.pairs["pair"]
     off = np.linalg.norm(pair.weight[:, None] ** 0.5 * (pair.sigma_t - other.sigma_t))
     size = np.linalg.norm(pair.weight[:, None] ** 0.5 * other.sigma_t)
     (found,) = warned(one)
     assert warned(exact) == [] and 0.5 * off < found * size < 1.5 * off
-    assert "step 'press' depends" in " ".join(one.verdict().split())
-    # where nobody names a number the path does
-    shear = left_open.pairs["pair"].sigma_t - other.sigma_t
-    assert warned(left_open) == [] and len(left_open.steps) > 4
-    assert np.linalg.norm(pair.weight[:, None] ** 0.5 * shear) < 0.1 * size
+    assert "the load depends on the path" in " ".join(one.verdict().split())
 
 
 @pytest.mark.parametrize("increments", [1, 2, 4])
@@ -114,7 +110,7 @@ def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
 
 
-def test_an_adaptive_solve_looks_at_its_first_mesh_and_at_its_last(monkeypatch):
+def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
     monkeypatch.setattr(
         run,
@@ -145,5 +141,5 @@ def test_an_adaptive_solve_looks_at_its_first_mesh_and_at_its_last(monkeypatch):
     ]
     solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
     assert len(solution.accuracy.elements) > 1 and solution.warnings.count("looked at") == 1
-    ((mesh,), (_, last)) = solution.meshes.values(), looked
+    ((mesh,), (last,)) = solution.meshes.values(), looked
     assert last.discrete.meshes[0] is mesh

@@ -291,6 +291,14 @@ def test_the_largest_stress_is_told_with_its_place(solution):
     assert "no bound" not in largest_at(solution, "body", field.x, high.von_mises)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "own.vtk"], "own.vtk: a field is written as .vtu"),
+        (["--boundary", "b.xml"], "b.xml: a field is written as"),
+        (["--figure", "own.tif"], "own.tif: a figure is .png, .pdf or .svg"),
+    ],
+)
 def test_other_suffixes_are_refused_before_any_work(
     solution, tmp_path, monkeypatch, capsys, words, message
 ):

@@ -161,8 +161,6 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))
     # as many increments as the solution has
-    opened = [step for step in prepared.steps if step.leaves_increments_open]
-    prepared.automatic = bool(opened) and len(solution.steps) > len(prepared.steps)
     prepared.factors = known_factors(solution, prepared.steps, 0.0)
     try:
         return unreported(prepared, None, checked=False)

@@ -19,7 +19,7 @@ from ...runtime.signals import answering
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
 from ..pose.discretise import Discrete, MeshMaker, discretise
-from ..run import by_the_path, prepare, reported, unreported
+from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
 from .fixed_mesh import MOST
@@ -71,7 +71,7 @@ class LevelSolver:
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self.discrete: Discrete | None = None
         self.missed = 0.0
-        self._tolerance, self._automatic = math.nan, False
+        self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
 
@@ -135,16 +135,12 @@ class LevelSolver:
 
         with answering(self._comm):
             self.discrete, self._tried = self._prepared(make, strategy.dense_nodes, last)
-        self._tried = replace(self._tried, automatic=self._automatic)
         steps = self._tried.steps
         factors = {} if last is None else known_factors(last, steps, strategy.estimate)
         problem = replace(self._tried, start=strategy.start(self._tried), factors=factors)
         if last is not None:
             problem = replace(problem, halvings=LATER)
         solution = unreported(problem, self._monitor)
-        if last is None:  # the first mesh, which costs least, says whether the path matters
-            problem, solution, _ = by_the_path(problem, solution, self._monitor)
-            self._automatic = problem.automatic
         self._tried = problem
         if _is_large(self.discrete):
             solution = reported(problem, solution)

@@ -11,6 +11,7 @@ from ...contact.law_protocol import OPEN
 from ...results.records import StepResult, step_ends
 from ...results.report import Finding
 from ...results.solution import Solution
+from ...round_off import SOLVED
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
 
@@ -45,7 +46,7 @@ def _strains(solution: Solution) -> list[Finding]:
             text = f"body {body.name!r} is strained by {strain:.0%}: strains are taken to be small"
             advice = "check the units of loads and moduli"
             found.append(new_finding("strain", text, advice=advice, measured=strain))
-        if 0.0 < strain < limit_of("tiny strain"):
+        if SOLVED < strain < limit_of("tiny strain"):
             text = f"body {body.name!r} is strained by {strain:.1e} only"
             advice = "check that loads and moduli have the same unit"
             found.append(new_finding("tiny strain", text, advice=advice, measured=strain))

@@ -119,8 +119,6 @@ class PreparedProblem:
         end.
     named : dict of str to str
         Names of a method and a rule that are not the problem's own.
-    automatic : bool
-        Whether steps that name no number of increments have as many as their path asks for.
     halvings : int
         How often an increment that fails is halved.
     """
@@ -133,7 +131,6 @@ class PreparedProblem:
     start: Start | None = None
     factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
-    automatic: bool = False
     halvings: int = HALVINGS
 
     @property
@@ -172,13 +169,7 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
-        steps = self.discrete.problem.step or _whole_load()
-        return tuple(
-            step.model_copy(update={"increments": "auto"})
-            if self.automatic and step.leaves_increments_open
-            else step
-            for step in steps
-        )
+        return self.discrete.problem.step or _whole_load()
 
     def begun(self) -> IncrementState:
         """The state before the first increment: unloaded."""
