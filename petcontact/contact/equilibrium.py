@@ -58,7 +58,7 @@ def unbalanced_load(
             np.tile([0.0, np.inf], (2 * r, 1)),
         ]
     )
-    slope = limits.slope if normal else np.zeros(m)
+    slope = np.where(bool(normal), limits.slope, 0.0)
     tangential = law.groups[0]
     sides = [
         _sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)
