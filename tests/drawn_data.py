@@ -100,6 +100,11 @@ class Drawn:
         return block, block.pressure(gap, force)
 
 
+def distance_squared(x: float, y: float) -> str:
+    """Of a point of the face from a place, as an expression."""
+    return f"((x - {x:.4f})**2 + (y - {y:.4f})**2)"
+
+
 def drawn(seed: int, number: int) -> Drawn:
     """Problem `number` of a seed, of each kind in turn."""
     kind = KINDS[number % len(KINDS)]
@@ -112,7 +117,7 @@ def drawn(seed: int, number: int) -> Drawn:
     n, m = (int(value) for value in random.integers(1, 9, 2))
     along, place = ("y", y) if turned else ("x", x)
     gap, back = "0", "0"
-    square = f"((x - {x:.4f})**2 + (y - {y:.4f})**2)"
+    square = distance_squared(x, y)
     if kind == "waves":
         # closed all over at a mean pressure of E* k a/2 of a half space
         high = depth * share / (0.5 * np.pi * n)
@@ -123,10 +128,10 @@ def drawn(seed: int, number: int) -> Drawn:
     elif kind == "bumps":
         more = random.uniform(0.2, 1.8, 2)
         gap = f"{depth:.6f} - {depth * (1.0 + share):.6f}*exp(-{square}/{wide**2:.6f})"
-        gap += f" - {0.8 * depth:.6f}*exp(-((x - {more[0]:.4f})**2 + (y - {more[1]:.4f})**2)/0.02)"
+        gap += f" - {0.8 * depth:.6f}*exp(-{distance_squared(*more)}/0.02)"
     elif kind == "two bumps in a panel":
         gap = f"{depth:.6f} - {1.5 * depth:.6f}*max(exp(-{square}/0.004), "
-        gap += f"exp(-((x - {x + 0.17:.4f})**2 + (y - {y - 0.11:.4f})**2)/0.003))"
+        gap += f"exp(-{distance_squared(x + 0.17, y - 0.11)}/0.003))"
     elif kind == "disc":
         gap = f"where({square} < {wide**2:.6f}, 0, {2.0 * depth:.6f})"
     elif kind == "strip":
@@ -134,7 +139,7 @@ def drawn(seed: int, number: int) -> Drawn:
     elif kind == "least of paraboloids":
         more = random.uniform(0.2, 1.8, 2)
         gap = f"min({square}/{2.0 * share:.4f}, {0.4 * depth:.6f} + "
-        gap += f"((x - {more[0]:.4f})**2 + (y - {more[1]:.4f})**2)/{4.0 * wide:.4f})"
+        gap += f"{distance_squared(*more)}/{4.0 * wide:.4f})"
     elif kind == "greatest of cones":
         gap = f"{0.05 * share:.4f}*max(sqrt({square}) - {wide:.4f}, 0)"
     elif kind == "load on a disc":

@@ -157,15 +157,18 @@ def _shown(
     sampled, found = values(every), [np.empty((2, 0))]
     far = float(np.abs([side.start, side.end]).max()) / side.length
     if len(every) > ARC_SAMPLES:
-        found += [
-            np.stack(kinks(lambda s, c=c: values(s)[:, c], every, column, far))  # type: ignore[misc]
-            for c, column in enumerate(sampled.T)
-        ]
+        for c, column in enumerate(sampled.T):
+            one = functools.partial(_component, values, c)
+            found.append(np.stack(kinks(one, every, column, far)))
     return np.concatenate(found, axis=1), every, sampled
 
 
 NEAR = 1e-3
 """Of a side, between points that show a slope: round-off and the fourth power leave 1e-9 of it."""
+
+
+def _component(values: Callable[[Array], Array], number: int, at: Array) -> Array:
+    return np.asarray(values(at)[:, number])
 
 
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:

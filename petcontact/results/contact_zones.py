@@ -15,6 +15,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import spread_places
+from ..frozen import frozen
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
@@ -61,21 +62,35 @@ def areas(
         2/E* of the pair [1/stress].
     """
     numbers, row = np.unique(mesh.element[nodes], return_inverse=True)
+    contact = _Contact(nodes, pair, numbers, row, compliance)
     area = np.bincount(row, pair.weight)
-    pressed = _pressed(mesh, nodes, pair, numbers)
+    pressed = _pressed(mesh, contact)
     result = []
     for inside in (pair.state != OPEN, pair.state == SLIP):
         share = np.bincount(row, pair.weight * inside) / area
         mixed = (share > 0.0) & (share < 1.0)
         off = float((area / np.bincount(row))[mixed].sum())
         if mixed.any() or not inside.all():
-            share = _shares(mesh, nodes, pair, inside, numbers, row, share, compliance)
+            share = _shares(mesh, contact, inside, share)
         result.append((float((area * pressed) @ share), off))
     return result
 
 
-def _pressed(mesh: Any, nodes: Index, pair: PairResult, numbers: Index) -> Array:
+@frozen
+class _Contact:
+    """The nodes of a pair, the numbers of their elements and which of these each node has, and the
+    compliance of `areas`."""
+
+    nodes: Index
+    pair: PairResult
+    numbers: Index
+    row: Index
+    compliance: float
+
+
+def _pressed(mesh: Any, contact: _Contact) -> Array:
     """The share of each element in which p, as a function, is not negative; 1 where it may pull."""
+    nodes, pair, numbers = contact.nodes, contact.pair, contact.numbers
     whole, least = np.zeros(mesh.n_nodes), np.full(mesh.n_elements, np.inf)
     whole[nodes] = pair.pressure
     np.minimum.at(least, mesh.element[nodes], np.where(pair.state != OPEN, pair.pressure, -np.inf))
@@ -94,17 +109,9 @@ def _shares(mesh: Any, *_: Any) -> Array:
 
 
 @_shares.register
-def _(
-    mesh: CurveMesh,
-    nodes: Index,
-    pair: PairResult,
-    inside: Mask,
-    numbers: Index,
-    row: Index,
-    share: Array,
-    compliance: float,
-) -> Array:
+def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> Array:
     """By the edges inside the elements that have them."""
+    pair, numbers, row = contact.pair, contact.numbers, contact.row
     faced = np.isfinite(pair.gap)
     borders = np.sort([edge.s for edge in pair_edges(pair)])
     zone = np.searchsorted(borders, pair.arc_length)
@@ -123,27 +130,18 @@ def _(
 
 
 @_shares.register
-def _(
-    mesh: SurfaceMesh,
-    nodes: Index,
-    pair: PairResult,
-    inside: Mask,
-    numbers: Index,
-    row: Index,
-    share: Array,
-    compliance: float,
-) -> Array:
+def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> Array:
     """By the distance from the edge of contact, where that lies inside; what slips is a share of
     what is closed."""
+    pair, numbers, row = contact.pair, contact.numbers, contact.row
     closed = pair.state != OPEN
     parts = [np.bincount(row, pair.weight * each, len(numbers)) for each in (closed, inside)]
     within = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
     of_closed = parts[0] / np.bincount(row, pair.weight)
     mixed = np.flatnonzero((of_closed > 0.0) & (of_closed < 1.0))
     if len(mixed):
-        distance = _distance(pair, row, closed, compliance)
         values = np.zeros(mesh.n_nodes)
-        values[nodes] = distance
+        values[contact.nodes] = _distance(contact, closed)
         places = spread_places(mesh, numbers[mixed], (np.arange(ACROSS) + 0.5) / ACROSS)
         count = places.shape[1]
         basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
@@ -151,12 +149,12 @@ def _(
     return np.asarray(of_closed * within)
 
 
-def _distance(pair: PairResult, row: Index, closed: Mask, compliance: float) -> Array:
+def _distance(contact: _Contact, closed: Mask) -> Array:
     """Signed distances (m,) of nodes from the edge of contact in their elements, up to a factor: K²
     (compliance p)² inside, -K^(2/3) (3/2 gap)^(2/3) outside, which together bridge the distance of
     the middles of closed and open nodes."""
-    count = int(row.max()) + 1
-    deep = np.where(closed, (compliance * np.maximum(pair.pressure, 0.0)) ** 2, 0.0)
+    pair, row, count = contact.pair, contact.row, len(contact.numbers)
+    deep = np.where(closed, (contact.compliance * np.maximum(pair.pressure, 0.0)) ** 2, 0.0)
     gap = np.where(np.isfinite(pair.gap), np.maximum(pair.gap, 0.0), 0.0)
     far = np.where(closed, 0.0, (1.5 * gap) ** (2.0 / 3.0))
 

@@ -65,10 +65,8 @@ def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
     last_but_one = {number.key: number.value for number in earlier}
     found = list[Number]()
     for number in numbers:
-        error, old = (
-            _change(solution, coarser, number, before.get(number.key)),
-            before.get(number.key),
-        )
+        old = before.get(number.key)
+        error = _change(solution, coarser, number, old)
         if old is not None and number.key in last_but_one:
             apart = float(np.abs(old.value - last_but_one[number.key]).max())
             error = max(error, apart / MOST_GAIN)

@@ -62,10 +62,10 @@ def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
     """Nothing is tried that is not kept, unless one of them fails; meshes that show little show no
     increments."""
     found = pressed("auto")
-    factors = known_factors(found, found.problem.step, 0.1)
+    factors = known_factors(found, 0.1)
     assert (
         factors == {1: [step.load_factor for step in found.steps]}
-        and known_factors(found, found.problem.step, 0.5) == {}
+        and known_factors(found, 0.5) == {}
     )
     prepared = replace(prepare(found.problem), factors=factors)
     with monkeypatch.context() as patched:

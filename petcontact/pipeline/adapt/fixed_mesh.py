@@ -161,7 +161,7 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))
     # as many increments as the solution has
-    prepared.factors = known_factors(solution, prepared.steps, 0.0)
+    prepared.factors = known_factors(solution, 0.0)
     try:
         return unreported(prepared, None, checked=False)
     finally:

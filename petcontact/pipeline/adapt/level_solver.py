@@ -135,13 +135,12 @@ class LevelSolver:
 
         with answering(self._comm):
             self.discrete, self._tried = self._prepared(make, strategy.dense_nodes, last)
-        steps = self._tried.steps
-        factors = {} if last is None else known_factors(last, steps, strategy.estimate)
-        problem = replace(self._tried, start=strategy.start(self._tried), factors=factors)
+        problem = replace(self._tried, start=strategy.start(self._tried))
         if last is not None:
-            problem = replace(problem, halvings=LATER)
-        solution = unreported(problem, self._monitor)
+            factors = known_factors(last, strategy.estimate)
+            problem = replace(problem, factors=factors, halvings=LATER)
         self._tried = problem
+        solution = unreported(problem, self._monitor)
         if _is_large(self.discrete):
             solution = reported(problem, solution)
         return replace(solution, problem=self.problem)

@@ -14,7 +14,7 @@ from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
 from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
-from ...model.load_steps import Step, changed_obstacle
+from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
@@ -191,19 +191,17 @@ def first_increment(problem: PreparedProblem) -> Increment:
     return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
 
 
-def known_factors(
-    solution: Solution, steps: Sequence[Step], estimate: float
-) -> dict[int, list[float]]:
+def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:
     """Load factors by number of a step at which increments ended, of the steps with `increments =
     "auto"`, where the solution shows that well enough for another mesh."""
-    chosen = enumerate(steps if estimate <= SHOWN else (), 1)
+    steps = solution.problem.step if estimate <= SHOWN else ()
     return {
         number: [
             result.load_factor
             for result in solution.steps
             if result.step == number and result.cycle <= 1
         ]
-        for number, step in chosen
+        for number, step in enumerate(steps, 1)
         if step.increments == "auto"
     }
 
