@@ -3,6 +3,7 @@ parts that may touch."""
 
 from __future__ import annotations
 
+import functools
 from typing import Annotated, Literal
 
 import pydantic
@@ -102,7 +103,8 @@ class Material(Model):
 
 
 class Displacement(Model):
-    """u = value on the part; a component that is "free" carries no traction (a roller).
+    """u = value on the part; a component that is "free" carries no traction (a roller), or a given
+    one.
 
     Attributes
     ----------
@@ -112,11 +114,34 @@ class Displacement(Model):
         What is known on the part.
     value : a number, an expression or "free" a component
         Known displacement [length].
+    traction : a number or an expression a component, optional
+        Known traction of the "free" components; 0 for the others [stress].
     """
 
     part: str
     condition: Literal["displacement"] = pydantic.Field(default="displacement", kw_only=True)
     value: Annotated[tuple[Expression, ...], Vector]
+    traction: Annotated[tuple[Expression, ...], Vector] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _free_where_pulled(self) -> Displacement:
+        if self.traction is not None and len(self.traction) != len(self.value):
+            raise ValueError(
+                f"traction: must have as many components as value, {len(self.value)}, got "
+                f"{len(self.traction)}"
+            )
+        for c, (value, load) in enumerate(zip(self.value, self.traction or (), strict=False)):
+            if value != "free" and load != 0.0:
+                raise ValueError(
+                    f'traction[{c}]: must be 0 where value[{c}] is not "free", got {load!r}'
+                )
+        return self
+
+    @functools.cached_property
+    def apart(self) -> tuple[Displacement | Traction, ...]:
+        """The displacement alone, and the traction of its free components."""
+        loads = (Traction(self.part, self.traction),) if self.traction is not None else ()
+        return (Displacement(self.part, self.value), *loads) if loads else (self,)
 
 
 class Traction(Model):
@@ -147,6 +172,11 @@ class Traction(Model):
                 f"a traction needs either value = [tx, ty] or pressure = p, got {given}"
             )
         return self
+
+    @property
+    def apart(self) -> tuple[Traction]:
+        """As of a displacement: what it says is of one kind."""
+        return (self,)
 
 
 class Symmetry(Model):

@@ -160,17 +160,20 @@ class BoundaryChange(Model):
         Name of the part.
     value, pressure : as in the condition
         As in the condition that it changes; of a periodic one value is its jump.
+    traction : as in the condition, optional
+        Of a displacement: of its "free" components. What is not named stays.
     """
 
     body: str | None = pydantic.Field(default=None, kw_only=True)
     part: str
     value: Annotated[tuple[Expression, ...], Vector] | None = None
     pressure: Expression | None = None
+    traction: Annotated[tuple[Expression, ...], Vector] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_of_two(self) -> BoundaryChange:
-        if (self.value is None) == (self.pressure is None):
-            given = "neither" if self.value is None else "both"
+        if (self.value is None and self.traction is None) == (self.pressure is None):
+            given = "neither" if self.pressure is None else "both"
             raise ValueError(f"a change needs either value = [...] or pressure = p, got {given}")
         return self
 
@@ -244,40 +247,44 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     ValueError
         If the part has no such condition, or it would become another kind.
     """
-    old = body.condition(change.part)
+    old = _changing(body, change.part, f"{key}.part")
+    names = ("value", "pressure", "traction")
+    given = {name: v for name in names if (v := getattr(change, name)) is not None}
+    what = f"the condition of {change.part!r}"
+    if isinstance(old, Periodic):
+        jump = given.get("value", ())
+        if len(jump) != 2 or not all(isinstance(component, float) for component in jump):
+            raise ValueError(f"{key}.value: {what} is periodic, give its jump, two numbers")
+        return Periodic(old.part, old.partner, jump)
+    for name in given.keys() - type(old).model_fields.keys():
+        letter, axes = "t" if isinstance(old, Traction) else "u", "xyz"[: len(old.value or "xy")]
+        components = ", ".join(f"{letter}{axis}" for axis in axes)
+        raise ValueError(f"{key}.{name}: {what} is a {old.condition}, give value = [{components}]")
+    if isinstance(old, Traction):
+        return Traction(old.part, **given)
+    if len(given.get("value", old.value)) != len(old.value):
+        raise ValueError(
+            f"{key}.value: {what} has {len(old.value)} components, got {len(change.value)}"
+        )
+    try:
+        return Displacement(
+            **{"part": old.part, "value": old.value, "traction": old.traction, **given}
+        )
+    except InputError as error:
+        raise ValueError(f"{key}.{error}") from None
+
+
+def _changing(body: Body, part: str, key: str) -> Displacement | Traction | Periodic:
+    """The condition of a part, if it is one that steps change."""
+    old = body.condition(part)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
         hint = (
-            nearest(change.part, names)
+            nearest(part, names)
             or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
         )
-        raise ValueError(
-            f"{key}.part: no displacement or traction condition on {change.part!r}{hint}"
-        )
-    if isinstance(old, Periodic):
-        if (
-            not all(isinstance(component, float) for component in change.value or ("",))
-            or len(change.value) != 2
-        ):
-            raise ValueError(
-                f"{key}.value: the condition of {change.part!r} is periodic, give its jump, two "
-                f"numbers"
-            )
-        return Periodic(old.part, old.partner, change.value)
-    if isinstance(old, Traction):
-        return Traction(part=old.part, value=change.value, pressure=change.pressure)
-    if change.pressure is not None:
-        components = ", ".join(("ux", "uy", "uz")[: len(old.value)])
-        raise ValueError(
-            f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = "
-            f"[{components}]"
-        )
-    if len(change.value) != len(old.value):
-        raise ValueError(
-            f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
-            f"got {len(change.value)}"
-        )
-    return Displacement(part=old.part, value=change.value)
+        raise ValueError(f"{key}: no displacement or traction condition on {part!r}{hint}")
+    return old
 
 
 def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str]) -> None:

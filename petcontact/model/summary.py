@@ -83,7 +83,8 @@ def condition_text(condition: Any) -> str:
     if condition.condition in ("symmetry", "periodic"):
         return str(condition.condition)
     letter = "u" if condition.condition == "displacement" else "t"
-    return f"{letter} = {_value(condition.value)}"
+    load = getattr(condition, "traction", None)
+    return f"{letter} = {_value(condition.value)}" + (f", t = {_value(load)}" if load else "")
 
 
 def law_text(law: Contact | Pair) -> str:

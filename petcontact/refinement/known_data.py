@@ -254,6 +254,7 @@ def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
             [component for component in condition.value if component != "free"],
             False,
         )
+        yield "traction", list(condition.traction or ()), False
     elif isinstance(condition, Traction):
         if condition.pressure is not None:
             yield "traction", [condition.pressure], True

@@ -11,9 +11,21 @@ import numpy as np
 import pytest
 from problems import block, contact_pair, load_step, obstacle, posed
 
-from petcontact import InputError, Problem, adapt, read_result, solve, write_solution
+from petcontact import (
+    Displacement,
+    InputError,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    adapt,
+    read_result,
+    solve,
+    write_solution,
+)
 from petcontact.commands.main import main
 from petcontact.model.base import parse
+from petcontact.model.summary import condition_text
 
 ROOT = Path(__file__).resolve().parents[2]
 FIXED = [0.0, 0.0]
@@ -538,6 +550,58 @@ def test_components_are_held_and_freed_by_steps(values):
         assert np.allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
     first, half, last = (step.bodies["block"].u for step in solution.steps)
     assert np.allclose(half, 0.5 * (first + last), atol=1e-12 if values[1][1] != "free" else 1e-5)
+
+
+def test_a_face_that_is_held_sideways_is_pressed():
+    """One-dimensional strain: σ_y = -p, and u_y = -p h/M; a step that names one of the two keeps
+    the other."""
+    young, ratio = 1000.0, 0.25
+    stiff = young * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
+    pressed = Displacement("top", (0, "free"), (0, "2*ny*x/x"))
+    assert condition_text(pressed) == "u = [0, free], t = [0, 2*ny*x/x]"
+    problem = Problem(
+        material=Material(young, ratio),
+        geometry=Rectangle((0.5, 0), (1.5, 1)),
+        mesh=MeshOptions(0.5, order=1),
+        boundary=[
+            Displacement("bottom", (0, 0)),
+            pressed,
+            Displacement("left", (0, "free")),
+            Displacement("right", (0, "free")),
+        ],
+        step=[
+            {"name": "pull"},
+            {"name": "press", "boundary": [{"part": "top", "traction": (0, -5)}]},
+            {"name": "held", "boundary": [{"part": "top", "value": (0, "free")}]},
+        ],
+    )
+    solution = solve(problem)
+    assert solution.converged, solution.reason
+    for step, load in zip(solution.steps, (2.0, -5.0, -5.0), strict=True):
+        top = step.bodies["body"].u[solution.mesh.nodes_of("top")]
+        assert np.allclose(top, [0.0, load / stiff], atol=1e-10)
+        assert solution.reactions(step)["top"][1] == pytest.approx(load)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: Displacement("top", (0, "free"), (1, 2)), r"traction\[0\]: must be 0 where"),
+        (lambda: Displacement("top", (0, "free"), (0, 0, 2)), "as many components as value, 2"),
+        (
+            lambda: Problem(
+                material=Material(1.0, 0.3),
+                geometry=Rectangle((0, 0), (1, 1)),
+                boundary=[Displacement("top", (0, "free"))],
+                step=[{"boundary": [{"part": "top", "traction": (1, 0)}]}],
+            ),
+            r"step\[0\]\.boundary\[0\]\.traction\[0\]: must be 0 where",
+        ),
+    ],
+)
+def test_tractions_of_components_that_are_held_are_refused(make, told):
+    with pytest.raises(InputError, match=told):
+        make()
 
 
 def test_going_on_behind_a_step_that_holds_what_was_free(tmp_path):

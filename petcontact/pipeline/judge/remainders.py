@@ -45,9 +45,9 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     found, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
     for number in range(len(problem.body)):
         for part, condition in (c for state in problem.conditions(number) for c in state.items()):
-            if isinstance(condition, Displacement | Traction):
-                key = number, type(condition).__name__.lower(), part
-                share = data.left(number, part, condition)[1]
+            for one in condition.apart if isinstance(condition, Displacement | Traction) else ():
+                key = number, type(one).__name__.lower(), part
+                share = data.left(number, part, one)[1]
                 found[key] = max(share, found.get(key, 0.0))
     for side, what in itertools.product(problem.interfaces, BOUNDS):
         value = getattr(side.law, what)
@@ -242,9 +242,9 @@ class DataRemainders:
         compliance = kernel_for(mesh, self._problem.body[number].material).half_space_compliance
         stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
         for part, condition in self._problem.conditions(number)[step - 1].items():
-            if isinstance(condition, Displacement | Traction):
-                scale = stiff if isinstance(condition, Displacement) else 1.0
-                result += scale**2 * self.left(number, part, condition)[0]
+            for one in condition.apart if isinstance(condition, Displacement | Traction) else ():
+                scale = stiff if isinstance(one, Displacement) else 1.0
+                result += scale**2 * self.left(number, part, one)[0]
         return result * faded(mesh, contact)
 
     def left(

@@ -221,15 +221,16 @@ def _given(
 ) -> Array:
     """What a condition says at the nodes of its part, (m, d)."""
     nodes = mesh.nodes_of(part)
-    if isinstance(condition, Symmetry | Periodic):
-        return np.zeros((len(nodes), mesh.dim))
-    if isinstance(condition, Displacement) or condition.pressure is None:
-        check_components(condition.value or (), mesh, key)
-    nodal = given_values(condition, mesh.variables(nodes), mesh.normal[nodes], key)
-    function = known_function(condition, mesh, key)
-    if function is None:
-        return nodal
-    return approximated(sampled(mesh, part, function, condition), nodes, nodal)
+    result = np.zeros((len(nodes), mesh.dim))
+    for one in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
+        if isinstance(one, Displacement) or one.pressure is None:
+            check_components(one.value or (), mesh, key)
+        nodal = given_values(one, mesh.variables(nodes), mesh.normal[nodes], key)
+        function = known_function(one, mesh, key)
+        if function is not None:
+            nodal = approximated(sampled(mesh, part, function, one), nodes, nodal)
+        result += nodal
+    return result
 
 
 def known_function(
