@@ -8,6 +8,7 @@ closed and the open nodes of a panel are apart.
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,8 +33,9 @@ def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -
     ends is known; arguments as of `edges`."""
     order = np.argsort(pair.arc_length)
     order = order[np.isfinite(pair.gap[order])]
-    return edges(
-        pair.arc_length[order],
+    order, s, period = _from_an_open_place(pair, order)
+    found = edges(
+        s,
         pair.pressure[order],
         pair.sigma_t[order, 0],
         pair.bound[order],
@@ -43,6 +45,24 @@ def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -
         smallest,
         finest,
     )
+    back = [replace(edge, s=edge.s - period) if edge.s >= period else edge for edge in found]
+    return sorted(back, key=lambda edge: edge.s)
+
+
+def _from_an_open_place(pair: PairResult, order: Index) -> tuple[Index, Array, float]:
+    """Nodes in order along a curve and their arc lengths, and that all around; where the curve
+    runs on from its end to its start it begins where contact is open, as farther from closed nodes
+    than anywhere: a contact that lies across the start is one."""
+    s, closed = pair.arc_length[order], np.flatnonzero(pair.state[order] != OPEN)
+    opened = np.flatnonzero(pair.state[order] == OPEN)
+    if len(closed) * len(opened) == 0:
+        return order, s, np.inf
+    around = float(np.linalg.norm(pair.x[order[-1]] - pair.x[order[0]]))
+    if around > s[1] - s[0] + s[-1] - s[-2]:  # no nearer than neighbours are
+        return order, s, np.inf
+    cut = opened[np.argmax(np.abs(opened[:, None] - closed).min(axis=1))]
+    period = float(s[-1] - s[0]) + around
+    return np.roll(order, -cut), np.append(s[cut:], s[:cut] + period), period
 
 
 def areas(
