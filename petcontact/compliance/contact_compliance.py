@@ -16,10 +16,6 @@ from ..linalg.bordered import BorderedKrylov
 from ..linalg.dense_solver import DenseSolver
 from ..round_off import SOLVED
 
-ROBIN_RTOL = 1e-4
-"""Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold
-whatever it is, so that the iteration ends where it would with 1e-12, in as many steps, at a third
-of the price."""
 MakeSurrogate = Callable[[], Surrogate | None]
 
 
@@ -218,6 +214,8 @@ class ProductCompliance(ContactCompliance):
         border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
         columns, rows = border.spread(stuck.active)
         self._products = []
+        # v = u_0 + S σ + M α and E σ + f = 0 hold whatever this residual is: the iteration ends
+        # where it would with 1e-12, in as many steps, at a third of the price
         sigma, coordinates = self._krylov.solve(
             self._noted(rho),
             lambda x: layer.solve(x, rho[0]),
@@ -226,7 +224,7 @@ class ProductCompliance(ContactCompliance):
             r,
             border.work(work),
             0.0,
-            ROBIN_RTOL,
+            1e-4,
         )
         self.ksp_iterations, self.ksp_reason = self._krylov.iterations, self._krylov.reason
         dv = self._product_of(sigma)

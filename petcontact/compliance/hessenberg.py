@@ -14,9 +14,6 @@ from ..linalg.ksp import is_asked_for
 from ..runtime.petsc import stage
 from .contact_compliance import ContactCompliance, DenseCompliance
 
-FEWEST_CASES = 2
-"""Cases from which the form, some eight to fourteen times an LU of I + ρS, pays: one case changes ρ
-up to ten times."""
 LARGEST = 3000
 """Contact unknowns up to which S is formed: its reduction takes 7 ms for 320, 0.5 s for 1280, 6 s
 for 3000."""
@@ -62,7 +59,8 @@ class HessenbergCompliance(DenseCompliance):
 
 def shares(cases: int, size: int) -> bool:
     """Whether the form of S of `size` contact unknowns pays for so many cases."""
-    return cases >= FEWEST_CASES and size <= LARGEST
+    # the form costs some eight to fourteen LU of I + ρS: one case changes ρ up to ten times
+    return cases >= 2 and size <= LARGEST
 
 
 def shared_by(cases: int, operator: ContactCompliance, size: int, comm: Any) -> ContactCompliance:

@@ -14,12 +14,6 @@ from .friction_law import lengths
 from .law_protocol import Admissible, ContactLaw, LimitedLaw
 from .system import Modes
 
-ROUNDS = 8
-"""Linear programs at most, each with the sides that the one before it asked for."""
-NEW = 4
-"""Sides that are added to all polygons at a time."""
-
-
 Forces = tuple[Array, Admissible]
 """Resultants (r, q, k) of tractions, and their limits."""
 
@@ -65,7 +59,8 @@ def unbalanced_load(
     ]
     limit = [cohesion[cone]] * len(sides)
     capped = np.flatnonzero(np.isfinite(cap))
-    for _ in range(ROUNDS):
+    # each linear program has the sides that the one before it asked for
+    for _ in range(8):
         polygon = scipy.sparse.vstack(sides)
         whole = scipy.sparse.hstack(
             [polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]
@@ -89,7 +84,8 @@ def unbalanced_load(
         length = lengths(sigma[:, tangential])
         pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
         excess = length - np.minimum(cohesion + slope * pressure, cap)
-        beyond = np.argsort(-excess)[:NEW]
+        # so many sides are added to all polygons at a time
+        beyond = np.argsort(-excess)[:4]
         beyond = beyond[excess[beyond] > HALF * np.abs(sigma).max(initial=0.0)]
         if not len(beyond):
             return None

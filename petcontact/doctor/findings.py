@@ -23,7 +23,6 @@ from ..frozen import frozen
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
 
-TIMEOUT = 60.0
 PACKAGES = (
     "numpy",
     "scipy",
@@ -279,7 +278,7 @@ def _environment() -> dict[str, str]:
 def _run(words: list[str]) -> tuple[int, str, str]:
     try:
         done = subprocess.run(
-            words, capture_output=True, text=True, timeout=TIMEOUT, env=_environment()
+            words, capture_output=True, text=True, timeout=60.0, env=_environment()
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         return -1, "", f"{type(error).__name__}: {error}"

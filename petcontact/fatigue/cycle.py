@@ -15,9 +15,6 @@ from ..results.body_fields import states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
 
-NEAR = 2.0
-"""Below the surface, points under nodes that are no farther from contact than so many depths."""
-
 
 @frozen
 class Sites:
@@ -113,8 +110,9 @@ def sites_of(
     surface = np.column_stack([at[axis] for axis in "xyz"[: mesh.dim]])
     nodes = np.flatnonzero(chosen[mesh.element])
     below = [depth for depth in depths.tolist() if depth > 0.0]
+    # below the surface: points under nodes that are no farther from contact than two depths
     under = nodes[
-        _next_to_contact(solution, increments, body, mesh.x[nodes], NEAR * max(below, default=0.0))
+        _next_to_contact(solution, increments, body, mesh.x[nodes], 2.0 * max(below, default=0.0))
     ]
     x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])

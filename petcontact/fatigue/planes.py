@@ -10,12 +10,8 @@ from ..arrays import Array
 
 SPREAD = 200
 """Planes that are looked at first, about 10° apart."""
-STARTS = 4
-"""Of these, the ones next to which better ones are looked for."""
 RINGS, AROUND = 14, 8
 """Rounds of the search, each with half the reach of the one before, and planes on a ring."""
-TOGETHER = 1 << 19
-"""Planes at points times moments that are looked at together."""
 
 OnPlanes = Callable[[Array, Array], Array]
 """A parameter (n, q) of stresses (k, n, 3, 3) on planes with unit normals (n, q, 3)."""
@@ -51,7 +47,7 @@ def critical_planes(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
         Unit normals of the planes.
     """
     found, normals = [np.empty(0)], [np.empty((0, 3))]
-    step = max(1, TOGETHER // (SPREAD * len(stress)))
+    step = max(1, (1 << 19) // (SPREAD * len(stress)))
     for first in range(0, stress.shape[1], step):
         best, normal = _search(stress[:, first : first + step], value)
         found.append(best)
@@ -69,7 +65,8 @@ def _search(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
     spread = np.vstack([half_sphere(SPREAD), np.eye(3)])
     planes = np.concatenate([np.broadcast_to(spread, (n, *spread.shape)), principal], axis=1)
     values = value(stress, planes)
-    chosen = np.argsort(-values, axis=1)[:, :STARTS]
+    # better planes are looked for next to these
+    chosen = np.argsort(-values, axis=1)[:, :4]
     best, normal = (
         np.take_along_axis(values, chosen, 1),
         np.take_along_axis(planes, chosen[..., None], 1),

@@ -8,9 +8,6 @@ import numpy as np
 from ..arrays import Array
 from ..round_off import SOLVED
 
-STEPS = 1000
-"""Steps of the iteration at most; nearly all paths need less than 50."""
-
 
 def smallest_ball(points: Array) -> tuple[Array, Array]:
     """Centres and radii of the smallest balls round the points of some paths.
@@ -45,7 +42,8 @@ def smallest_ball(points: Array) -> tuple[Array, Array]:
     np.add.at(weight, (rows, second), 0.5)
     centre = np.einsum("nk,nkm->nm", weight, x)
     going = rows if x.shape[1] > 2 else rows[:0]
-    for _ in range(STEPS):
+    # nearly all paths need less than 50 steps
+    for _ in range(1000):
         if not len(going):
             break
         y = x[going]

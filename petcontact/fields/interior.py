@@ -23,14 +23,6 @@ ENTRIES = 400_000
 """Pairs of a node and a point that are taken at once, so that memory stays small."""
 SERIES = 10_000
 """Points at which a series is summed at once."""
-GROUP = 64
-"""Elements of one kind that are seen together from afar."""
-LEFT = 0.1
-"""Of displacements, beyond their common rigid motion and over their size, below which it is taken
-out."""
-INSIDE = 0.9
-"""Winding of the boundary about a point above which it lies inside: there it is 1, on the boundary
-1/2, outside 0."""
 
 
 Progress = Callable[[float], None]
@@ -166,7 +158,8 @@ def fields_at(
     )
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
-    groups = list(pieces(mesh, GROUP if many else mesh.n_elements))
+    # 64 elements of one kind are seen together from afar
+    groups = list(pieces(mesh, 64 if many else mesh.n_elements))
     for number, group in enumerate(groups):
         if progress is not None:
             progress(number / len(groups))
@@ -195,7 +188,8 @@ def fields_at(
     # about an infinite plate's points holes wind as often less, and what moves all of a boundary
     # moves nothing else of it
     filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
-    beyond = np.flatnonzero(~(wound > INSIDE - 1.0 + filled))
+    # the winding is 1 inside, 1/2 on the boundary, 0 outside
+    beyond = np.flatnonzero(~(wound > filled - 0.1))
     if len(beyond) and outside is None:
         place = ", ".join(f"{value:g}" for value in points[beyond[0]])
         raise InputError(
@@ -216,9 +210,8 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     amplitudes = np.linalg.lstsq(
         modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None
     )[0]
-    amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < LEFT * np.abs(u).max(
-        axis=(0, 1)
-    )
+    # taken out where a tenth of the displacements is left
+    amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < 0.1 * np.abs(u).max(axis=(0, 1))
     return lambda x: np.asarray(mesh.motions.of(x / size, centre / size) @ amplitudes)
 
 

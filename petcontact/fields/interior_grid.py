@@ -11,8 +11,6 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..mesh.curve_mesh import CurveMesh
 
-INSET = 1e-3
-"""Distance of the outermost points from the boundary, in grid spacings."""
 KEPT_OFF = 0.45
 """Grid points nearer to the boundary than this are left out, in grid spacings: they would make
 slivers."""
@@ -79,7 +77,8 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
     They keep away from the ends of elements, where discontinuous elements have singular stresses.
     """
     points: list[Array] = []
-    inset = INSET * spacing
+    # the outermost points lie a thousandth of a spacing inside the boundary
+    inset = 1e-3 * spacing
     for before, k in zip(mesh.neighbours()[0][loop].tolist(), loop.tolist(), strict=True):
         corner = _corner(mesh, before, k, inset)
         if corner is not None:

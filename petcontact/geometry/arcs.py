@@ -16,10 +16,6 @@ from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
 from ..round_off import least_pieces
 
-LARGEST_TURN = 0.5 * math.pi
-"""Arcs are cut into pieces that turn by no more: near half a circle the chord says nothing about
-the angle."""
-
 
 def half_angles(chord: Array, curvature: Array | float) -> Array:
     """α, half the angle through which arcs turn, from the lengths of their chords; at most half a
@@ -118,7 +114,7 @@ def turn_through(start: Array, middle: Array, end: Array) -> float:
 def divided(start: Array, end: Array, alpha: float) -> Array:
     """Points (n + 1, 2) that cut an arc into n >= 1 equal pieces which turn by no more than
     LARGEST_TURN."""
-    count = int(least_pieces(2.0 * abs(alpha) / LARGEST_TURN))
+    count = int(least_pieces(2.0 * abs(alpha) / (0.5 * math.pi)))
     points = on_arcs(start, end, alpha, np.linspace(-1.0, 1.0, count + 1))[0]
     points[0], points[-1] = start, end
     return points

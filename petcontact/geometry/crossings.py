@@ -8,9 +8,6 @@ import scipy
 from ..arrays import Array, Index
 from ..round_off import WRITTEN
 
-WINDINGS = 100_000
-"""Pairs of a point and a triangle that are seen at once."""
-
 
 def first_crossing(points: Array, triangles: Index) -> Array | None:
     """A point (3,) where an edge of one triangle runs through another with which it shares no
@@ -95,7 +92,8 @@ def winding(corners: Array, points: Array) -> Array:
     >>> winding(faces, np.array([[0.1, 0.2, 0.3], [1.0, 1.0, 1.0]])).round(12).tolist()
     [1.0, 0.0]
     """
-    result, step = np.empty(len(points)), max(1, WINDINGS // max(len(corners), 1))
+    # pairs of a point and a triangle that are seen at once
+    result, step = np.empty(len(points)), max(1, 100_000 // max(len(corners), 1))
     for first in range(0, len(points), step):
         x = points[first : first + step].T[:, :, None]
         # components (n, t) of the ways from the points to the three corners

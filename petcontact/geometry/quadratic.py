@@ -25,8 +25,6 @@ SAMPLES = 5
 """Points in each direction at which a panel is looked at."""
 ACROSS = 0.2
 """Weight of the distance across a tangent plane in `QuadraticCells.bend`."""
-STEPS = 20
-"""Newton's steps to a foot."""
 
 
 @functools.cache
@@ -167,7 +165,7 @@ class QuadraticCells:
         grid = samples(self.n_corners)
         start = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2).argmin(axis=1)
         foot, every = grid[start].copy(), np.arange(len(x))
-        for _ in range(STEPS):
+        for _ in range(20):
             y, along = self.at(foot[:, None])
             away, along = y[:, 0] - x, along[:, 0]
             slope = np.einsum("nik,nk->ni", along, away)

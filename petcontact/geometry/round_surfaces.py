@@ -13,15 +13,11 @@ from ..frozen import frozen
 from .arcs import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
-FEWEST = 2
-"""Panels along a quarter of a circle: their area factor varies by less than 2."""
 CORE = 0.6
 """Half the width of the square in the middle of a disc over its radius."""
 RIM = 0.02
 """Distance from the rim of a disc, over the size of a panel, within which its points belong on
 it."""
-ROUNDED = 0.15
-"""By how much the corners of the square are drawn in: panels beside them are no wedges."""
 
 
 class RoundSurface(Protocol):
@@ -135,7 +131,8 @@ class CylinderSurface(SolidSurface):
         layers = max(1, round(self.height / size))
         flat = np.tan(angle)
         square = np.stack(np.meshgrid(flat, flat, indexing="ij"), axis=2)
-        square *= CORE * self.radius * (1.0 - ROUNDED * np.prod(square**2, axis=2, keepdims=True))
+        # the corners of the square are drawn in, so that panels beside them are no wedges
+        square *= CORE * self.radius * (1.0 - 0.15 * np.prod(square**2, axis=2, keepdims=True))
         inner = square[-1]
         outer = self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
         away, up = np.linspace(0.0, 1.0, 2 * rings + 1), np.linspace(0.0, 1.0, 2 * layers + 1)
@@ -198,5 +195,6 @@ def _quadrilaterals(x: Array) -> Array:
 
 def _angles(radius: float, size: float) -> Array:
     """From -π/4 to π/4, twice as many as a quarter of a circle has panels of a size."""
-    count = max(FEWEST, round(0.5 * np.pi * radius / size))
+    # two panels along a quarter of a circle: the area factor varies by less than 2
+    count = max(2, round(0.5 * np.pi * radius / size))
     return np.asarray(0.25 * np.pi * np.linspace(-1.0, 1.0, 2 * count + 1))

@@ -15,7 +15,6 @@ from . import blocked_lu
 from .dense_matrix import on_memory
 from .row_layout import everywhere
 
-RTOL = 1e-12
 EXACT = ("lu", "cholesky", "svd", "redundant", blocked_lu.TYPE)
 """Preconditioners that one application solves with."""
 
@@ -130,7 +129,7 @@ class LinearSolver:
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(self._types[0])
         pc.setType(self._types[1])
-        ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
+        ksp.setTolerances(rtol=1e-12, atol=0.0, max_it=2000)
         ksp.setFromOptions()
         name = pc.getType()
         if name == "python":

@@ -31,8 +31,6 @@ ENOUGH = 2e-3
 are differences of the coarser one, and of opposite signs along a jump."""
 MOST = 8000
 """Cells that are cut at once; more of them are a function that is rough everywhere."""
-HALVINGS = 14
-"""Of a cell along each direction."""
 NUDGE = 1e-5
 """Share of a face over which its tangents are differences: their errors are 1e-10."""
 WHOLE, EACH = 1e-3, 5e-2
@@ -152,7 +150,8 @@ def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
     rule = functools.partial(_rule, mesh, faces, elements, function)
     cells, done = _first(len(elements), mesh.dim - 1, rule), list[Cells]()
     scale = math.sqrt(cells.integrals[:, -1].sum() / cells.weight.sum()) or 1.0
-    for _ in range(HALVINGS * (mesh.dim - 1)):
+    # a cell is halved 14 times along each direction
+    for _ in range(14 * (mesh.dim - 1)):
         halves, error = _halved(cells, rule, scale)
         enough = ENOUGH * float(sum(each.integrals[:, -2].sum() for each in (*done, halves)))
         cut = error > 0.25 * enough / len(error)

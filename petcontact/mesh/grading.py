@@ -21,8 +21,6 @@ from .curve_mesh import CurveMesh, build_mesh
 T = TypeVar("T")
 CORNER = math.radians(10.0)
 """A joint that turns by more is a corner [rad]."""
-LARGEST_ELEMENT_TURN = math.pi / 6.0
-"""Elements of graded arcs turn by no more [rad]."""
 
 
 LARGEST_MESH = 1_000_000
@@ -154,7 +152,7 @@ def _largest(side: Side, size: float | None) -> float:
 def largest_turn(side: Side) -> float:
     """Largest element of a graded arc as a fraction of the side: it turns by 30 degrees at most."""
     turn = abs(2.0 * side.half_angle)
-    return LARGEST_ELEMENT_TURN / turn if turn > 0.0 else math.inf
+    return math.pi / 6.0 / turn if turn > 0.0 else math.inf
 
 
 def _split(points: Array, largest: float) -> Array:

@@ -17,7 +17,6 @@ from .surface_mesh import SurfaceMesh
 
 CURVE_ARRAYS, CURVE_OPTIONAL = ("curvature", "order", "part", "line", "side_start"), ("power",)
 SURFACE_ARRAYS, SURFACE_OPTIONAL = ("order", "part"), ("middles",)
-LARGEST_ORDER = 5
 
 
 def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
@@ -88,7 +87,7 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
             values.shape == (count,),
             f"{source}: mesh/{name} has shape {values.shape}, not ({count},)",
         )
-    demand_range(arrays["order"], LARGEST_ORDER + 1, f"{source}: mesh/order")
+    demand_range(arrays["order"], 6, f"{source}: mesh/order")
     demand_range(arrays["part"], len(names), f"{source}: mesh/part")
     arrays |= {
         key: group[key][()] for key in SURFACE_OPTIONAL if build is _surface and key in group

@@ -22,8 +22,6 @@ DEEPEST = 16
 their square."""
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
-SHOWN = 60
-"""Characters of a line that a message quotes."""
 DECIMAL_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)")
 NO_QUOTES = re.compile(r"=\s*(?!true\b|false\b|inf\b|nan\b)([A-Za-z_][\w.-]*)")
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
@@ -85,7 +83,7 @@ def _reason(text: str, error: Exception) -> str:
     place = re.search(r"\(at line (\d+),", str(error))
     if not place:
         return f"({str(error) or 'nested too deeply'})"
-    line = text.splitlines()[int(place[1]) - 1].strip()[:SHOWN]
+    line = text.splitlines()[int(place[1]) - 1].strip()[:60]
     comma = DECIMAL_COMMA.search(line)
     hint = f"; a decimal point, not a comma: {comma[1]}.{comma[2]}" if comma else ""
     bare = NO_QUOTES.search(TEXT.sub('""', line)) if not hint else None

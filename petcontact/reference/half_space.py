@@ -12,9 +12,6 @@ import numpy as np
 
 from ..arrays import Array
 
-POINTS = 40
-"""Of the integration over t."""
-
 
 def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: float) -> Array:
     """Displacement times E at points of z >= 0, into the body, under pressure and shear e_x times
@@ -44,7 +41,7 @@ def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: fl
     """
     u = np.zeros_like(x)
     (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
-    for node, weight in zip(*np.polynomial.legendre.leggauss(POINTS), strict=True):
+    for node, weight in zip(*np.polynomial.legendre.leggauss(40), strict=True):
         t = 0.5 * a * (1.0 + node)
         share = 0.5 * weight * t * (1.0 + poisson) / np.pi * 0.5
         w = depth + 1j * t

@@ -16,9 +16,6 @@ from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
 from .report import Finding
 
-FLAT = 0.99
-"""|∫n| over the area from which on tangential tractions have a sum: it is as right as that."""
-
 
 @frozen
 class PairResult:
@@ -146,7 +143,8 @@ class PairResult:
         """|Q| over what friction can carry with these pressures, ∫μp (a bound: ∫g), where 1 is a
         contact that slips as a whole [-]; nan without friction, and on faces in space that are not
         flat, of whose directions there is no sum."""
-        flat = float(np.linalg.norm(self.weight @ self.normal)) > FLAT * float(self.weight.sum())
+        # tangential tractions have a sum where |∫n| is nearly the area
+        flat = float(np.linalg.norm(self.weight @ self.normal)) > 0.99 * float(self.weight.sum())
         carried = float(self.weight @ self.bound)
         if not (0.0 < carried < np.inf and (flat or self.tangent.shape[1] == 1)):
             return float(np.nan)

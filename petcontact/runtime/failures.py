@@ -17,8 +17,6 @@ from .petsc import failure_comm, is_petsc_error, solver_error
 from .signals import Interrupted, install
 from .terminal import mend_streams, printable, silence_output
 
-PATIENCE = 3.0
-"""Seconds that a failed rank waits for the others to fail likewise before it ends the job."""
 NO_MORE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF}
 """What a write to a stream fails with; errors of files have a name."""
 
@@ -52,7 +50,8 @@ def guarded(program: Callable[[], int]) -> int:
     if world is None:
         print(f"petcontact: {message}", file=sys.stderr)
         return status
-    if all_meet(world, PATIENCE):
+    # the others may fail likewise within three seconds; else the job ends
+    if all_meet(world, 3.0):
         # then all saw the same mistake, and each can end by itself
         if world.Get_rank() == 0:
             print(f"petcontact: {message}", file=sys.stderr)

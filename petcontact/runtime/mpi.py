@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 from ..errors import PetcontactError
 
 T = TypeVar("T")
-POLL = 5e-4
-"""Seconds between two looks."""
 
 
 def shared(world: Any, produce: Callable[[], T]) -> T:
@@ -54,5 +52,5 @@ def all_meet(world: Any, patience: float | None = None) -> bool:
     while not request.Test():
         if patience is not None and time.monotonic() - since > patience:
             return False
-        time.sleep(POLL)
+        time.sleep(5e-4)
     return True

@@ -41,11 +41,6 @@ def threads_per_rank() -> int:
     return max(1, available_cores() // local_ranks())
 
 
-SMALL = 2500
-"""Matrices up to this size are handled by one BLAS thread: waking a second one costs more than it
-saves."""
-
-
 @functools.cache
 def _controller() -> Any:
     import threadpoolctl
@@ -57,7 +52,8 @@ def _controller() -> Any:
 def suited_to(size: int) -> Iterator[None]:
     """One BLAS thread inside the block where matrices are small, all that the rank may use where
     they are not."""
-    if size > SMALL or threads_per_rank() == 1:
+    # waking a second thread costs more than it saves up to here
+    if size > 2500 or threads_per_rank() == 1:
         yield
         return
     with one_blas_thread():

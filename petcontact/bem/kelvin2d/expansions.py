@@ -26,8 +26,6 @@ from .integrals import shape_of
 from .kernel import Kelvin2D
 
 TERMS = 44
-REACH = 2.5
-"""Radii from the centre beyond which the series serve: TERMS of them are exact to 1e-14 there."""
 POINTS = 32
 """Gauss points an element: the moments are polynomials of degree TERMS on a group that is one
 straight element."""
@@ -62,8 +60,9 @@ class Expansion:
 
     def near(self, points: Array) -> Array:
         """Which points (m, 2) are too near for `at`, (m,)."""
+        # beyond 2.5 radii TERMS terms of the series are exact to 1e-14
         return np.asarray(
-            np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < REACH * self.radius
+            np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < 2.5 * self.radius
         )
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:

@@ -26,7 +26,6 @@ from .segments import Segments
 FAR_RADIUS, FAR, MIDDLE, CLOSE_SUM = 12.0, 1, 24, 2.9
 """As in `moments.Rule`; FAR is added to the far points of G and H, whose kernels are less
 singular."""
-POINT_CHUNK = 1 << 17
 
 Integrals = tuple[Complex, ...]
 
@@ -84,7 +83,7 @@ def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point:
     """The four integrals of elements `place`, (n, p+1, m): Gauss quadrature, then what is not far
     once more."""
     points = shape.far_points(order) + FAR
-    step = max(1, POINT_CHUNK // (points * len(point)))
+    step = max(1, (1 << 17) // (points * len(point)))
     for first in range(0, len(place), step):
         rows = slice(first, min(first + step, len(place)))
         some = shape.take(rows)

@@ -30,8 +30,6 @@ NEAR_CHUNK = 4096
 LOW = 0.3
 """Below this fraction of the distance the height over the plane is small, and the recursion for [0,
 0] runs backward."""
-BACKWARD = 14
-"""Steps of that."""
 
 
 def near_stress(
@@ -190,7 +188,7 @@ def _bases(edges: Edges, powers: list[Array]) -> dict[int, Table]:
         forward.append((outer[(k - 1) // 2] - (2 - k) * forward[-1]) / (k * safe**2))
     if low.any():
         ring, value, outers = 7, powers[3][0], {3: outer[1], 5: outer[2], 7: outer[3]}
-        for k in range(7, 7 + 2 * BACKWARD, 2):
+        for k in range(7, 35, 2):
             with np.errstate(divide="ignore", invalid="ignore"):
                 value = ((t_2 / r_2**k - t_1 / r_1**k) + (k - 1) * value) / (k * square)
             outers[k + 2] = np.sum(np.where(s == 0.0, 0.0, s * value), axis=0)

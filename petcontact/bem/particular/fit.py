@@ -22,14 +22,9 @@ ENOUGH = 3e-13
 """Error, over the largest value, at which higher degrees are not tried."""
 NODES = 1500
 """Nodes of the boundary among the points, at most."""
-PAIRS = 2_000_000
-"""Points times nodes at a time."""
-OVERSAMPLED = 3
-"""Points of a fit for each of its coefficients."""
 CUT = 1e-9
 """Singular values, over the largest, that are left out: what a body of another shape than its box
 does not show."""
-SEED = 2019
 
 
 def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
@@ -37,7 +32,8 @@ def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
     the boundary."""
     count = GRID[mesh.dim]
     grid = box.grid(np.cos(np.pi * (np.arange(count) + 0.5) / count))
-    step = max(1, PAIRS // mesh.n_nodes)
+    # points times nodes at a time
+    step = max(1, 2_000_000 // mesh.n_nodes)
     inside = np.concatenate(
         [_wound(mesh, grid[first : first + step]) > 0.5 for first in range(0, len(grid), step)]
     )
@@ -73,11 +69,12 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     size = float(np.abs(wanted).max(initial=0.0)) or 1.0
     xi = np.clip(box.local(points), -1.0, 1.0)
     along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]
-    mixed = np.random.default_rng(SEED).permutation(len(points))
+    mixed = np.random.default_rng(2019).permutation(len(points))
     best, error = np.zeros((1,) * d), np.inf
     for degree in filter(box.highest.__ge__, TRIED[d]):
         exponents = total_degrees(degree, d)
-        used = mixed[: min(OVERSAMPLED * exponents.shape[1], 3 * len(points) // 4)]
+        # three points a coefficient
+        used = mixed[: min(3 * exponents.shape[1], 3 * len(points) // 4)]
         if len(used) < 2 * exponents.shape[1]:
             break
         basis = np.prod([table[:, k] for table, k in zip(along, exponents, strict=True)], axis=0)

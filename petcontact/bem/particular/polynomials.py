@@ -19,9 +19,6 @@ from numpy.polynomial import chebyshev, legendre
 from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 
-LONG = 2.0
-"""Ratio of the largest to the smallest extent from which on a box lies along the principal axes of
-its body."""
 NODES = 250
 """Nodes of the boundary at which inverse Laplacians are kept small, at most about."""
 
@@ -86,7 +83,8 @@ class BodyBox:
         weight = mesh.weight / mesh.weight.sum()
         away = mesh.x - weight @ mesh.x
         moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
-        axes = vectors.T if moments[-1] > LONG**2 * moments[0] else np.eye(mesh.dim)
+        # the box of a body twice as long as thick lies along its principal axes
+        axes = vectors.T if moments[-1] > 4.0 * moments[0] else np.eye(mesh.dim)
         along = mesh.x @ axes.T
         low, high = along.min(axis=0), along.max(axis=0)
         few = slice(None, None, -(-mesh.n_nodes // NODES))

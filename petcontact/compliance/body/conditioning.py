@@ -15,8 +15,6 @@ import numpy as np
 
 from ...arrays import Array
 
-SEED = 1912
-
 
 def known_solution(columns: Array, comm: Any) -> Array:
     """Unknowns (q,) of random sign, inverse to the lengths of their columns; of each column (q,
@@ -28,7 +26,7 @@ def known_solution(columns: Array, comm: Any) -> Array:
 
 @functools.lru_cache(maxsize=16)
 def _signs(count: int) -> Array:
-    return np.random.default_rng(SEED).choice([-1.0, 1.0], count)
+    return np.random.default_rng(1912).choice([-1.0, 1.0], count)
 
 
 def forward_error(found: Array, known: Array) -> float:

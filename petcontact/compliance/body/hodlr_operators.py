@@ -18,14 +18,6 @@ from ...runtime.threads import one_blas_thread, threads_per_rank
 from ..contact_vectors import ContactVectors
 from .stretches import stretches_of
 
-ALLOWED_MISS = 100.0
-"""How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees
-all rows."""
-SCARCE = 200_000
-"""Nodes from which memory is worth the page faults of asking for it again."""
-THREADED = 20_000
-"""Nodes from which a second thread pays: below, the threads mostly wait for Python's lock."""
-
 
 class CompressedOperators:
     """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods
@@ -74,7 +66,8 @@ class CompressedOperators:
         )
 
     def _spare(self) -> None:
-        if self.operators.mesh.n_nodes >= SCARCE:
+        # from so many nodes on memory is worth the page faults of asking for it again
+        if self.operators.mesh.n_nodes >= 200_000:
             trim_heap()
 
     def loads_by(self, amplitudes: Array) -> Array:
@@ -147,7 +140,8 @@ class CompressedOperators:
             if border is not None
             else np.empty(0, dtype=np.int64)
         )
-        threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
+        # with fewer nodes a second thread would mostly wait for Python's lock
+        threads = threads_per_rank() if mesh.n_nodes >= 20_000 else 1
         pairs = d * np.arange(mesh.n_nodes + 1)
         single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
         system = compress(
@@ -169,7 +163,9 @@ class CompressedOperators:
         outer = system.beside(operators.outer_entries, single)
         for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
             worst = matrix.error_estimate(entries, np.random.default_rng(2019))
-            if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
+            # a random probe may lie 100 times over the tolerance, a bound on samples: it sees all
+            # rows
+            if not worst <= 100.0 * self.bem.hodlr_tol:
                 raise SolverError(
                     "assemble",
                     f"the compressed operator is off by {worst:.1e}, its tolerance is "

@@ -24,8 +24,6 @@ from .posed import Balance, Posed, State
 from .preconditioner import Preconditioner
 from .rows import BodyRows
 
-GUESSED = 0.01
-"""Size of what lies still until contact moves it, over the largest."""
 ROUGH = 1e-3
 """Reduction of the residual from which sizes of what lay still are taken."""
 
@@ -155,8 +153,9 @@ class MixedEquations:
             if preconditioner is not self._open
             else np.zeros(len(sizes), dtype=bool)
         )
+        # what lies still until contact moves it is taken for a hundredth of the largest
         left, size = self._weighed(
-            np.where(still, GUESSED * sizes.max(), sizes), posed, known, sigma, x
+            np.where(still, 0.01 * sizes.max(), sizes), posed, known, sigma, x
         )
         target = max(rtol * scale, forcing * size)
         self.krylov.iterations = 0

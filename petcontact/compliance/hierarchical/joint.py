@@ -21,11 +21,6 @@ from .rows import BodyRows
 
 RTOL = 1e-9
 """Residual of an elastic solve, relative to the load."""
-AT_REST = 1e-3
-"""The same without contact tractions, over the tolerance of the compression: what it leaves is in S
-σ, too, and not in v."""
-LOOSE = 1e-2
-"""The same at most, of small changes of a solution."""
 
 
 class JointBodies:
@@ -57,8 +52,10 @@ class JointBodies:
             self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
             at_rest = [self.equations.at_rest]
             for shares in np.eye(states)[1:]:
+                # what the solution at rest leaves is in S σ, too, and not in v: a thousandth is
+                # enough
                 at_rest.append(
-                    self.equations.elastic(self.equations.loads(shares), AT_REST * self.tolerance)
+                    self.equations.elastic(self.equations.loads(shares), 1e-3 * self.tolerance)
                 )
         self.at_rest = np.array([state.z for state in at_rest])
         self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
@@ -121,8 +118,9 @@ class JointBodies:
             self._last,
             [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)],
         )
+        # small changes of a solution are known to a hundredth at least
         change = self.under(
-            difference, min(LOOSE, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL
+            difference, min(1e-2, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL
         )
         self._corrected = State(
             last.z + change.z,

@@ -19,10 +19,6 @@ MARGIN = 0.3
 """Of half its extent, on each side."""
 CROWDED = 150
 """Nodes of a cluster with its margin, of which the nearest are taken."""
-COARSE = 900
-"""Unknowns of the coarse level, about, whose LU every rank has."""
-SHARE = 0.05
-"""Least part that a primary's node has in what a secondary's node faces, to come along with it."""
 
 
 class Nodes:
@@ -56,7 +52,8 @@ class Nodes:
         near = scipy.sparse.coo_array(
             scipy.sparse.csr_array(scipy.sparse.diags(1.0 / most) @ faced)
         )
-        keep = near.data >= SHARE
+        # a primary's node comes along with a secondary's that faces it to a twentieth at least
+        keep = near.data >= 0.05
         one, other = secondary[near.row[keep]], near.col[keep]
         both = np.concatenate([one, other]), np.concatenate([other, one])
         self._partner = scipy.sparse.csr_array((np.ones(len(both[0])), both), shape=(n, n))
@@ -144,7 +141,8 @@ class Nodes:
         does: then the coarse level is singular.
         """
         n = int(self.first[-1])
-        most = max(OWN, OWN * int(np.ceil(3 * n / OWN / COARSE)))
+        # about 900 unknowns of the coarse level, whose LU every rank has
+        most = max(OWN, OWN * int(np.ceil(3 * n / OWN / 900)))
         key = np.column_stack([np.empty((n, 3), dtype=np.int64), self._directions()])
         for b, body in enumerate(self.rows):
             here, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)

@@ -14,9 +14,6 @@ from .coupling import Coupling, Expansion
 from .patches import Nodes, sums
 from .rows import BodyRows
 
-CHANGED = 0.2
-"""Change of a node's law, whose basis is of unit size, from which its patches are inverted anew."""
-
 
 class Preconditioner:
     """Of the equations with some expansion.
@@ -68,7 +65,8 @@ class Preconditioner:
         if expansion is self.expansion:
             return
         law = expansion.relation.basis
-        nodes = np.abs(law - self._law).max(axis=(1, 2)) > CHANGED
+        # patches are inverted anew where a node's law, whose basis has unit size, changes by this
+        nodes = np.abs(law - self._law).max(axis=(1, 2)) > 0.2
         moved = np.zeros(self._coupling.size, dtype=bool)
         moved[self._coupling.secondary.reshape(self._coupling.shape)[nodes]] = True
         self._local.update(expansion.factors, moved)

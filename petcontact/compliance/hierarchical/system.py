@@ -21,8 +21,6 @@ FORCING = 0.05
 """Residual of an inner solve of Newton's method over that before it ..."""
 INNER = 0.1
 """... and over the tolerance of the criterion, or of the compression, at last."""
-SMALL = 1e-2
-"""Change of σ, relative to it, for which S is applied to the change."""
 
 
 class _SolvedCompliance(ContactCompliance):
@@ -130,7 +128,8 @@ class MonolithicSystem(ComposedSystem):
         last, moved = self._known
         if np.array_equal(last, sigma):
             return moved
-        size, difference = SMALL * np.linalg.norm(last), sigma - last
+        # changes of σ by less than a hundredth have their own product
+        size, difference = 1e-2 * np.linalg.norm(last), sigma - last
         if np.linalg.norm(sigma) <= size:
             return self._changed(sigma)
         return (

@@ -23,12 +23,6 @@ from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.pairs.clipping import cross
 
-RAYS = 32
-SMOOTH = 0.8
-"""Least cosine between the normals of neighbours that belong to one stretch."""
-NEAR = 4.0
-"""Half-lengths within which the logarithm is integrated in closed form (its recursion loses digits
-further out)."""
 FAR_POINTS, NEAR_POINTS = 4, 12
 """Gauss points over the order of an element, for its kernel from afar and for the smooth part of it
 close by."""
@@ -153,7 +147,8 @@ def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
     turn = np.sum(
         mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1
     )
-    return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > SMOOTH))
+    # neighbours belong to one stretch where their normals turn by less
+    return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > 0.8))
 
 
 def _reflection(
@@ -170,7 +165,7 @@ def _reflection(
 def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
     """Distance through the body along the inward normals of some nodes, the median of a few rays
     [length]."""
-    chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, RAYS).astype(int))]
+    chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, 32).astype(int))]
     found = np.array([_thickness_at(mesh, int(node)) for node in chosen])
     found = found[np.isfinite(found)]
     extent = float(np.ptp(mesh.x, axis=0).max())
@@ -251,7 +246,8 @@ def _columns(strip: Strip, thickness: float, order: int, elements: Index, target
     # take more points
     more = 4 * int(min(half.max() / thickness, 16.0))
     x = offset / half
-    near = np.abs(x) < NEAR
+    # within four half-lengths in closed form, whose recursion loses digits further out
+    near = np.abs(x) < 4.0
     s, product = product_weights(order, order + FAR_POINTS + more)
     distance = _short_way(np.abs(offset[:, :, None] - half[:, None] * s), strip.closed)
     result = np.log(np.tanh(rate * np.maximum(distance, 1e-300))) @ product.T

@@ -11,7 +11,6 @@ from ...arrays import Array, Index, Mask
 from .kernel import Strip
 from .strips import FourierStrip, StripOperator, strip_operator
 
-TIGHT = 1e-11
 SPREAD = 1.5
 """How far the quotient of S and T on a smooth σ may lie from 1 before T is scaled."""
 
@@ -38,7 +37,7 @@ class LayerOperator:
     def __init__(
         self, strips: Sequence[Strip], weight: Array, x: Array, measure: Array | None = None
     ) -> None:
-        self.scale, self.rtol, self.size, self._weight = 1.0, TIGHT, len(weight), weight
+        self.scale, self.rtol, self.size, self._weight = 1.0, 1e-11, len(weight), weight
         measure = weight if measure is None else measure
         self._root = np.sqrt(weight / measure)
         self._parts: list[tuple[Index, int, StripOperator]] = []

@@ -15,13 +15,8 @@ from ...linalg.matrix_free import Krylov
 from .kernel import Strip, layer_matrix
 from .reflection import REFLECTED, Reflection
 
-DENSE_SIZE = 256
-"""Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate
-gradients."""
 LONG_SIZE = 3000
 """Nodes of unequal elements from which T is compressed."""
-HODLR_TOL = 1e-4
-"""Coarse: T need not be exact, only the same in products and solves."""
 
 
 class StripOperator(Protocol):
@@ -164,7 +159,8 @@ class FourierStrip:
         block of T⁻¹."""
         if stick.all():
             return self.solve(rhs)
-        if len(rhs) <= DENSE_SIZE:
+        # up to here a Cholesky factor of the stick block beats conjugate gradients
+        if len(rhs) <= 256:
             if self._stick is None:
                 self._stick = StickCholesky(
                     self.matrix() * (self._root[:, None] / self._root), self._root
@@ -202,7 +198,8 @@ class HodlrStrip:
             return block if rho is None else rho * block + (rows[:, None] == columns)
 
         offsets = np.arange(len(self._points) + 1)
-        return compress(entries, self._points, offsets, offsets, HODLR_TOL)
+        # coarse: T need not be exact, only the same in products and solves
+        return compress(entries, self._points, offsets, offsets, 1e-4)
 
     def apply(self, x: Array) -> Array:
         """The product T x."""

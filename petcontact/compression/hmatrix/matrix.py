@@ -17,16 +17,8 @@ from .entries import Entries, block
 _multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
 _coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 
-SINGLE = 1e-6
-"""Tolerance from which numbers are kept in single precision ..."""
-SHORT = 5e-4
-"""... and in 16 bits, with a scale for each row or column: products, which read all numbers once,
-are bound by memory. Rounding changes a product by 5e-5."""
 TIGHTEST = 1e-7
 """Smallest tolerance: Gram matrices resolve singular values down to half of the digits."""
-RANK_A_DIGIT = 5.0
-"""Mean rank of far blocks for each digit of the tolerance, to share out rows and to foretell
-memory."""
 PROBED_COLUMNS = 4096
 """Columns of exact rows held at a time."""
 
@@ -207,15 +199,19 @@ class HMatrix:
 
 def number_type(tolerance: float) -> type:
     """In which blocks are kept."""
-    if tolerance < SINGLE:
+    # from 1e-6 on numbers are kept in single precision
+    if tolerance < 1e-6:
         return np.float64
-    return np.float32 if tolerance < SHORT else np.int16
+    # from 5e-4 on in 16 bits, with a scale for each row or column: products, which read all
+    # numbers once, are bound by memory; rounding changes a product by 5e-5
+    return np.float32 if tolerance < 5e-4 else np.int16
 
 
 def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components: int) -> Array:
     """Memory of the rows of each node, about, without columns beside, (n,) [bytes]."""
     m, n = (tree.last[side] - tree.first[side] for side in (blocks.row, blocks.column))
-    rank = -RANK_A_DIGIT * np.log10(tolerance)
+    # far blocks have a mean rank of 5 for each digit: to share out rows and to foretell memory
+    rank = -5.0 * np.log10(tolerance)
     each = np.where(blocks.far, rank * components * (m + n), components**2 * m * n) / m
     change = np.zeros(int(tree.last[0]) + 1)
     np.add.at(change, tree.first[blocks.row], each)

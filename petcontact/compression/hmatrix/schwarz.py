@@ -30,8 +30,6 @@ from .build import FULL
 Single = NDArray[np.float32]
 FEW = 0.35
 """Columns of a patch, over all, that may change before it is factored anew."""
-ALIKE = 1e-3
-"""Change of a column of P that counts as none."""
 _patches = native.function("petcontact_patches_multiply", "ipppp")
 
 
@@ -102,7 +100,8 @@ class Factored:
             for new, old in zip(expansion, self.expansion, strict=True)
         ]
         size = np.max([abs(part).max(axis=0).toarray().ravel() for part in difference], axis=0)
-        columns = np.flatnonzero(size > ALIKE)
+        # changes of a column of P by a thousandth count as none
+        columns = np.flatnonzero(size > 1e-3)
         return columns, [part[:, columns] for part in difference]
 
     def rows(self, columns: Index, change: Single) -> Single:

@@ -13,8 +13,6 @@ from ...frozen import frozen
 
 _multiply = native.function("petcontact_multiply", "ipppdp")
 
-GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
-
 
 @frozen
 class Block:
@@ -164,4 +162,5 @@ def _gather(y: Array, rows: Index, product: Array, sign: float) -> None:
 
 
 def _grade(size: int) -> int:
-    return int(np.log(size) / np.log(GROWTH)) if size > 1 else 0
+    # blocks of one stack differ by less than this factor in rows and in columns
+    return int(np.log(size) / np.log(1.12)) if size > 1 else 0

@@ -12,12 +12,6 @@ from .block_batches import Batches, Block
 from .levels import TOGETHER, Level, Stack
 from .translations import Cluster
 
-# largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
-GROWTH = 100.0
-UNSAFE = (
-    1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
-)
-
 
 @frozen
 class Schur:
@@ -306,13 +300,15 @@ def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index
         growth = np.abs(inverse)
         growth *= scale[columns, None]
         largest = growth.max(initial=0.0)
-        if largest <= GROWTH:
+        # |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
+        if largest <= 100.0:
             break
         column, row = np.unravel_index(np.argmax(growth), growth.shape)
         late_rows.append(int(rows[row]))
         late_columns.append(int(columns[column]))
         rows, columns = np.delete(rows, row), np.delete(columns, column)
-        exact = largest > UNSAFE
+        # beyond it what is left is inverted anew: an update loses as many digits
+        exact = largest > 1e6
         if exact:
             inverse = _inverse(e[rows[:, None], columns], may_wait)
         else:

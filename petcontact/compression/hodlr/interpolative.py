@@ -10,7 +10,6 @@ import scipy
 from ...arrays import Array, Index
 from ...frozen import frozen
 
-OVERSAMPLING = 12  # rows of a sketch beyond the rank it is expected to show
 SPARE = 6  # rows that must be left over for the rank to be believed
 
 
@@ -63,7 +62,8 @@ def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> Pi
     m, n = np.count_nonzero(weights), block.shape[1]
     if m == 0 or n == 0:
         return PivotedQR(np.zeros((0, n)), np.arange(n), 0, 0.0)
-    width = guess + OVERSAMPLING
+    # rows of a sketch beyond the rank that it is expected to show
+    width = guess + 12
     while True:
         exact = width >= min(m, n)
         rows = min(m, n + SPARE) if exact else width

@@ -9,16 +9,7 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from .clusters import Boxes, Curves, halved
 
-CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
-# a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
-ELLIPSE = 3.0
-BENT = 1.15  # and it is at most this much longer than its chord,
-REMOTE = 4.0  # or as far away as so many of its lengths
-WHOLE = 1.5  # a cell of fewer nodes than this multiple of what is wanted from it is taken whole
-MAX_PIECES = 8  # a cell cut into more pieces than this by breaks is sampled without regard to them
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
-# of the nodes by which a cluster sees what is far away, the part that one distant cell must give
-SHARED = 0.7
 
 
 @frozen
@@ -70,7 +61,8 @@ class Sampler:
         self._path = np.concatenate([[0.0], np.cumsum(steps)])
         self._length = np.concatenate([[0.0], np.cumsum(curves.spacing[carriers])])
         self._levels: list[tuple[Index, Array, Array]] = []
-        finest = halved(0, len(carriers), CELL)
+        # 8 nodes of the finest cell: next to a cluster all of them are taken
+        finest = halved(0, len(carriers), 8)
         stride = len(finest) - 1 if len(carriers) else 0
         while stride:
             bounds = finest[::stride]
@@ -115,7 +107,8 @@ class Sampler:
         wanted = np.maximum(
             1, np.rint(density * cells.nodes * np.minimum(uneven, 2.0)).astype(np.int64)
         )
-        whole = length < WHOLE * wanted
+        # a cell of not many more nodes than are wanted from it is taken whole
+        whole = length < 1.5 * wanted
         position, weight, source = self._spread(cells, np.where(whole, length, wanted), whole)
         probe, untouched = _between(cells, position, np.where(whole, length, wanted), rng)
         cells_of = np.searchsorted(cells.owner, np.arange(len(start) + 1))
@@ -148,15 +141,20 @@ class Sampler:
             one, two = self._points[first], self._points[last - 1]
             chord, path = np.hypot(*(two - one).T), self._path[last - 1] - self._path[first]
             focal = boxes.least(owner, (one, one), (two, two)) / np.maximum(path, _TINY)
-            straight = (path <= BENT * chord) | (focal >= REMOTE)
-            done = outside & straight & (_ellipse(focal) >= ELLIPSE)
+            # straight: at most so much longer than the chord, or as far away as four lengths
+            straight = (path <= 1.15 * chord) | (focal >= 4.0)
+            # sampled, not split, where the kernel is analytic on the cell inside this Bernstein
+            # ellipse
+            done = outside & straight & (_ellipse(focal) >= 3.0)
             if depth == len(self._levels) - 1:
                 done = ~inside
             distance = boxes.least(owner[done], (low[cell[done]], high[cell[done]]))
             aside = 2.0 * distance / boxes.diameter[owner[done]]
             o, f, e = owner[done], first[done], last[done]
+            # 0.7: the part that one distant cell gives of the nodes by which a cluster sees what
+            # is far
             nodes = np.minimum(
-                _nodes(_ellipse(focal[done])), SHARED * _nodes(aside + np.sqrt(1.0 + aside * aside))
+                _nodes(_ellipse(focal[done])), 0.7 * _nodes(aside + np.sqrt(1.0 + aside * aside))
             )
             found.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
             found.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
@@ -177,7 +175,8 @@ class Sampler:
         passed over."""
         begin = np.searchsorted(self._breaks, cells.first, "right")
         pieces = np.searchsorted(self._breaks, cells.last) - begin + 1
-        pieces[pieces > MAX_PIECES] = 1
+        # a cell that breaks cut into more pieces is sampled without regard to them
+        pieces[pieces > 8] = 1
         source, rank = _ranks(pieces)
         padded = np.concatenate([[0], self._breaks, [0]])
         at = begin[source] + rank

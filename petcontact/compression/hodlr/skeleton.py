@@ -21,12 +21,8 @@ ManyEntries = Callable[[Index, Index], list[Array]]
 # share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one
 # another
 DENSITY = 0.7
-PROBES = 4
-SLACK = 2.0  # a probe may miss the tolerance by this factor before the sample is enlarged
 AMPLE = (2, 16)  # least number of rows or columns in a sample: first times the rank, plus second
 ATTEMPTS = 6
-# the pivots are cut at this fraction of the tolerance: errors of many levels and clusters add up
-MARGIN = 0.1
 
 
 class Axis:
@@ -268,7 +264,8 @@ class Operator:
         """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after
         another."""
         weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
-        return pivoted_qr(values, weights, MARGIN * self.tolerance, guess)
+        # pivots are cut at a tenth of the tolerance: errors of many levels and clusters add up
+        return pivoted_qr(values, weights, 0.1 * self.tolerance, guess)
 
     def _judged(
         self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample
@@ -279,7 +276,8 @@ class Operator:
         weighted = np.count_nonzero(sample.weights) * len(values) / max(1, len(sample.nodes))
         ample = sample.complete or AMPLE[0] * qr.rank + AMPLE[1] <= weighted
         probe = values[probed] * probes[probed, None]
-        return _Fit(*qr.interpolation(rank), SLACK * self.tolerance * qr.scale, probe, ample)
+        # a probe may miss the tolerance by a factor 2 before the sample is enlarged
+        return _Fit(*qr.interpolation(rank), 2.0 * self.tolerance * qr.scale, probe, ample)
 
     def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
         """Outer nodes with rows and outer nodes with columns, for each of some adjacent
@@ -290,7 +288,7 @@ class Operator:
         boxes = self.curves.boxes(start, stop)
 
         def sample(axis: Axis) -> list[Sample]:
-            return axis.sampler.sample(start, stop, boxes, density / axis.per_node, PROBES, rng)
+            return axis.sampler.sample(start, stop, boxes, density / axis.per_node, 4, rng)
 
         with_columns = sample(self.column_axis)
         with_rows = with_columns if self.square else sample(self.row_axis)

@@ -23,11 +23,6 @@ from .block_batches import Block
 from .clusters import halved
 from .sampling import Sample
 
-CLEAR = 1.0
-"""Least distance of a cluster from what is not on its stretch, over its length, to share the bases
-of others."""
-SHORTEST = 6
-"""Leaves that a stretch has at least, to be divided into equal ones."""
 TOGETHER = 32
 """Clusters sampled in one pass."""
 
@@ -122,7 +117,8 @@ class Translations:
             first = s.start + -(-max(start - s.start, 0) // s.period) * s.period
             size = leaf // s.period * s.period
             count = (min(stop, s.stop) - first) // size if size else 0
-            if count >= SHORTEST:
+            # a stretch of fewer leaves is not divided into equal ones
+            if count >= 6:
                 before = (
                     halved(int(bounds[-1][-1]), first, leaf)
                     if first > bounds[-1][-1]
@@ -190,7 +186,9 @@ class Translations:
                 alike.setdefault(cluster.key, []).append(i)
         for members in alike.values():
             clear = self.clear([clusters[i] for i in members])
-            sharing = np.flatnonzero(clear >= CLEAR)
+            # a cluster shares the bases of others where what is not on its stretch is a length
+            # away
+            sharing = np.flatnonzero(clear >= 1.0)
             if len(sharing) > 1:
                 leader = members[int(sharing[np.argmin(clear[sharing])])]
                 for k in sharing:

@@ -32,15 +32,8 @@ a hundredth of the loads then is enough to close all gaps."""
 SOFT = (1e3, 1e8)
 """Least and largest compliance of the springs over that of the bodies: stiffer ones would need to
 be moved many times, of softer ones no digits are left."""
-MOVED = 4
-"""Times that springs are moved after the bodies."""
 LARGEST = 1200
 """Unknowns up to which all pivots together take a second or two, 1 ms each."""
-EXCHANGES = 3
-"""Pivots over unknowns at most: most problems take less than one."""
-STEEP = 1e3
-"""Coefficient of friction in the place of an infinite one: a bound is reached at a thousandth of
-it."""
 
 
 def complementary_guesses(
@@ -55,7 +48,8 @@ def complementary_guesses(
     root = np.sqrt(np.repeat(system.weight, law.k))
     whole, v_0, springs, load = _sprung(system, root)
     near = near | ~law.unilateral
-    for _ in range(1 if system.modes is None else MOVED):
+    # the springs are moved after the bodies so many times
+    for _ in range(1 if system.modes is None else 4):
         while True:
             pairs = _Complementarity(law, near)
             found = pairs.solution(whole + springs, v_0 + load, root) if pairs.fits else None
@@ -170,7 +164,8 @@ class _Complementarity:
                 both[at, p + j * s + place] = -1.0
                 both[p + j * s + place, at] = 1.0
             if is_cone:
-                slope = np.minimum(law.coefficient[nodes], STEEP)
+                # for an infinite coefficient: a bound is reached at a thousandth of it
+                slope = np.minimum(law.coefficient[nodes], 1e3)
                 both[at, np.searchsorted(self._presses, nodes)] = slope
             else:
                 both[at, -1] = unit[nodes] * law.bound[nodes]
@@ -196,7 +191,8 @@ def lemke(matrix: Array, offset: Array) -> Array | None:
     table = np.asfortranarray(np.column_stack([matrix, cover, offset]))
     basic, others = np.arange(n), n + np.arange(n + 1)
     column, row, size = n, int(np.argmin(offset / cover)), float(np.abs(offset).max())
-    for _ in range(EXCHANGES * n):
+    # most problems take fewer pivots than unknowns
+    for _ in range(3 * n):
         leaves = basic[row]
         table = _exchanged(table, row, column)
         basic[row], others[column] = others[column], leaves

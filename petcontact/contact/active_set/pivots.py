@@ -42,12 +42,6 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
-SHUFFLES = 40
-"""Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which
-break all."""
-RUNAWAY = 1e9
-"""v over what the first step strains, from which on a body slides away on the pieces that are
-tried."""
 FADED = 1e-60
 """σ over the largest so far below which its pieces are those of loads that vanish, and no step
 finds them."""
@@ -167,9 +161,9 @@ def pivots(
             return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
+            # from here on a body slides away on the pieces that are tried
             farthest = (
-                RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain))
-                or np.inf
+                1e9 * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
             )
         revised, rho = next_tau(
             linearised, law, sigma, v, solver.noise, SOLVED * max(begun, largest)
@@ -190,7 +184,9 @@ def pivots(
             sigma, alpha = search.sigma, search.alpha
         elif not to_the_end:
             return "the sets repeat"
-        elif patience > -SHUFFLES:
+        # exchanges of a random half of the nodes break most cycles; after 40, single ones break
+        # all
+        elif patience > -40:
             shuffle = shuffle or np.random.default_rng(2019)
             tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
         else:

@@ -41,13 +41,8 @@ from ..system import ContactSystem, is_monolithic
 from .prediction import LOOSE, Foresight, first_guess, prediction
 from .starts import Guess, everywhere, frictionless, tau_of
 
-PLAIN_SIZE = 300
-"""Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
-STIFF = 1e4
-"""ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it
-vanishes."""
 
 
 @frozen
@@ -79,7 +74,8 @@ class SemismoothNewton:
         late = self.predict is None and not system.matrix_free and len(law.groups) > 1
         predict = self.predict
         if predict is None:
-            predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
+            # up to here more of its own steps cost less than to set T up
+            predict = linear and (late or system.matrix_free or system.u_0.size > 300)
         # a mixed system's step costs no more than T does to set up
         mixed = is_monolithic(system)
         surrogate = (
@@ -293,8 +289,9 @@ class _Run:
         held = float(step.push @ step.push) / float(
             np.abs(np.tensordot(step.push, modes.resultant, 1)).sum()
         )
+        # ρ|v| is 1e4 |σ|: contact stops a free motion, and slip turns where it vanishes
         rho = (
-            STIFF
+            1e4
             * max(held, float(np.abs(sigma).max(initial=0.0)))
             / (float(np.abs(v).max(initial=0.0)) or 1.0)
         )

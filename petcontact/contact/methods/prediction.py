@@ -24,9 +24,6 @@ LATE = (2, 8)
 after 8 exchanges may have stopped gaining (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
-IN_VAIN = 3
-"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs
-less."""
 
 
 class Foresight:
@@ -42,7 +39,8 @@ class Foresight:
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
-        if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > IN_VAIN):
+        # so many predictions in turn may be in vain where a step costs less
+        if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > 3):
             return step.tau, step.sigma
         self._vain = 0 if step.wrong < self._fewest else self._vain + 1
         self._fewest = min(self._fewest, step.wrong)

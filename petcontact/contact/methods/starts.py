@@ -15,12 +15,6 @@ from ..law_protocol import OPEN, ContactLaw
 from ..laws import SignoriniCoulomb
 from ..system import ContactSystem
 
-FAR = 1e150
-"""τ_t that is outside of every ball."""
-WITHOUT = 100
-"""Exchanges of a problem without friction."""
-STALLED = 10
-"""Of them that may leave no fewer nodes on the wrong side."""
 Guess = tuple[Array, Array, Array]
 """τ, σ and v."""
 
@@ -36,7 +30,8 @@ def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
     tau = np.zeros(like.shape)
     if len(law.groups) > 1:
         tau[:, law.groups[1]] = 1.0
-    tau[:, 0] = slip * FAR
+    # outside of every ball
+    tau[:, 0] = slip * 1e150
     return tau
 
 
@@ -51,12 +46,13 @@ def frictionless(
         law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound)
     )
     fewest, best = len(stuck) + 1, 0
+    # 100 exchanges are enough without friction
     for number, step in enumerate(
-        itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT)
+        itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), 100)
     ):
         if step.wrong < fewest:
             fewest, best = step.wrong, number
-        elif number - best > STALLED:  # as where nothing but friction holds a body
+        elif number - best > 10:  # as where nothing but friction holds a body
             return
         if step.wrong == 0:
             if not step.push.any():

@@ -10,8 +10,6 @@ from ...mesh.surface_mesh import SurfaceMesh
 from .gradients import surface_gradient
 from .places import best_places, middles, sizes
 
-SAME_SIDE = 0.7
-"""Cosine of the angle between the normals of panels on one smooth face."""
 SAMPLES = 2.0
 """Samples over coefficients of a fit."""
 CANDIDATES = 4
@@ -19,8 +17,6 @@ CANDIDATES = 4
 are."""
 SOFT = 0.3
 """A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
-INDEPENDENT = 1e-6
-"""Ratio of singular values below which samples do not determine a fit."""
 AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
 """Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree:
 else a lower one is fitted. With 20 throughout, large panels at the border of a part reported a
@@ -115,7 +111,8 @@ class PanelSlopes:
         local = self._local(mine, self._x[near])
         distance = np.linalg.norm(local, axis=2)
         facing = np.einsum("ncd,nd->nc", self._normal[near], self._middle_normal[mine])
-        distance[np.less(facing, SAME_SIDE)] = np.inf
+        # panels on one smooth face have normals that turn by less
+        distance[np.less(facing, 0.7)] = np.inf
         chosen = np.argsort(distance, axis=1, kind="stable")[:, :count]
         weight = (SOFT + np.take_along_axis(distance, chosen, axis=1)) ** -2
         local = np.take_along_axis(local, chosen[:, :, None], axis=1)
@@ -123,7 +120,8 @@ class PanelSlopes:
         u, size, v = np.linalg.svd(
             weight[:, :, None] * _powers(local, exponents), full_matrices=False
         )
-        known: Mask = np.greater(size[:, -1], INDEPENDENT * size[:, 0])
+        # smaller singular values: the samples do not determine the fit
+        known: Mask = np.greater(size[:, -1], 1e-6 * size[:, 0])
         inverse = 1.0 / np.where(known[:, None], size, 1.0)
         fit = (v.transpose(0, 2, 1) * inverse[:, None]) @ (u.transpose(0, 2, 1) * weight[:, None])
         corners = np.where(

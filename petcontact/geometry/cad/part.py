@@ -25,8 +25,6 @@ from .projection import projector
 
 LARGEST = 500_000_000
 """Bytes of a CAD file."""
-PANELS = 12
-"""Cells along the diagonal of the box around a solid, where no size is given."""
 MOST = 5e6
 """Cells of a mesh."""
 END = b"$EndElements\n"
@@ -109,7 +107,8 @@ class CadSurface(SolidSurface):
     @property
     def usual_size(self) -> float:
         """Of cells, where none is given [length]."""
-        return self.diameter / PANELS
+        # without a size: twelve cells along the diagonal of the box around the solid
+        return self.diameter / 12
 
     def facets(self, size: float | None = None) -> FacetSurface:
         """Curved triangles of about a size, of the second order.

@@ -37,15 +37,6 @@ KINDS = {
 }
 LONGEST_NAME = 255
 """Characters of a name, as of a file's."""
-LONGEST = 10_000_000
-"""Bytes of a line: a shell of a million faces."""
-VISITS = 20
-"""Of a line on average, at most: two faces share an edge, and few more a vertex."""
-LANDMARKS = 16
-"""Faces from which the distances of all are compared: four that lie in no plane tell places
-apart."""
-AGREE = 1e-5
-"""Of distances between faces, over the largest."""
 Lines = dict[int, tuple[str, bytes]]
 
 
@@ -72,7 +63,7 @@ def face_names(
         fitting = (
             names
             for names, own in shells
-            if own.shape == apart.shape and np.allclose(own, apart, atol=AGREE)
+            if own.shape == apart.shape and np.allclose(own, apart, atol=1e-5)
         )
         result.append(next(fitting, [""] * len(solid)))
     return result
@@ -80,7 +71,8 @@ def face_names(
 
 def _shells(lines: Lines, wanted: set[int]) -> Iterator[tuple[list[str], Any]]:
     """Names and distances of the faces of shells that have so many, and names."""
-    left = [VISITS * len(lines)]
+    # two faces share an edge, and few more a vertex
+    left = [20 * len(lines)]
     for kind, values in lines.values():
         if kind == "CLOSED_SHELL":
             faces = [lines[key][1] for key in _references(values) if key in lines]
@@ -98,7 +90,8 @@ def _lines(path: Path) -> Lines:
         for match in BREAKS.finditer(text):
             if text[match.start()] != ord(";"):
                 continue
-            line, start = text[start : min(match.start(), start + LONGEST)], match.end()
+            # bytes of a line: a shell of a million faces
+            line, start = text[start : min(match.start(), start + 10_000_000)], match.end()
             head = HEAD.match(line) or HEAD.match(BREAKS.sub(_without_comment, line))
             if head and head[2] in KINDS:
                 found[int(head[1])] = head[2].decode(), head.string[head.end() :]
@@ -156,7 +149,8 @@ def _distances(faces: Sequence[Sequence[Sequence[float]]]) -> Any:
     middles = np.array(
         [np.mean(corners, axis=0) if len(corners) else np.zeros(3) for corners in faces]
     ).reshape(-1, 3)
-    some = np.linspace(0, len(faces) - 1, min(len(faces), LANDMARKS)).astype(int)
+    # four faces that lie in no plane tell places apart; sixteen are taken
+    some = np.linspace(0, len(faces) - 1, min(len(faces), 16)).astype(int)
     with np.errstate(all="ignore"):  # what overflows agrees with nothing
         apart = np.linalg.norm(middles[:, None] - middles[some], axis=2)
         return apart / (apart.max(initial=0.0) or 1.0)

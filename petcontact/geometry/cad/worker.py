@@ -17,8 +17,6 @@ from typing import Any
 
 FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep"}
 """Of OpenCASCADE's reader, by the suffix of a file."""
-TURN = 8
-"""Cells that go round a full circle at least: curved panels keep a good shape."""
 
 
 def listed(gmsh: Any, file: str) -> dict[str, Any]:
@@ -79,7 +77,8 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
     model.removeEntities(model.getEntities(3) + unwanted, recursive=False)
     option("Mesh.MeshSizeMax", request["size"])
     option("Mesh.MeshSizeFromPoints", 0)  # OpenCASCADE's points have sizes of their own
-    option("Mesh.MeshSizeFromCurvature", TURN)
+    # eight cells go round a full circle at least: curved panels keep a good shape
+    option("Mesh.MeshSizeFromCurvature", 8)
     option("Mesh.ElementOrder", request["order"])
     option(
         "Mesh.Algorithm", 6

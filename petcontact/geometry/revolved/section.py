@@ -15,11 +15,6 @@ from .stations import Stations
 if TYPE_CHECKING:
     import shapely
 
-WARPED = 2.0
-"""Largest ratio of the area factors of a triangle."""
-CLEAR = 0.6
-"""Distance of inner points from the outline, over the size of the triangles."""
-
 
 def section_triangles(stations: Stations, size: float) -> Array | None:
     """Six points (n, 6, 2) of triangles that fill a section, counter-clockwise, with all of its
@@ -54,7 +49,8 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     between[own] = middle[found[own] // len(points)]
     six = np.concatenate([points[corners], between], axis=1)
     distortion = QuadraticCells(np.pad(six, ((0, 0), (0, 0), (0, 1)))).distortion
-    return None if np.any(distortion > WARPED) else six
+    # ratio of the area factors of a triangle
+    return None if np.any(distortion > 2.0) else six
 
 
 def _polygon(stations: Stations) -> shapely.Polygon:
@@ -81,5 +77,6 @@ def _grid(body: shapely.Polygon, size: float) -> Array:
     x[1::2] += 0.5 * size
     points = np.column_stack([x.ravel(), z.ravel()])
     inside = shapely.contains_xy(body, *points.T)
-    away = shapely.distance(body.boundary, shapely.points(points)) > CLEAR * size
+    # inner points keep 0.6 of the size of the triangles from the outline
+    away = shapely.distance(body.boundary, shapely.points(points)) > 0.6 * size
     return np.asarray(points[inside & away])

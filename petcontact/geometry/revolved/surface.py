@@ -24,8 +24,6 @@ FACES = ("start", "end")
 """Parts of the plane faces of a body that is turned by less than a full circle."""
 ATTEMPTS, FINER = 8, 0.75
 """Sizes that are tried for the plane faces, each finer than the one before."""
-PER_DIAMETER = 8
-"""Panels along the diagonal of the section, where no size is given."""
 
 
 def _triangle(*corners: tuple[float, float]) -> Array:
@@ -114,7 +112,8 @@ class RevolvedSurface(SolidSurface):
     @property
     def usual_size(self) -> float:
         """Of panels, where none is given [length]."""
-        return self.section.diameter / PER_DIAMETER
+        # without a size: eight panels along the diagonal of the section
+        return self.section.diameter / 8
 
     @property
     def area(self) -> float:

@@ -20,11 +20,6 @@ from .panels import CurvedPanels
 SMOOTH = 0.9
 """Least cosine between normals of panels that meet on a smooth surface; beyond that they meet in an
 edge."""
-MIDDLE = 0.3
-"""Weight of normals in the middle of sides, where two panels meet only, over that in corners."""
-STEEP = 0.1
-"""Least cosine between the normal and that of the plane of the corners with which slopes are
-found."""
 QUADRATIC, HEIGHT = (
     np.array([(a, b) for a in range(d + 1) for b in range(d + 1 - a)]) for d in (2, 4)
 )
@@ -131,8 +126,9 @@ def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Ind
 def _height(panels: CurvedPanels, at: Array, normal: Array) -> Array:
     """Coefficients (n, c) of the heights with points (n, q, 3) and normals, by least squares."""
     local = np.einsum("nij,nqj->nqi", panels.chord.frame, normal)
-    weight = np.where(np.arange(at.shape[1]) < panels.n_corners, 1.0, MIDDLE)
-    slope = -local[..., :2] / np.maximum(local[..., 2:], STEEP)
+    # two panels meet in the middle of a side only: it weighs less than corners
+    weight = np.where(np.arange(at.shape[1]) < panels.n_corners, 1.0, 0.3)
+    slope = -local[..., :2] / np.maximum(local[..., 2:], 0.1)
     rows = [monomials(at[..., :2], HEIGHT)]
     rows += [
         weight[:, None] * each for each in np.moveaxis(monomial_slopes(at[..., :2], HEIGHT), -1, 0)

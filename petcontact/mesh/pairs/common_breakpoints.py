@@ -15,9 +15,6 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...geometry.same_place import distinct
 
-CLOSE = 0.3
-"""A joint of the secondary closer to one that the primary needs than this fraction of its elements
-gives way."""
 GROWTH = 2.5
 """Ratio of neighbouring elements of the primary from where the secondary ends."""
 
@@ -193,7 +190,8 @@ def with_joints(side: SideMesh, needed: Array) -> SideMesh:
     around = np.concatenate([[-np.inf], np.sort(needed), [np.inf]])
     place = np.searchsorted(around, old)
     apart = np.minimum(old - around[place - 1], around[place] - old)
-    kept = old[(apart > CLOSE * size) | (old == 0.0) | (old == 1.0)]
+    # a joint that is closer to one that the primary needs gives way
+    kept = old[(apart > 0.3 * size) | (old == 0.0) | (old == 1.0)]
     return _recut(side, np.union1d(kept, needed))
 
 

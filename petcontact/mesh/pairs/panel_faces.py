@@ -22,15 +22,11 @@ from .ray_casting import TOGETHER, Faces, Hits, Segments, along
 BENT = 1e-2
 """Distance over the size of a curved panel within which two lie beside one another: shadows have
 straight sides."""
-REACH = 5
-"""Points along each direction of a curved panel at which its size is found."""
 PIECES, THIN = 6, 3
 """Straight pieces of a curved side, and points of the rule on what lies between it and its chord,
 along each direction."""
 STEPS, BEYOND = 20, 0.5
 """Newton's steps to where a line meets a curved panel, and how far they may leave it."""
-SHALLOW = 0.05
-"""Overlaps over the size of a panel up to which no other face lies between."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
 
 
@@ -140,7 +136,8 @@ class PanelFaces(Faces):
         x, normal = self.at(found.face, found.place)
         normal = along(direction, normal)
         distance = np.sum((other.at(found.other, found.opposite)[0] - x) * normal, axis=1)
-        kept = distance >= -SHALLOW * self.size[found.face]
+        # no other face lies between, up to an overlap of a twentieth of a panel
+        kept = distance >= -0.05 * self.size[found.face]
         kept[~kept] = ~other.beyond(x[~kept], normal[~kept], distance[~kept])
         return found.take(kept)
 
@@ -312,7 +309,8 @@ class PanelFaces(Faces):
     @functools.cached_property
     def _reach(self) -> Array:
         """Radius of the panels about their centres, (n,)."""
-        t = np.linspace(0.0, 1.0, REACH)
+        # five points along each direction show the size of a curved panel
+        t = np.linspace(0.0, 1.0, 5)
         share = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
         number = np.repeat(np.arange(len(self)), len(share))
         x = self.at(number, self.spread(number, np.tile(share, (len(self), 1))))[0]

@@ -13,8 +13,6 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...round_off import WRITTEN
 
-GRAZING = 0.05
-"""Cosine between a line and the plane that it touches."""
 TOGETHER = 1 << 18
 """Pairs of a point and a face that are looked at together."""
 
@@ -162,7 +160,7 @@ class Faces(ABC):
             each.reshape(len(number), -1, d)
             for each in self.at(np.repeat(number, len(corners)), place)
         )
-        turned = np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > -GRAZING
+        turned = np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > -0.05
         return np.asarray(turned & (depth > np.linalg.norm(np.ptp(x, axis=1), axis=1)))
 
     @abstractmethod

@@ -18,10 +18,6 @@ from .text import WIDTH, place_of, told, unit_of, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
-CYCLES = 5
-"""Of those that were computed, how many the verdict shows."""
-USED = 0.005
-"""Of friction, below which the verdict says nothing of it: three digits would show noise."""
 NARROW = WIDTH - 2
 """Of lines that are indented by two more where there are several steps."""
 MUCH = 1e-9
@@ -174,7 +170,8 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
         part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
         known = slips.size == 0.0 or not slips.error >= slips.size
         yield f"{part} of it slips" if known else "what slips is not resolved"
-        if (used := step.pairs[name].friction_used) > USED:
+        # of less friction three digits would show noise
+        if (used := step.pairs[name].friction_used) > 0.005:
             yield f"|Q|/(mu N) {used:.3g}"
 
 
@@ -223,7 +220,8 @@ def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
         )
         lines.append(f"  wear of {printable(name)} over {over}:")
         volume, pressure = depth @ pairs[name].weight, wear.pressure[name]
-        for k in np.unique(np.linspace(0, last, CYCLES).round().astype(int)):
+        # five of the cycles that were computed
+        for k in np.unique(np.linspace(0, last, 5).round().astype(int)):
             lines.append(
                 f"    cycle {wear.cycle[k]}: volume {volume[k]:.6g}, depth "
                 f"{depth[k].max(initial=0.0):.4g}, "

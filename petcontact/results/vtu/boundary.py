@@ -23,9 +23,6 @@ from ..records import BodyResult, StepResult
 from .places import vtk_cells
 from .writing import in_space, unit_notes, write_mesh
 
-TURN = 0.1
-"""Largest angle of the lines that arcs are cut into."""
-
 
 @frozen
 class _Values:
@@ -154,7 +151,8 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
 @_cells.register
 def _(mesh: CurveMesh, values: _Values) -> Any:
     turn = np.abs(mesh.curvature * mesh.length)
-    counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / TURN).astype(np.int64))
+    # arcs are cut into lines that turn by a tenth at most
+    counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / 0.1).astype(np.int64))
     lines, element = (
         np.repeat(np.arange(mesh.n_elements), counts),
         np.repeat(np.arange(mesh.n_elements), counts + 1),

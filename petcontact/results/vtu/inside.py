@@ -25,11 +25,6 @@ from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
 
-AT_ONCE = 400_000
-"""Points times increments whose fields are computed together."""
-INSET = 1e-3
-"""Distance of the outermost grid points from the bounding box, as a fraction of its size."""
-
 
 def write_vtu(
     path: str | Path, field: Field, units: Units | None = None, degrees: float | None = None
@@ -161,7 +156,8 @@ def fields_inside(
 ) -> Iterator[Field]:
     """The same after each of some increments, as many at once as fit into `AT_ONCE`; progress is
     that of all."""
-    count = max(1, AT_ONCE // max(len(grid[0]), 1))
+    # points times increments whose fields are computed together
+    count = max(1, 400_000 // max(len(grid[0]), 1))
     for first in range(0, len(steps), count):
         some = steps[first : first + count]
 
@@ -222,7 +218,8 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     low, high = (
         end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True)
     )
-    inset = INSET * (high - low)
+    # the outermost points lie a thousandth of the box inside of it
+    inset = 1e-3 * (high - low)
     if window is not None:
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
         if np.any(high - low <= 2.0 * inset):

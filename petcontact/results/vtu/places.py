@@ -14,10 +14,6 @@ from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 
 CELLS = {(3, False): "triangle", (4, False): "quad", (3, True): "triangle6", (4, True): "quad9"}
 """By the number of corners, and whether they are of the second order; VTK's 5, 9, 22 and 28."""
-QUADRATIC = 2
-"""Order of the densities from which on flat panels are cells of the second order, too."""
-FINEST = 4
-"""Pieces along a side of a panel at most."""
 
 
 @frozen
@@ -47,9 +43,10 @@ def vtk_cells(mesh: SurfaceMesh) -> tuple[Places, list[tuple[str, Index, Index]]
     pieces, cells, first = [], [], 0
     for batch in mesh.batches():
         panels, kind = batch.elements, int(mesh.kind[batch.elements.index[0]])
+        # from order 2 on flat panels are cells of the second order, too
         corners, quadratic = (
             (3 if kind & TRIANGLE else 4),
-            bool(kind & CURVED or kind % TRIANGLE >= QUADRATIC),
+            bool(kind & CURVED or kind % TRIANGLE >= 2),
         )
         local = np.asarray(panels.mapped(_nodes(corners, quadratic)))
         numbers = first + np.arange(local.shape[0] * local.shape[1]).reshape(local.shape[:2])
@@ -72,7 +69,8 @@ def small_triangles(
     """Points, triangles (t, 3) of them that tile panels, at most about so many, and the rims of the
     panels (e, 2)."""
     chosen = np.arange(mesh.n_elements) if elements is None else elements
-    count = int(np.clip(np.sqrt(most / (2.0 * len(chosen))), 1, FINEST))
+    # four pieces along a side at most
+    count = int(np.clip(np.sqrt(most / (2.0 * len(chosen))), 1, 4))
     pieces, triangles, rims, first = [], [], [], 0
     for number in np.unique(mesh.kind[chosen]):
         panels = mesh.elements(chosen[mesh.kind[chosen] == number])

@@ -23,11 +23,8 @@ from ..records import StepResult
 from .boundary import boundary_cells
 from .inside import fields_of_bodies, filled_bodies, grid_inside, inside_cells
 
-VERSION = (2, 2)
 CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12, "triangle6": 22, "quad9": 28}
 """VTK's numbers."""
-ELSEWHERE = -1
-"""Of cells inside, as part and state of contact."""
 
 
 def write_vtkhdf(
@@ -67,7 +64,7 @@ def write_vtkhdf(
     inside = fields_of_bodies(solution, grids, steps, progress)
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
-        root.attrs["Version"] = VERSION
+        root.attrs["Version"] = (2, 2)
         root.attrs.create(
             "Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid"))
         )
@@ -94,9 +91,8 @@ def _increment(
             pieces.append(inside_cells(next(inside[name])))
         for mesh in pieces:
             for key in ("part", "contact"):
-                mesh.cell_data.setdefault(
-                    key, [np.full(len(block), ELSEWHERE) for block in mesh.cells]
-                )
+                # -1: cells inside belong to no part and have no state of contact
+                mesh.cell_data.setdefault(key, [np.full(len(block), -1) for block in mesh.cells])
             mesh.cell_data.setdefault(
                 "traction_error", [np.full(len(block), np.nan) for block in mesh.cells]
             )

@@ -16,9 +16,6 @@ from .sweep_file import Sample, SweepFile
 
 SHORT = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
 """What stands before the value in an id, where that is not the name of the key."""
-LONGEST_VALUE = 24
-"""Characters of a value in an id; where an axis has a longer one, or values look alike, its entries
-are numbered."""
 
 
 @frozen
@@ -178,7 +175,8 @@ def _words(name: str, values: Sequence[Any]) -> list[str]:
             for value in values
         }
     )
-    if max(map(len, words)) > LONGEST_VALUE or len(set(words)) < different:
+    # entries are numbered where a value is long, or values look alike
+    if max(map(len, words)) > 24 or len(set(words)) < different:
         words = [f"{number}" for number in range(1, len(words) + 1)]
     return [name + word for word in words]
 

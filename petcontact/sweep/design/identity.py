@@ -36,8 +36,6 @@ HARMLESS = (
     "skip_petscrc",
 )
 """Parts of the names of PETSc options that change what is shown and never a digit."""
-LARGEST_NAMED = 4_000_000_000
-"""Bytes of a mesh or result that a case names, beyond which its content is not looked at."""
 
 
 class Identity:
@@ -154,7 +152,8 @@ def file_digest(path: Path) -> str:
     """Of a regular file's content; empty where it is none or cannot be read, which the case will
     meet in its turn."""
     try:
-        facts = regular_file(path, LARGEST_NAMED).stat()
+        # the content of larger files is not looked at
+        facts = regular_file(path, 4_000_000_000).stat()
         return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)
     except (OSError, InputError):
         return ""

@@ -25,8 +25,6 @@ from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 VALIDATED = 1000
 """Cases of a sweep that are validated before it starts; of a larger one so many, evenly spaced, the
 rest in their turn."""
-CONTACT_KEPT = 1000
-"""Cases up to which the fields on Γ_C are kept unless something else is asked for."""
 
 
 @frozen
@@ -148,7 +146,7 @@ class Sweep:
     @property
     def keep(self) -> str:
         """Which fields are kept: scalars, contact or all."""
-        return self.file.keep or ("contact" if len(self) <= CONTACT_KEPT else "scalars")
+        return self.file.keep or ("contact" if len(self) <= 1000 else "scalars")
 
     def only(self, patterns: Sequence[str]) -> list[int]:
         """Places of the cases whose id matches one of the shell patterns; all of them if there is

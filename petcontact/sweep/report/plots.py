@@ -15,8 +15,6 @@ from ..store.case_table import CaseTable
 from .pivot import grouped
 from .text import label
 
-SCATTERED = 60
-"""Different abscissae above which points are drawn, not lines."""
 MOST_LINES = 12
 
 
@@ -85,7 +83,8 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
         mine = good & (line == number)
         at, inverse, counts = np.unique(x[mine], return_inverse=True, return_counts=True)
         name = label(plot.lines, key[0]) if plot.lines else None
-        if len(at) > SCATTERED:
+        # of more different abscissae points are drawn, not lines
+        if len(at) > 60:
             axes.plot(x[mine], y[mine], ".", markersize=3, alpha=0.6, label=name)
             continue
         mean = np.bincount(inverse.ravel(), y[mine], len(at)) / np.maximum(counts, 1)

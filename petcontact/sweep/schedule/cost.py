@@ -18,11 +18,6 @@ from ...refinement.meshes import mesh_of
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios
 # matter, they decide the order of the groups and who helps whom.
 FIXED, CASE = 2e-3, 1.4e-3
-PRODUCT = 6e-8
-"""Of a case that shares its elimination, of m contact unknowns: m²."""
-MESHES = 4.0
-"""Solves that an adaptive case takes, over one on its first mesh: in the plane it has three to six
-meshes of about that size."""
 PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
@@ -62,7 +57,8 @@ def estimate(case: Problem, ranks: int) -> Cost:
         sum(column) for column in zip(*map(astuple, costs), strict=True)
     )
     if adapts_itself(case):
-        return Cost(n, m, 0.0, CASE + MESHES * (prepare + solve) / ranks, memory, adaptive=True)
+        # an adaptive case takes about four solves on its first mesh: it has three to six meshes
+        return Cost(n, m, 0.0, CASE + 4.0 * (prepare + solve) / ranks, memory, adaptive=True)
     return Cost(n, m, FIXED + prepare / ranks, CASE + solve / ranks, memory)
 
 
@@ -83,4 +79,5 @@ def _of_body(case: Problem, number: int) -> Cost:
     prepare = dense_seconds(mesh)
     if case.method.formulation == "full":
         return Cost(n, m, 0.0, 40.0 * prepare, 16.0 * unknowns**2)
-    return Cost(n, m, prepare, PRODUCT * m * m, 8.0 * (unknowns**2 + 2 * unknowns * m + 8 * m * m))
+    # a case that shares its elimination costs products with S
+    return Cost(n, m, prepare, 6e-8 * m * m, 8.0 * (unknowns**2 + 2 * unknowns * m + 8 * m * m))

@@ -19,9 +19,6 @@ from ...arrays import Index
 from ...frozen import frozen
 from .cost import Cost
 
-SHARES = 32
-"""Claims a team, about: what one is worth is this part of the work of a team, or a single case."""
-
 
 class Counters:
     """Numbers that all ranks of a run share, by name; the folder is the run's own."""
@@ -95,7 +92,8 @@ def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int)
     here = [costs[g] for g in numbers]
     worths = [cost.prepare + len(some) * cost.case for cost, some in zip(here, found, strict=False)]
     parts, cheap, worth = list[tuple[float, Part]](), list[Index](), 0.0
-    share = sum(worths) / (SHARES * teams)
+    # one of about 32 claims a team, or a single case
+    share = sum(worths) / (32 * teams)
     for k in sorted(range(len(here)), key=lambda k: -worths[k]):
         if worths[k] >= share:
             size = min(len(found[k]), max(1, int(share / here[k].case)))

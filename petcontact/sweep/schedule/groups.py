@@ -21,10 +21,6 @@ from ..design.sweep import Sweep
 from ..problems import elimination_needs
 from .cost import PROCESS_MEMORY, Cost
 
-ESTIMATED = 64
-"""Meshes that are made to know what they cost; of more, as many are, and the others cost what the
-nearest one does."""
-
 
 @frozen
 class Groups:
@@ -48,9 +44,8 @@ class Groups:
     def representatives(self) -> Index:
         """Groups whose cost is to be estimated."""
         groups = np.unique(self.mesh, return_index=True)[1]
-        chosen = (
-            np.linspace(0, len(groups) - 1, min(ESTIMATED, len(groups))).round().astype(np.int64)
-        )
+        # 64 meshes are made to know their costs; others cost what the nearest one does
+        chosen = np.linspace(0, len(groups) - 1, min(64, len(groups))).round().astype(np.int64)
         return groups[np.unique(chosen)]
 
     def spread(self, costs: Sequence[Cost]) -> list[Cost]:

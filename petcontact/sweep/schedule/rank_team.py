@@ -12,8 +12,6 @@ from ...runtime.mpi import all_meet
 from ...runtime.petsc import petsc
 
 T = TypeVar("T")
-PATIENCE = 5.0
-"""Seconds that a rank with an error waits for the other ranks to meet the same error."""
 
 
 class TeamError(PetcontactError):
@@ -73,7 +71,8 @@ class Team:
             reason = describe_error(error)
         if self._mpi is None:
             return result, reason
-        if not all_meet(self._mpi, PATIENCE if reason else None):
+        # the other ranks may meet the same error within five seconds
+        if not all_meet(self._mpi, 5.0 if reason else None):
             raise TeamError(f"one rank of a team failed alone: {reason}")
         reasons = [text for text in self._mpi.allgather(reason) if text]
         if 0 < len(reasons) < self.size:
