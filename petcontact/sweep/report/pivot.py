@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
 from ...frozen import frozen
 from ..design.axes import short_number
 from ..store.case_table import CaseTable
@@ -85,73 +85,37 @@ class Table:
 
 
 class Facts:
-    """The columns that cells are made of: the quantity, which cases converged, what was
-    published."""
+    """What cells are made of: the quantity of the cases that converged, and what was published."""
 
     def __init__(self, table: CaseTable, quantity: str) -> None:
-        self.count, self.status = quantity == ITERATIONS, table.status
+        self._count, self._status = quantity == ITERATIONS, table.status
+        names = [quantity, "published"] if self._count else [quantity]
         nothing = np.full(len(table), np.nan)
-        value = nothing if self.count and quantity not in table.columns else table.numbers(quantity)
-        self.good: Index = (np.array(table.status) == "converged") & np.isfinite(value)
-        self.value = np.where(self.good, value, 0.0)
-        self.published: Array = (
-            table.numbers("published") if self.count and "published" in table.columns else nothing
+        self._value, self._published = [
+            nothing if self._count and name not in table.columns else table.numbers(name)
+            for name in names
+        ] + [nothing] * (2 - len(names))
+        self._good = (np.array(table.status) == "converged") & np.isfinite(self._value)
+
+    def cell(self, cases: Sequence[int]) -> Cell:
+        """A cell for some cases, by their places.
+
+        The published counts are those of the cases that converged; where none did, of all.
+        """
+        good = [case for case in cases if self._good[case]]
+        missed = len(cases) - len(good)
+        return Cell(
+            _mean([self._value[case] for case in good]),
+            _mean([self._published[case] for case in good or cases]),
+            "" if not missed else f"{missed} missed" if len(cases) > 1 else self._status[cases[0]],
+            self._count,
         )
 
-    def cells(self, group: Index, groups: int) -> list[Cell]:
-        """A cell for each of some groups of cases; `group` (n,) says which one a case belongs to,
-        -1 for none."""
 
-        def total(values: Any) -> Array:
-            return np.bincount(group + 1, values, groups + 1)[1:].astype(float)
-
-        sizes, good = total(np.ones(len(group))), total(self.good)
-        mean = total(self.value) / np.maximum(good, 1.0)
-        # compared with the published counts are the cases that converged; where none did, all of
-        # them
-        compared = self.good | (np.append(good, 0.0)[group] == 0.0)
-        known = compared & np.isfinite(self.published)
-        published = total(np.where(known, self.published, 0.0)) / np.maximum(total(known), 1.0)
-        whole = (total(known) == total(compared)) & (total(known) > 0)
-        last = np.zeros(groups + 1, np.int64)
-        last[group] = np.arange(len(group))
-        return [
-            Cell(
-                float(mean[k]) if good[k] else None,
-                float(published[k]) if whole[k] else None,
-                ""
-                if good[k] == n
-                else self.status[last[k]]
-                if n == 1
-                else f"{n - good[k]:.0f} missed",
-                self.count,
-            )
-            for k, n in enumerate(sizes)
-        ]
-
-    def cell(self) -> Cell:
-        """A single cell for all cases."""
-        return self.cells(np.zeros(len(self.good), np.int64), 1)[0]
-
-
-def numbered(codes: Index) -> tuple[Index, Index]:
-    """Codes (n,) renumbered from 0 in the order in which they come, and where each comes first."""
-    _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
-    order = np.argsort(first, kind="stable")
-    return np.argsort(order)[inverse.ravel()], first[order]
-
-
-def grouped(table: CaseTable, names: Sequence[str]) -> tuple[list[Key], Index]:
-    """The different values of some columns, in the order in which they come, and which one each
-    case has."""
-    number, first = numbered(np.zeros(len(table), np.int64))
-    columns = [table.values(name) for name in names]
-    for values in columns:
-        seen: dict[Any, int] = {}
-        codes = np.array([seen.setdefault(value, len(seen)) for value in values], np.int64)
-        # renumbered again and again, so that the product of many columns fits 64 bits
-        number, first = numbered(number * len(seen) + codes)
-    return [tuple(values[k] for values in columns) for k in first], number
+def _mean(values: Sequence[float]) -> float | None:
+    """Of some numbers; none where one is not there."""
+    total = float(sum(values))
+    return total / len(values) if values and math.isfinite(total) else None
 
 
 def make_tables(
@@ -178,40 +142,53 @@ def make_tables(
         If the sweep has no such column.
     """
     names, facts, averaging = table.coordinates, Facts(table, quantity), down is not None
-    for name in [*(down or ()), *(across or ())]:
-        table.values(name)
     if across is None:
-        across = [
-            name for name in ("rule", "element_size") if name in names and name not in (down or ())
-        ]
+        across = [name for name in ("rule", "element_size") if name in {*names} - {*(down or ())}]
     if down is None:
         free = [name for name in names if name not in across]
         down = ["rho"] if "rho" in free else free[-1:]
-    apart = [] if averaging else [name for name in names if name not in down and name not in across]
-    (titles, of_case), (rows, line), (columns, column) = (
-        grouped(table, some) for some in (apart, down, across)
+    apart = [] if averaging else [name for name in names if name not in (*down, *across)]
+    keys = [
+        zip(*(table.values(name) for name in some), strict=True) if some else [()] * len(table)
+        for some in (down, across, apart)
+    ]
+    tables: dict[Key, dict[tuple[Key, Key], list[int]]] = {}
+    for case, (row, column, title) in enumerate(zip(*keys, strict=True)):
+        tables.setdefault(title, {}).setdefault((row, column), []).append(case)
+    return [
+        _table(
+            ", ".join(
+                text(value) if name == "problem" else f"{name} {text(value)}"
+                for name, value in zip(apart, title, strict=True)
+            ),
+            (tuple(down), tuple(across)),
+            cases,
+            facts,
+        )
+        for title, cases in tables.items()
+    ]
+
+
+def _table(
+    title: str,
+    names: tuple[tuple[str, ...], tuple[str, ...]],
+    cases: Mapping[tuple[Key, Key], list[int]],
+    facts: Facts,
+) -> Table:
+    """A table of the cases in each of its cells."""
+    rows = list(dict.fromkeys(row for row, _ in cases))
+    columns: dict[Key, list[int]] = {}
+    for (_, column), some in cases.items():
+        columns.setdefault(column, []).extend(some)
+    averaged = len(rows) > 1 and all(isinstance(value, (int, float)) for value in rows[0])
+    return Table(
+        title,
+        *names,
+        rows,
+        list(columns),
+        {place: facts.cell(some) for place, some in cases.items()},
+        [facts.cell(some) for some in columns.values()] if averaged else [],
     )
-    tables = []
-    for number, key in enumerate(titles):
-        title = ", ".join(
-            f"{name} {text(value)}" if name != "problem" else text(value)
-            for name, value in zip(apart, key, strict=True)
-        )
-        some = np.flatnonzero(of_case == number)
-        group = np.full(len(table), -1)
-        group[some], first = numbered(line[some] * len(columns) + column[some])
-        places = [(rows[line[k]], columns[column[k]]) for k in some[first]]
-        cells = dict(zip(places, facts.cells(group, len(places)), strict=True))
-        mine, heads = (
-            list(dict.fromkeys(row for row, _ in places)),
-            list(dict.fromkeys(head for _, head in places)),
-        )
-        means = []
-        if len(mine) > 1 and all(isinstance(value, (int, float)) for value in mine[0]):
-            group[some], _ = numbered(column[some])
-            means = facts.cells(group, len(heads))
-        tables.append(Table(title, tuple(down), tuple(across), mine, heads, cells, means))
-    return tables
 
 
 def text(value: Any) -> str:

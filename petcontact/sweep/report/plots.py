@@ -12,7 +12,6 @@ from ...errors import InputError
 from ...frozen import frozen
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
-from .pivot import grouped
 from .text import label
 
 MOST_LINES = 12
@@ -71,7 +70,8 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
         If the sweep has no such columns or they hold no numbers.
     """
     x, y = table.numbers(plot.over), table.numbers(plot.quantity)
-    keys, line = grouped(table, [plot.lines] if plot.lines else [])
+    lines = table.values(plot.lines) if plot.lines else [None] * len(table)
+    keys = list(dict.fromkeys(lines))
     if len(keys) > MOST_LINES:
         raise InputError(
             f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most"
@@ -79,10 +79,10 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
     good = (np.array(table.status) == "converged") & np.isfinite(x) & np.isfinite(y)
     figure.set_size_inches(6.4, 4.2)
     axes = figure.subplots()
-    for number, key in enumerate(keys):
-        mine = good & (line == number)
+    for key in keys:
+        mine = good & np.array([value == key for value in lines])
         at, inverse, counts = np.unique(x[mine], return_inverse=True, return_counts=True)
-        name = label(plot.lines, key[0]) if plot.lines else None
+        name = label(plot.lines, key) if plot.lines else None
         # of more different abscissae points are drawn, not lines
         if len(at) > 60:
             axes.plot(x[mine], y[mine], ".", markersize=3, alpha=0.6, label=name)

@@ -42,7 +42,7 @@ def counts_line(table: CaseTable) -> str:
 
 def legend(table: CaseTable, quantity: str) -> str:
     """A line that says what the cells hold."""
-    whole = Facts(table, quantity).cell()
+    whole = Facts(table, quantity).cell(range(len(table)))
     if quantity != ITERATIONS:
         return f"Cells: {quantity}, the mean of the cases that converged."
     if whole.published is None or whole.ours is None:

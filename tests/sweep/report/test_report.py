@@ -80,7 +80,7 @@ def made(*rows, **coordinates) -> CaseTable:
 
 
 def cell(*rows) -> str:
-    return Facts(made(*rows), "iterations").cell().text()
+    return Facts(made(*rows), "iterations").cell(range(len(rows))).text()
 
 
 # -- tables
