@@ -13,7 +13,9 @@ import numpy as np
 from ..arrays import Array
 
 
-def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: float) -> Array:
+def elliptic_load(
+    x: Array, a: float, pressure: float, shear: float, poisson: float, points: int = 40
+) -> Array:
     """Displacement times E at points of z >= 0, into the body, under pressure and shear e_x times
     √(1 - r²/a²) on z = 0.
 
@@ -27,6 +29,8 @@ def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: fl
         In the middle [stress].
     poisson : float
         ν; shear needs 0 [-].
+    points : int, optional
+        Of Gauss over t. The error falls with 3.7^(-2 points) at half a radius from the load.
 
     Returns
     -------
@@ -41,7 +45,7 @@ def elliptic_load(x: Array, a: float, pressure: float, shear: float, poisson: fl
     """
     u = np.zeros_like(x)
     (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
-    for node, weight in zip(*np.polynomial.legendre.leggauss(40), strict=True):
+    for node, weight in zip(*np.polynomial.legendre.leggauss(points), strict=True):
         t = 0.5 * a * (1.0 + node)
         share = 0.5 * weight * t * (1.0 + poisson) / np.pi * 0.5
         w = depth + 1j * t

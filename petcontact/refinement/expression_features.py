@@ -16,12 +16,15 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.same_place import TOLERANCE
 from ..model.expressions import Value, parse_expression, plain_value
+from ..round_off import ROUNDED
 
 SAMPLES = 4096
 """Uniform samples of a side."""
 HALVINGS = 79
 """Samples on either side of a centre: at the distances 2^(-j/2), j = 2 ... HALVINGS, of the side's
 length."""
+NARROWEST = 2.0 ** (-0.5 * HALVINGS)
+"""Distance of the samples next to a centre: of two that are closer the samples are the same."""
 MOST_CENTRES = 64
 """Places at which one sub-expression vanishes or turns that get samples of their own."""
 BISECTIONS = 60
@@ -60,17 +63,21 @@ def samples_of(text: str, variables: Variables) -> Array:
     InputError
         If the expression cannot be read.
     """
-    samples = _around(np.array([0.0, 1.0]), uniform())
-    names = variables(samples[:1])
-    for node in _parts(parse_expression(text), names):
-        values = _values(node, variables, samples)
-        if np.all(values == values[0]):
-            continue
+    done = np.array([0.0, 1.0])
+    samples = _around(done, uniform())
+    known = variables(samples)
+    # a sub-expression that stands there again shows what it showed
+    parts = {ast.dump(node): node for node in _parts(parse_expression(text), known)}
+    for node in parts.values():
+        values = plain_value(node, known, len(samples))
         centres = np.concatenate(
             [_zeros(node, variables, samples, values), _turns(samples, values)]
         )
+        centres = centres[:: max(1, len(centres) // MOST_CENTRES)]
+        centres = centres[(np.abs(centres[:, None] - done) > NARROWEST).all(axis=1)]
         if len(centres):
-            samples = _around(centres[:: max(1, len(centres) // MOST_CENTRES)], samples)
+            done, samples = np.append(done, centres), _around(centres, samples)
+            known = variables(samples)
     return samples
 
 
@@ -235,6 +242,9 @@ def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Ar
 
 
 def _turns(at: Array, values: Array) -> Array:
-    """Samples at which a sub-expression has a maximum or a minimum."""
-    rise = (values[1:] > values[:-1]) * 1 - (values[1:] < values[:-1])  # of infinite ones, too
-    return np.asarray(at[1:-1][rise[1:] * rise[:-1] < 0.0])
+    """Samples at which a sub-expression has a maximum or a minimum beyond the round-off of it."""
+    least = ROUNDED * np.minimum(np.abs(values[1:]), np.abs(values[:-1]))
+    with np.errstate(invalid="ignore"):  # of two infinite ones
+        rise = (values[1:] > values[:-1] + least) * 1 - (values[1:] < values[:-1] - least)
+    moves = np.flatnonzero(rise)
+    return np.asarray(at[moves[1:]][rise[moves[1:]] * rise[moves[:-1]] < 0.0])

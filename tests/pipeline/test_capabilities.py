@@ -367,11 +367,11 @@ def wear(case, tmp_path):
         steps = [*bodies(case.kind)["step"], pull]
         problem = case.problem(
             step=steps,
-            cycle={"first": "push", "last": "pull", "count": 50},
+            cycle={"first": "push", "last": "pull", "count": 8},
             contact__0__wear_coefficient=1e-2,
         )
     solution = solve(problem)
-    assert solution.converged and solution.wear.cycle[-1] == 50
+    assert solution.converged and solution.wear.cycle[-1] == 8
     depth, weight = solution.wear.depth["pair"], solution.pairs["pair"].weight
     assert np.all(np.diff(depth @ weight) > 0.0) and np.array_equal(
         depth[-1], solution.pairs["pair"].wear.sum(axis=1)

@@ -15,6 +15,7 @@ from ...geometry.outline import Outline, as_outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
+from ...refinement.singular_points import corner_exponents
 from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...round_off import ROUNDED
@@ -128,14 +129,14 @@ def _costly(solution: Solution) -> str:
         return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
-    if solution.kind == "bilateral" and min(map(min, _body(solution).exponents)) < WEAK:
+    if solution.kind == "bilateral" and min(map(min, _exponents(solution))) < WEAK:
         return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
 
 
-def _body(solution: Solution) -> Body:
-    """What meshes of the one body are graded by."""
-    return Body.of(solution.problem, as_outline(solution.problem.outline(), "u_t"))
+def _exponents(solution: Solution) -> list[tuple[float, float]]:
+    """λ at the ends of the sides of the one body."""
+    return corner_exponents(solution.problem, as_outline(solution.problem.outline(), "u_t"))
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
@@ -174,7 +175,7 @@ def _difference(solution: Solution, other: Solution) -> Accuracy:
     if not solution.nodes:
         return Accuracy(error=displacement_difference(other, solution))
     if solution.kind == "bilateral":
-        body = _body(solution)
+        body = Body.of(solution.problem, as_outline(solution.problem.outline(), "u_t"))
         apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))
     apart_by = difference(other, solution)
