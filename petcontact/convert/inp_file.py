@@ -27,7 +27,7 @@ FACES: dict[int, tuple[tuple[int, ...], ...]] = {
 CORNERS = {
     **{
         f"{plane}{n}": corners
-        for plane in ("CPE", "CPS")
+        for plane in ("CPE", "CPS", "CAX")
         for n, corners in ((3, 3), (4, 4), (6, 3), (8, 4))
     },
     **{
@@ -36,6 +36,16 @@ CORNERS = {
     },
 }
 """Corners of the types of elements, of second order too, whose edges are taken as straight."""
+_RING = {n: tuple((k, (k + 1) % n) for k in range(n)) for n in (3, 4)}
+MIDDLES: dict[int, tuple[tuple[int, int], ...]] = {
+    **_RING,
+    -4: (*_RING[3], (0, 3), (1, 3), (2, 3)),
+    **{
+        -2 * n: (*ring, *((a + n, b + n) for a, b in ring), *((k, k + n) for k in range(n)))
+        for n, ring in _RING.items()
+    },
+}
+"""Corners on either side of the nodes that follow the corners of an element."""
 Face = tuple[int, int]
 """Element and number of its face, from 0."""
 
@@ -58,6 +68,8 @@ class InpFile:
     ----------
     nodes, elements : dicts by number
         Coordinates; type without its last letters, and corner nodes.
+    middles : dict by number
+        The two corners between which a node lies.
     nsets, elsets : dicts of lists of numbers by name
     rest : list of Keyword
         All other keywords, in order.
@@ -66,6 +78,7 @@ class InpFile:
     path: str
     nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
     elements: dict[int, tuple[str, tuple[int, ...]]] = field(default_factory=dict)
+    middles: dict[int, tuple[int, int]] = field(default_factory=dict)
     nsets: dict[str, list[int]] = field(default_factory=dict)
     elsets: dict[str, list[int]] = field(default_factory=dict)
     rest: list[Keyword] = field(default_factory=list)
@@ -217,8 +230,12 @@ def _elements(found: InpFile, keyword: Keyword) -> list[int]:
         )
     numbers = words[::width]
     _new(found, keyword, found.elements, numbers)
-    for start, number in zip(range(0, len(words), width), numbers, strict=True):
-        found.elements[number] = kind, tuple(words[start + 1 : start + 1 + abs(CORNERS[kind])])
+    corners = CORNERS[kind]
+    for start, number in zip(range(1, len(words), width), numbers, strict=True):
+        nodes = words[start : start + width - 1]
+        found.elements[number] = kind, tuple(nodes[: abs(corners)])
+        for middle, (a, b) in zip(nodes[abs(corners) :], MIDDLES[corners], strict=False):
+            found.middles[middle] = nodes[a], nodes[b]
     return numbers
 
 

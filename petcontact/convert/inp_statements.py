@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from ..arrays import LARGEST_NUMBER
 from ..errors import InputError
@@ -73,20 +75,28 @@ class Statements:
         Keys and values of a `material`.
     sections : dict of str by element
         Name of the material.
-    friction : dict of dicts by interaction
+    thickness : dict of float by element
+        Of plane elements, where it is not 1 [length].
+    laws : dict of dicts by interaction
         Keys and values of a `contact`.
     pairs : list of dict
         interaction, kind, secondary, primary.
+    clearances : dict of float by secondary and primary
+        Gap that stands in the place of that of the geometry [length].
     held : list of dicts by node set
         At the end of each step, values by degree of freedom from 1 [length].
     pressed : list of dicts by face
         At the end of each step [stress].
-    gravity : dict of vectors by element
-    tied : set of str
-        Interactions that bond.
+    forces : list of dicts by node and degree of freedom
+        At the end of each step, those of middle nodes on the corners beside them [force].
+    volume : list of dicts by element
+        Keys and values of `loads` at the end of each step.
+    covering : dict of sets of nodes by surface
+        Surfaces that are given by their nodes.
+    used : set of str
+        Surfaces of pairs and loads.
     names : dict
-        Of the parts of pressed faces, once bodies have given them; of the last material and
-        interaction.
+        Of the last material and interaction.
     """
 
     file: InpFile
@@ -94,12 +104,16 @@ class Statements:
     surfaces: dict[str, list[Face]] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     sections: dict[int, str] = field(default_factory=dict)
-    friction: dict[str, dict[str, float]] = field(default_factory=dict)
+    thickness: dict[int, float] = field(default_factory=dict)
+    laws: dict[str, dict[str, Any]] = field(default_factory=dict)
     pairs: list[dict[str, str]] = field(default_factory=list)
+    clearances: dict[tuple[str, str], float] = field(default_factory=dict)
     held: list[dict[str, dict[int, float]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
-    gravity: dict[int, tuple[float, ...]] = field(default_factory=dict)
-    tied: set[str] = field(default_factory=set)
+    forces: list[dict[tuple[int, int], float]] = field(default_factory=lambda: [{}])
+    volume: list[dict[int, dict[str, Any]]] = field(default_factory=lambda: [{}])
+    covering: dict[str, set[int]] = field(default_factory=dict)
+    used: set[str] = field(default_factory=set)
     names: dict[str, str] = field(default_factory=dict)
 
     def read(self) -> None:
@@ -112,12 +126,14 @@ class Statements:
             if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
                 if "STEP" in self.names:
-                    self.held.append(dict(self.held[-1]))
-                    self.pressed.append(dict(self.pressed[-1]))
+                    for states in list[Any]([self.held, self.pressed, self.volume]):
+                        states.append(dict(states[-1]))
+                    self.forces.append({})
                 self.names["STEP"] = "seen"
             elif not self._take(keyword) and keyword.name not in SILENT:
                 self.note(keyword, "not taken")
         self._gather()
+        self.forces = list(itertools.accumulate(self.forces, operator.or_))
 
     def _gather(self) -> None:
         """Nodes that are held one by one, as sets of those that are held alike."""
@@ -153,7 +169,9 @@ class Statements:
             "SURFACE": self._surface,
             "CONTACT PAIR": self._pair,
             "TIE": self._pair,
+            "CLEARANCE": self._clearance,
             "BOUNDARY": self._boundary,
+            "CLOAD": self._force,
             "DLOAD": self._load,
             "DSLOAD": self._load,
             "MATERIAL": self._named,
@@ -189,26 +207,40 @@ class Statements:
         numbers = self.file.element_numbers(keyword.parameters.get("ELSET", ""))
         self.sections |= dict.fromkeys(numbers, keyword.parameters.get("MATERIAL", "").upper())
         thickness = self.floats(keyword, keyword.rows[0][:1])[0] if keyword.rows else 0.0
-        if thickness not in (0.0, 1.0):
-            self.note(keyword, f"thickness {thickness:g}; forces of plane bodies are per length")
+        flat = [n for n in numbers if self.file.elements.get(n, ("",))[0][:2] == "CP"]
+        if flat and thickness not in (0.0, 1.0):
+            self.thickness |= dict.fromkeys(flat, thickness)
+            self.note(
+                keyword,
+                f"thickness {thickness:g}; forces of results are per length, *CLOAD is divided by "
+                f"it",
+            )
+
+    def _law(self) -> dict[str, Any]:
+        """Keys and values of the interaction that is read."""
+        return self.laws.setdefault(self.names.get("SURFACE INTERACTION", ""), {})
 
     def _behaviour(self, keyword: Keyword) -> None:
-        """Hard contact is what there is; anything else is named, but for a tie."""
+        """Hard contact, with or without opening, and ties are what there is; anything else is
+        named."""
         kind = keyword.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
         if kind == "TIED":
-            self.tied.add(self.names.get("SURFACE INTERACTION", ""))
-        elif kind != "HARD":
-            self.note(keyword, f"PRESSURE-OVERCLOSURE={kind}; hard contact is taken")
+            self._law()["normal"] = "bonded"
         elif "NO SEPARATION" in keyword.parameters:
-            self.note(keyword, "NO SEPARATION; not taken")
+            self._law()["normal"] = "bilateral"
+        if kind not in ("TIED", "HARD"):
+            self.note(keyword, f"PRESSURE-OVERCLOSURE={kind}; hard contact is taken")
 
     def _friction(self, keyword: Keyword) -> None:
         """Coefficient and largest shear."""
         for row in keyword.rows[:1]:
-            found = {"friction_coefficient": self.floats(keyword, row)[0]}
+            coefficient, *slope = self.floats(keyword, row)[:2]
+            self._law()["friction_coefficient"] = coefficient
             if "TAUMAX" in keyword.parameters:
-                found["friction_bound"] = self.floats(keyword, [keyword.parameters["TAUMAX"]])[0]
-            self.friction[self.names.get("SURFACE INTERACTION", "")] = found
+                bound = self.floats(keyword, [keyword.parameters["TAUMAX"]])[0]
+                self._law()["friction_bound"] = bound
+            if any(slope) and len(keyword.rows) == 1:
+                self.note(keyword, f"stick slope {slope[0]:g}; what sticks does not move here")
         if len(keyword.rows) > 1:
             self.note(
                 keyword,
@@ -216,11 +248,25 @@ class Statements:
                 "taken",
             )
 
+    def _clearance(self, keyword: Keyword) -> None:
+        """A gap that is the same everywhere between two surfaces."""
+        sides = [
+            keyword.parameters.get(one, keyword.parameters.get(other, "")).upper()
+            for one, other in (("SLAVE", "SECONDARY"), ("MASTER", "MAIN"))
+        ]
+        if all(sides) and "VALUE" in keyword.parameters:
+            value = self.floats(keyword, [keyword.parameters["VALUE"]])[0]
+            self.clearances[sides[0], sides[1]] = value
+        else:
+            self.note(keyword, "not taken; MASTER, SLAVE and VALUE are read")
+
     def _surface(self, keyword: Keyword) -> None:
-        if keyword.parameters.get("TYPE", "ELEMENT").upper() != "ELEMENT":
-            self.note(keyword, "a surface of nodes has no faces; not taken")
+        name = keyword.parameters.get("NAME", "").upper()
+        faces = self.surfaces.setdefault(name, [])
+        if keyword.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
+            nodes = {n for row in keyword.rows for n in self.file.node_numbers(row[0])}
+            self.covering.setdefault(name, set()).update(nodes)
             return
-        faces = self.surfaces.setdefault(keyword.parameters.get("NAME", "").upper(), [])
         for row in keyword.rows:
             numbers, side = (
                 self.file.element_numbers(row[0]),
@@ -255,13 +301,12 @@ class Statements:
             if len(row) < 2:
                 self.note(keyword, f"{row[0]}: contact of a surface with itself; not taken")
                 continue
+            sides = {"secondary": row[0].upper(), "primary": row[1].upper()}
+            self.used.update(sides.values())
+            tied = kind == "TIED" or "TIED" in keyword.parameters
+            interaction = keyword.parameters.get("INTERACTION", "").upper()
             self.pairs.append(
-                {
-                    "interaction": keyword.parameters.get("INTERACTION", "").upper(),
-                    "kind": "TIE" if kind == "TIED" else keyword.name,
-                    "secondary": row[0].upper(),
-                    "primary": row[1].upper(),
-                }
+                {"interaction": interaction, "kind": "TIE" if tied else keyword.name, **sides}
             )
 
     def _boundary(self, keyword: Keyword) -> None:
@@ -283,16 +328,45 @@ class Statements:
                 else:
                     self.note(keyword, f"{row[0]}: rotations are none of solids; not taken")
 
+    def _force(self, keyword: Keyword) -> None:
+        """Forces at nodes; those of a node in the middle of an edge act half on either end of it,
+        with the same resultant and moment."""
+        for row in keyword.rows:
+            if len(row) != 3:
+                raise self.error(
+                    keyword, f"node, degree of freedom and force, got {', '.join(row)}"
+                )
+            freedom, force = self.floats(keyword, row[1:])
+            if freedom not in (1.0, 2.0, 3.0):
+                self.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
+                continue
+            for number in self.file.node_numbers(row[0]):
+                ends, known = self.file.middles.get(number, (number,)), self.forces[-1]
+                known |= {
+                    (end, int(freedom)): known.get((end, int(freedom)), 0.0) + force / len(ends)
+                    for end in ends
+                }
+
     def _load(self, keyword: Keyword) -> None:
         for row in keyword.rows:
             kind = row[1].upper() if len(row) > 1 else ""
-            if keyword.name == "DSLOAD" and kind == "P" and row[0].upper() in self.surfaces:
+            whole = self.surfaces.keys() - self.covering.keys()
+            if keyword.name == "DSLOAD" and kind == "P" and row[0].upper() in whole:
+                self.used.add(row[0].upper())
                 faces = self.surfaces[row[0].upper()]
-            elif kind == "GRAV":
-                size, *way = self.floats(keyword, row[2:6])
-                self.gravity |= dict.fromkeys(
-                    self.file.element_numbers(row[0]), tuple(size * c for c in way)
-                )
+            elif kind in ("GRAV", "CENTRIF"):
+                size, *way = self.floats(keyword, (*row[2:9], *[""] * 7)[:7])
+                loads: dict[str, Any] = {"acceleration": [size * c for c in way[:3]]}
+                if kind == "CENTRIF":
+                    if size < 0.0:
+                        raise self.error(keyword, f"CENTRIF: ω² is not negative, got {size:g}")
+                    loads = {
+                        "angular_velocity": math.sqrt(size),
+                        "centre": way[:3],
+                        "axis": way[3:],
+                    }
+                for number in self.file.element_numbers(row[0]):
+                    self.volume[-1][number] = self.volume[-1].get(number, {}) | loads
                 continue
             elif kind[:1] == "P" and kind[1:].isdecimal():
                 faces = self._faces(keyword, row[0], self.file.element_numbers(row[0]), kind)

@@ -7,41 +7,12 @@ import itertools
 
 import numpy as np
 import pytest
+from inp_decks import grid, sets
 
 from petcontact import load, solve
 from petcontact.commands.main import main
 
 YOUNG, POISSON, DROP = 1000.0, 0.25, 0.002
-
-
-def grid(lower, upper, counts, first_node, first_element, kind, elset):
-    """*NODE and *ELEMENT of a grid of squares or cubes, and its nodes by place."""
-    d = len(counts)
-    lines = [np.linspace(a, b, n + 1) for a, b, n in zip(lower, upper, counts, strict=True)]
-    places = list(itertools.product(*(range(n + 1) for n in counts)))
-    number = {place: first_node + k for k, place in enumerate(places)}
-    text = ["*NODE"]
-    text += [
-        f"{number[p]}, " + ", ".join(f"{lines[c][p[c]]:.12g}" for c in range(d)) for p in places
-    ]
-    text.append(f"*Element, type={kind}, elset={elset}")
-    ring = ((0, 0), (1, 0), (1, 1), (0, 1))
-    order = ring if d == 2 else [(*xy, z) for z in (0, 1) for xy in ring]
-    for k, cell in enumerate(itertools.product(*(range(n) for n in counts))):
-        nodes = [
-            number[tuple(a + b for a, b in zip(cell, corner, strict=True))] for corner in order
-        ]
-        text.append(f"{first_element + k}, {', '.join(map(str, nodes))}")
-    return text, number
-
-
-def sets(name, number, axis, at):
-    """*NSET of the nodes of a face of the grid."""
-    chosen = [node for place, node in number.items() if place[axis] == at]
-    return [
-        f"*NSET, NSET={name}",
-        *(", ".join(map(str, chosen[k : k + 8])) for k in range(0, len(chosen), 8)),
-    ]
 
 
 def stacked(d):
@@ -108,8 +79,8 @@ def stacked(d):
         "*STATIC",
         "*BOUNDARY",
         f"HEAD, {d}, {d}, {-DROP}",
-        "*CLOAD",
-        "HEAD, 1, 0.5",
+        "*DFLUX",
+        "UPPER, BF, 0.5",
         "*NODE PRINT",
         "*END STEP",
     ]
@@ -120,7 +91,7 @@ def test_two_blocks_are_pressed_as_theory_says(d, tmp_path, capsys):
     (tmp_path / "part.inp").write_text("\n".join(stacked(d)))
     assert main(["init", str(tmp_path / "own"), "--from", str(tmp_path / "part.inp")]) == 0
     told = capsys.readouterr()
-    assert "*CLOAD: not taken" in told.err and told.err.count("\n") == 1
+    assert "*DFLUX: not taken" in told.err and told.err.count("\n") == 1
     assert "# not taken: line" in (tmp_path / "own.toml").read_text()
     problem = load(tmp_path / "own.toml")
     assert [body.name for body in problem.body] == ["body1", "body2"] and problem.contact[
@@ -142,7 +113,7 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
         line.replace("*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE", "*TIE, NAME=T")
         for line in text
     ]
-    end = text.index("*CLOAD")
+    end = text.index("*DFLUX")
     text[end : end + 2] = ["*DLOAD", "UPPER, GRAV, 9.81, 0., -1.", "LIFTED, P3, 2.0"]
     text[-1:] = ["*END STEP", "*STEP", "*STATIC", "*DLOAD", "LIFTED, P3, 5.0", "*END STEP"]
     place = text.index("*STEP, NAME=press")
@@ -208,10 +179,12 @@ def test_a_part_without_contact_is_solved(tmp_path, capsys):
     keep = [
         k
         for k, line in enumerate(text)
-        if not line.startswith(("FOOT", "A0", "A1", "UNDER", "*SOLID SECTION, ELSET=LOWER"))
+        if not line.startswith(
+            ("FOOT", "A0", "A1", "UNDER", "UPPER, BF", "*SOLID SECTION, ELSET=LOWER")
+        )
     ]
     text = [text[k] for k in keep]
-    text = [line for line in text if line not in ("*SURFACE, NAME=LOW, TYPE=ELEMENT", "*CLOAD")]
+    text = [line for line in text if line not in ("*SURFACE, NAME=LOW, TYPE=ELEMENT", "*DFLUX")]
     text[-2:-2] = ["*BOUNDARY", "SEAT, 1, 2", "*DSLOAD", "LID, P, 3.0"]
     place = text.index("*MATERIAL, NAME=STEEL")
     text[place:place] = [
@@ -241,10 +214,10 @@ HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in 
         (["*DLOAD", "1001, P2, 2.0"], HIDDEN),
         (["*DLOAD", "1001, P1, 2.0"], HIDDEN),
         (
-            ["*SURFACE, NAME=MORE", "1001, S2"],
-            "*SURFACE MORE: faces inside of 1 element (1001); not taken",
+            ["*SURFACE, NAME=HIGH", "1001, S2"],
+            "*SURFACE HIGH: faces inside of 1 element (1001); not taken",
         ),
-        (["*SURFACE, NAME=MORE", "9, S2"], "*SURFACE: 9: 1 element (9) not there; not taken"),
+        (["*SURFACE, NAME=HIGH", "9, S2"], "*SURFACE: 9: 1 element (9) not there; not taken"),
         (
             ["*NSET, NSET=LOST", "1, 500, 501, 502"],
             "*NSET LOST: 3 nodes (500, 501, ...) not there; not taken",
@@ -260,7 +233,21 @@ HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in 
             ["*FRICTION", "0.3, 0.0", "0.2, 1.0"],
             "depends on slip rate, pressure or temperature; the first is taken",
         ),
-        (["*ELEMENT, TYPE=CAX4", "99, 1, 2, 5, 4"], "*ELEMENT, TYPE=CAX4: not taken"),
+        (["*ELEMENT, TYPE=B31", "99, 1, 2"], "*ELEMENT, TYPE=B31: not taken"),
+        (
+            ["*SURFACE, NAME=MORE", "1001, S4", "*SURFACE, NAME=LESS, TYPE=NODE", "1"],
+            "*SURFACE MORE, LESS: in no contact pair or load; not taken",
+        ),
+        (["*CLOAD", "A01, 4, 1.0"], "*CLOAD: A01: moments act on no node of a solid; not taken"),
+        (
+            ["*CLOAD", "9, 2, 1.0"],
+            "*CLOAD: 1 node (9) without a face that is neither held nor in contact; not taken",
+        ),
+        (["*CLEARANCE, MASTER=LOW", ""], "*CLEARANCE: not taken; MASTER, SLAVE and VALUE are read"),
+        (
+            ["*SURFACE INTERACTION, NAME=S", "*FRICTION", "0.3, 5000."],
+            "*FRICTION: stick slope 5000; what sticks does not move here",
+        ),
         (["*MPC", "BEAM, 1, 2"], "*MPC: not taken"),
     ],
 )
@@ -283,7 +270,7 @@ def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
 
 
 def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path, capsys):
-    text = [line for line in stacked(2) if not line.startswith(("HEAD, 2", "*CLOAD", "HEAD, 1"))]
+    text = [line for line in stacked(2) if not line.startswith(("HEAD, 2", "*DFLUX", "UPPER, BF"))]
     text[-1:] = [
         "*DLOAD",
         "1002, P3, 1.0",

@@ -1,0 +1,265 @@
+"""One body of an input file: its boundary faces, the part of each, and the conditions of parts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import InputError
+from ..round_off import WRITTEN
+from .inp_elements import count
+from .inp_file import CORNERS, FACES, Face, InpFile
+from .inp_forces import linear_traction, loaded_faces
+from .inp_statements import Statements
+
+FREE = "free"
+Load = tuple[float, tuple[float | str, ...]]
+"""Pressure and traction."""
+
+
+def boundary_faces(file: InpFile, elements: list[int]) -> dict[Face, tuple[int, ...]]:
+    """Corner nodes of the faces that only one element has; none on an axis of revolution."""
+    every = {
+        (number, k): tuple(file.elements[number][1][c] for c in own)
+        for number in elements
+        for k, own in enumerate(FACES[CORNERS[file.elements[number][0]]])
+    }
+    times = Counter(tuple(sorted(nodes)) for nodes in every.values())
+    found = {face: nodes for face, nodes in every.items() if times[tuple(sorted(nodes))] == 1}
+    if file.elements[elements[0]][0].startswith("CAX"):
+        radii = {face: max(abs(file.nodes[n][0]) for n in nodes) for face, nodes in found.items()}
+        axis = WRITTEN * max(radii.values())
+        found = {face: nodes for face, nodes in found.items() if radii[face] > axis}
+    return found
+
+
+class Body:
+    """One body.
+
+    Attributes
+    ----------
+    name : str
+    kind : str
+        First letters of its elements: C3D, CPE, CPS or CAX.
+    dim : int
+    faces : dict of corner nodes by boundary face
+    parts : dict of str by boundary face
+    surfaces : list of str
+        Those of contact pairs.
+    sets : set of str
+        Node sets that hold a part.
+    free : dict of corner nodes by face
+        Faces on which loads act: they are not in contact, and not held in all components.
+    inside : dict of (K, d) arrays by node
+        Forces inside at the end of each step [force].
+    """
+
+    def __init__(self, reader: Statements, elements: list[int], name: str) -> None:
+        self.reader, self.elements, self.name = reader, elements, name
+        self.kind = reader.file.elements[elements[0]][0][:3]
+        self.dim = 3 if self.kind == "C3D" else 2
+        self.faces = boundary_faces(reader.file, elements)
+        self._none: tuple[Load, ...] = ((0.0, (0.0,) * self.dim),) * len(reader.forces)
+        self.surfaces: list[str] = []
+        touching: dict[Face, str] = {}
+        for surface in (pair[side] for pair in reader.pairs for side in ("secondary", "primary")):
+            mine = self.faces.keys() & {*reader.surfaces.get(surface, ())}
+            touching = dict.fromkeys(mine, surface) | touching
+            self.surfaces += [surface] * bool(mine and surface not in self.surfaces)
+        self._says: dict[str, tuple[tuple[str, ...], tuple[Load, ...]]] = {}
+        others = self._named({f: nodes for f, nodes in self.faces.items() if f not in touching})
+        self.parts = {face: touching.get(face) or others[face] for face in self.faces}
+        self.sets = {name for names, _ in self._says.values() for name in names}
+
+    def _named(self, faces: dict[Face, tuple[int, ...]]) -> dict[Face, str]:
+        """Parts of faces that are not in contact: those on which the same sets hold and the same
+        loads act."""
+        holding = self._holding(faces)
+        self.free = {f: faces[f] for f in faces if FREE in self._value(holding[f], -1)}
+        loads = self._loads(self.free)
+        says = {face: (holding[face], loads.get(face, self._none)) for face in faces}
+        names: dict[tuple[tuple[str, ...], tuple[Load, ...]], str] = {((), self._none): "rest"}
+        for sets, acting in dict.fromkeys(says.values()):
+            words = [*sets]
+            if acting != self._none:
+                pulled = any(any(pull) for _, pull in acting)
+                words.append(f"{'loaded' if pulled else 'pressed'}{len(names)}")
+            names.setdefault((sets, acting), "+".join(words))
+        self._says = {names[one]: one for one in says.values() if names[one] != "rest"}
+        return {face: names[one] for face, one in says.items()}
+
+    def _holding(self, faces: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[str, ...]]:
+        """Node sets that hold each face."""
+        reader = self.reader
+        members = {name: set(reader.file.node_numbers(name)) for name in reader.held[-1]}
+        return {
+            face: tuple(name for name, numbers in members.items() if numbers.issuperset(nodes))
+            for face, nodes in faces.items()
+        }
+
+    def _loads(self, free: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[Load, ...]]:
+        """Pressure and traction of faces at the end of each step; forces at nodes inside are at
+        points."""
+        forces = self._forces()
+        inside = forces.keys() - {node for nodes in self.faces.values() for node in nodes}
+        self.inside = {} if self.kind == "CAX" else {node: forces[node] for node in inside}
+        pulled = self._pulled(free, forces, inside)
+        still = [pull for _, pull in self._none]
+        pressures = {f: [step.get(f, 0.0) for step in self.reader.pressed] for f in free}
+        return {
+            face: tuple(zip(pressures[face], pulled.get(face, still), strict=True)) for face in free
+        }
+
+    def _pulled(
+        self, free: dict[Face, tuple[int, ...]], forces: dict[int, Array], inside: set[int]
+    ) -> dict[Face, list[tuple[float | str, ...]]]:
+        """Tractions of faces at the end of each step that forces at nodes make."""
+        found: dict[Face, list[tuple[float | str, ...]]] = {}
+        lost = forces.keys() - self.inside.keys()
+        for faces, ends in loaded_faces(free, forces.keys() - inside):
+            corners, points = [self._at(free[face]) for face in faces], self._at(ends)
+            through = [
+                linear_traction(corners, points, force, self.kind == "CAX")
+                for force in np.stack([forces[node] for node in ends], axis=1)
+            ]
+            found |= dict.fromkeys(faces, through)
+            lost -= {*ends}
+        if lost:
+            self.reader.notes.append(
+                f"*CLOAD: {count([*lost], 'node')} without a face that is neither held nor in "
+                f"contact; not taken"
+            )
+        return found
+
+    def _forces(self) -> dict[int, Array]:
+        """Forces at nodes at the end of each step, (K, d), where a node is not held: there they
+        strain nothing."""
+        reader, found = self.reader, dict[int, Array]()
+        held = {
+            (node, freedom)
+            for name, values in reader.held[-1].items()
+            for node in reader.file.node_numbers(name)
+            for freedom in values
+        }
+        own = {node for number in self.elements for node in reader.file.elements[number][1]}
+        width = reader.thickness.get(self.elements[0], 1.0)
+        for k, step in enumerate(reader.forces):
+            for node, freedom in step.keys() - held:
+                if node in own and freedom <= self.dim:
+                    through = found.setdefault(node, np.zeros((len(reader.forces), self.dim)))
+                    through[k, freedom - 1] = step[node, freedom] / width
+        return {node: found[node] for node in sorted(found) if found[node].any()}
+
+    def _at(self, nodes: Iterable[int]) -> Array:
+        return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])
+
+    def _value(self, names: tuple[str, ...], step: int) -> list[float | str]:
+        """What sets hold at the end of a step, a component each."""
+        merged: dict[int, float] = {}
+        for name in names:
+            merged |= self.reader.held[step].get(name, {})
+        return [merged.get(c + 1, FREE) for c in range(self.dim)]
+
+    def conditions(self, step: int) -> list[dict[str, Any]]:
+        """What the conditions of all parts say at the end of a step."""
+        found: list[dict[str, Any]] = []
+        for part, (names, loads) in self._says.items():
+            value = self._value(names, step)
+            acting = [_acting(loads[step], c) if value[c] == FREE else 0.0 for c in range(self.dim)]
+            says: dict[str, Any] = {"value": acting}
+            if names:
+                says = {"value": value}
+                if any(pressure or any(pull) for pressure, pull in loads):
+                    says["traction"] = acting
+            elif not any(any(pull) for _, pull in loads):
+                says = {"pressure": loads[step][0]}
+            found.append({"part": part, **says})
+        return found
+
+    def volume(self, step: int) -> dict[str, Any]:
+        """The `loads` at the end of a step."""
+        loads = self.reader.volume[step]
+        found = next((loads[number] for number in self.elements if number in loads), {})
+        left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
+        return {
+            key: value[: self.dim] if isinstance(value, list) else value
+            for key, value in found.items()
+            if key not in left_out
+        }
+
+    def forces(self, step: int) -> list[dict[str, Any]]:
+        """The point forces at the end of a step."""
+        return [
+            {"name": f"node{node}", "force": force[step].tolist()}
+            for node, force in self.inside.items()
+        ]
+
+    def table(self, mesh: str) -> dict[str, Any]:
+        """The [[body]] of the config."""
+        reader = self.reader
+        names = {reader.sections.get(number, "") for number in self.elements}
+        if len(names) > 1:
+            raise InputError(
+                f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
+                f"has one"
+            )
+        material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
+        if "young_modulus" not in material:
+            raise InputError(
+                f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
+                f"*ELASTIC material"
+            )
+        conditions = [
+            {
+                "part": says["part"],
+                "condition": "displacement" if self._says[says["part"]][0] else "traction",
+            }
+            | says
+            for says in self.conditions(0)
+        ]
+        points = [
+            {**force, "at": self._at([node])[0].tolist()}
+            for force, node in zip(self.forces(0), self.inside, strict=True)
+        ]
+        table = {
+            "name": self.name,
+            "material": material | ({"plane": "stress"} if self.kind == "CPS" else {}),
+            "geometry": {"shape": "gmsh", "file": mesh},
+            "mesh": {"order": 1} if self.dim == 3 else {},
+            "boundary": conditions,
+            "point_force": points,
+            "loads": self.volume(0),
+        }
+        return {key: value for key, value in table.items() if value}
+
+    def msh(self) -> str:
+        """The boundary as a Gmsh file, its parts physical groups."""
+        tags = {part: k for k, part in enumerate(dict.fromkeys(self.parts.values()), 1)}
+        used = sorted({node for nodes in self.faces.values() for node in nodes})
+        cells = [
+            f"{k} {len(nodes) - 1} 2 {tags[self.parts[face]]} {tags[self.parts[face]]} "
+            + " ".join(map(str, nodes))
+            for k, (face, nodes) in enumerate(self.faces.items(), 1)
+        ]
+        sections = {
+            "PhysicalNames": [f'{self.dim - 1} {tag} "{part}"' for part, tag in tags.items()],
+            "Nodes": [f"{n} " + " ".join(map(repr, self.reader.file.nodes[n])) for n in used],
+            "Elements": cells,
+        }
+        return "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + "".join(
+            "\n".join([f"${name}", str(len(lines)), *lines, f"$End{name}", ""])
+            for name, lines in sections.items()
+        )
+
+
+def _acting(load: Load, c: int) -> float | str:
+    """Component c of a traction and of a pressure."""
+    pressure, pull = load[0], load[1][c]
+    if pressure == 0.0:
+        return pull
+    pushed = f"{-pressure:+.12g}*n{'xyz'[c]}"
+    return pushed.removeprefix("+") if pull == 0.0 else f"{pull} {pushed}"

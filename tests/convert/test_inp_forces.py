@@ -1,0 +1,143 @@
+"""Loads and contacts of input files: forces at nodes as tractions, faces that are held and pressed,
+bodies of revolution, ties, clearances and loads of the volume."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from inp_decks import grid, sets
+
+from petcontact import solve
+from petcontact.convert.inp_forces import linear_traction
+from petcontact.convert.inp_problem import convert_inp
+from petcontact.errors import InputError
+from petcontact.model.case import parse_problem, parse_toml
+
+MATERIAL = """*MATERIAL, NAME=M
+*ELASTIC
+1000., 0.25
+*DENSITY
+2.
+*SOLID SECTION, ELSET=ALL, MATERIAL=M
+"""
+
+
+def block(kind, *more, size=(1.0, 1.0), counts=(2, 2)):
+    """A block of elements with sets FOOT, HEAD, LEFT and RIGHT of its nodes."""
+    d = len(size)
+    text, number = grid([0.0] * d, size, counts, 1, 1, kind, "ALL")
+    text += sets("FOOT", number, d - 1, 0) + sets("HEAD", number, d - 1, counts[-1])
+    text += sets("LEFT", number, 0, 0) + sets("RIGHT", number, 0, counts[0])
+    return "\n".join([*text, MATERIAL.strip(), *more])
+
+
+def converted(folder, text):
+    """The problem and the notes."""
+    (folder / "deck.inp").write_text(text)
+    found = convert_inp(folder / "deck.inp", "deck")
+    for name, mesh in found.meshes.items():
+        (folder / name).write_text(mesh)
+    return parse_problem(parse_toml(found.toml, "deck"), "deck", {}, folder), found.notes
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_traction_has_the_resultant_and_the_moments_of_forces(d):
+    """On faces in general position, integrated by Gauss's rule of three points."""
+    rng = np.random.default_rng(5)
+    at = rng.normal(size=(6, d))
+    shape = [(0, 1), (1, 2), (4, 5)] if d == 2 else [(0, 1, 2), (1, 2, 3), (2, 3, 4)]
+    points, forces = rng.normal(size=(7, d)), rng.normal(size=(7, d))
+    found = linear_traction([at[list(corners)] for corners in shape], points, forces, False)
+    first, force = np.zeros((d, d)), np.zeros(d)
+    gauss, weight = np.polynomial.legendre.leggauss(3)
+    for corners in shape:
+        a, b, c = (*at[list(corners)], at[corners[0]])[:3]
+        for s, ws in zip(0.5 + 0.5 * gauss, 0.5 * weight, strict=True):
+            for t, wt in zip(0.5 + 0.5 * gauss, 0.5 * weight, strict=True):
+                if d == 2:
+                    x, area = a + s * (b - a), np.linalg.norm(b - a)
+                else:
+                    x = a + s * (b - a) + s * t * (c - b)
+                    area = s * np.linalg.norm(np.cross(b - a, c - a))
+                names = dict(zip("xyz", x, strict=False))
+                traction = np.array([eval(str(one), {}, names) for one in found])
+                force += ws * wt * area * traction
+                first += ws * wt * area * np.outer(x, traction)
+    assert np.allclose(force, forces.sum(axis=0), atol=1e-8)
+    assert np.allclose(first, points.T @ forces, atol=1e-8)
+
+
+def test_forces_of_a_uniform_pressure_are_a_uniform_traction(tmp_path):
+    """Those of elements of second order are 1/6, 4/6 and 1/6 of an edge's."""
+    nodes = [(0, 0), (3, 0), (3, 1), (0, 1), (1.5, 0), (3, 0.5), (1.5, 1), (0, 0.5)]
+    lines = [f"{k}, {x}, {y}" for k, (x, y) in enumerate(nodes, 1)]
+    text = ["*NODE", *lines, "*ELEMENT, TYPE=CPE8, ELSET=ALL", "1, 1, 2, 3, 4, 5, 6, 7, 8"]
+    text += [*MATERIAL.split("\n"), "0.5", "*STEP", "*CLOAD", "3, 2, -1.", "4, 2, -1.", "7, 2, -4."]
+    problem, notes = converted(tmp_path, "\n".join(text))
+    (condition,) = problem.body[0].boundary
+    assert condition.value == (0.0, -4.0) and len(notes) == 1 and "thickness 0.5" in notes[0]
+
+
+def test_a_face_that_is_held_sideways_is_pressed_in_two_steps(tmp_path):
+    steps = ["*STEP", "*DLOAD", "ALL, P3, 2.", "*END STEP"]
+    steps += ["*STEP", "*DLOAD", "ALL, P3, 5.", "*CLOAD", "HEAD, 2, 1.", "*END STEP"]
+    text = block("CPE4", "*BOUNDARY", "FOOT, 1, 2", "HEAD, 1", "LEFT, 1", "RIGHT, 1", *steps)
+    problem, _ = converted(tmp_path, text.replace("ALL, P3", "2, P3, 0.\n4, P3"))
+    solution = solve(problem)
+    assert solution.converged, solution.reason
+    head = [
+        sum(r[1] for part, r in solution.reactions(s).items() if "HEAD" in part)
+        for s in solution.steps
+    ]
+    assert np.allclose(head, [-1.0, 3.0 - 2.5], rtol=1e-3)
+
+
+def test_a_cylinder_carries_the_whole_force_of_its_rings(tmp_path):
+    """CAX4: one-dimensional strain, the force at the nodes that of the whole circle."""
+    text = block(
+        "CAX4", "*BOUNDARY", "FOOT, 2, 2", "LEFT, 1", "RIGHT, 1", "*STEP", "*CLOAD", "HEAD, 2, -1."
+    )
+    problem, notes = converted(tmp_path, text)
+    assert problem.symmetry == "axial" and notes == []
+    solution = solve(problem)
+    assert solution.reactions()["FOOT"][1] == pytest.approx(3.0, rel=1e-3)
+
+
+def test_a_force_inside_is_one_at_a_point_and_the_volume_turns(tmp_path):
+    more = ["*STEP", "*CLOAD", "5, 1, 3.", "*DLOAD", "ALL, CENTRIF, 4., 0.5, 0.5, 0., 0., 0., 1."]
+    more += ["*END STEP", "*STEP", "*CLOAD", "5, 1, 7.", "*DLOAD", "ALL, GRAV, 9., 0., -1., 0."]
+    problem, _ = converted(tmp_path, block("CPS4", "*BOUNDARY", "FOOT, 1, 2", *more))
+    (body,) = problem.body
+    assert body.point_force[0].at == (0.5, 0.5) and body.point_force[0].force == (3.0, 0.0)
+    assert body.loads.angular_velocity == 2.0 and body.loads.centre == (0.5, 0.5)
+    assert problem.step[1].point_force[0].force == (7.0, 0.0)
+    assert problem.step[1].loads[0].acceleration == (0.0, -9.0)
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "normal", "coefficient"),
+    [("PRESSURE-OVERCLOSURE=TIED", "bonded", None), ("NO SEPARATION", "bilateral", 0.3)],
+)
+def test_what_a_contact_is_and_its_clearance(behaviour, normal, coefficient, tmp_path):
+    low, _ = grid([0.0, 0.0], [1.0, 1.0], (1, 1), 1, 1, "CPE4", "ALL")
+    high, _ = grid([0.0, 1.0], [1.0, 2.0], (1, 1), 11, 11, "CPE4", "ALL")
+    contact = [
+        "*SURFACE INTERACTION, NAME=I",
+        f"*SURFACE BEHAVIOR, {behaviour}",
+        "*FRICTION",
+        "0.3",
+    ]
+    contact += ["*SURFACE, NAME=LOW", "1, S3", "*SURFACE, NAME=HIGH, TYPE=NODE", "11", "13"]
+    contact += ["*CLEARANCE, MASTER=LOW, SLAVE=HIGH, VALUE=0.01"]
+    contact += ["*CONTACT PAIR, INTERACTION=I", "HIGH, LOW", "*BOUNDARY", "1, 1, 2", "3, 1, 2"]
+    problem, notes = converted(tmp_path, "\n".join([*low, *high, MATERIAL.strip(), *contact]))
+    (pair,) = problem.contact
+    assert (pair.normal, pair.friction_coefficient, pair.gap) == (normal, coefficient, 0.01)
+    assert pair.secondary == "body2.HIGH" and notes == []
+
+
+def test_bodies_of_revolution_beside_others_are_refused(tmp_path):
+    low, _ = grid([0.0, 0.0], [1.0, 1.0], (1, 1), 1, 1, "CPE4", "ALL")
+    high, _ = grid([0.0, 2.0], [1.0, 3.0], (1, 1), 11, 11, "CAX4", "ALL")
+    with pytest.raises(InputError, match=r"bodies of revolution \(CAX\) beside others"):
+        converted(tmp_path, "\n".join([*low, *high, MATERIAL.strip()]))
