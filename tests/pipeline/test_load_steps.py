@@ -316,7 +316,9 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
 
 def test_no_contact_is_told():
     solution = solve(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
-    assert solution.converged and "no contact anywhere (pair 'interface' lies" in solution.reason
+    assert solution.converged and "no contact anywhere (pair 'interface' lies" in " ".join(
+        solution.verdict().split()
+    )
 
 
 def test_several_bodies_need_a_body_name():

@@ -58,3 +58,17 @@ def test_a_step_in_which_nothing_is_carried():
     lifted, pressed = ({"boundary": [{"part": "top", "value": [0, y]}]} for y in (0.01, -0.01))
     said = warned(steps=[{"name": "lift", **lifted}, {"name": "press", **pressed}])
     assert "step 'lift': its contact carries nothing" in said
+
+
+def test_bodies_that_nothing_joins_and_loads_in_pascals():
+    other = {
+        "material": {"young_modulus": 210e9, "poisson_ratio": 0.3},
+        "mesh": {"element_size": 0.5},
+        "geometry": {"shape": "rectangle", "lower_left": [0, 0], "upper_right": [1, 1]},
+    }
+    held = {"part": "bottom", "condition": "displacement", "value": [0, 0]}
+    pressed = {"part": "top", "condition": "traction", "pressure": 400.0}
+    bodies = [{"name": name, "boundary": [held, pressed], **other} for name in "ab"]
+    said = " ".join(solve(parse(Problem, {"body": bodies}, "two")).verdict().split())
+    assert "body 'a': touches no other body; bodies meet where a [[contact]]" in said
+    assert "check that loads and moduli have the same unit" in said

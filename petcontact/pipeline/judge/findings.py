@@ -62,9 +62,10 @@ KINDS = {
     "rough motion": Kind("warning"),
     "second solution": Kind("warning"),
     # of a solution
-    "no contact": Kind("note"),
+    "no contact": Kind("warning"),
+    "unpaired": Kind("warning"),
     # initial gap or overlap over the size of the body
-    "far apart": Kind("note", 0.05),
+    "far apart": Kind("warning", 0.05),
     "ignored load": Kind("warning"),
     # pressure over the largest that there was, after all loads are taken away
     "jam": Kind("warning", 1e-3),
@@ -88,10 +89,10 @@ KINDS = {
     # two (a sphere, rollers and discs, a rounded pin), several by half as much as they differ from
     # half as many
     "path": Kind("warning", 0.03),
-    # what is out of scale: linear elasticity leaves out squares of the strain; 1e-10 is 20 Pa on
+    # what is out of scale: linear elasticity leaves out squares of the strain; 5e-9 is 1 kPa on
     # steel; dry pairs have coefficients of 0.05 to 1.5; overlap over the size of the body
     "strain": Kind("warning", 0.05),
-    "tiny strain": Kind("warning", 1e-10),
+    "tiny strain": Kind("warning", 5e-9),
     "friction coefficient": Kind("warning", 2.0),
     "closed gap": Kind("warning"),
     "large overlap": Kind("warning", 0.1),
@@ -153,8 +154,8 @@ def judged(findings: Iterable[Finding], reason: str) -> tuple[str, str]:
     """Status and reason: those of the first decisive finding, else "converged" for the reason
     given and what notes add to it.
 
-    >>> judged([new_finding("far apart", "lies 2 apart", "pair 'a'")], "residuals 1e-9")
-    ('converged', "residuals 1e-9; pair 'a': lies 2 apart")
+    >>> judged([new_finding("overlap on the way", "it is 2", "pair 'a'")], "residuals 1e-9")
+    ('converged', "residuals 1e-9; pair 'a': it is 2")
     """
     findings = list(findings)
     for finding in findings:

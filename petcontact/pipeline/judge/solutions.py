@@ -16,7 +16,7 @@ from ...results.report import Finding
 from ...results.solution import Solution
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
-from .findings import judged, limit_of, new_finding
+from .findings import limit_of, new_finding
 from .suspicious import suspicious
 from .warnings import unusual
 
@@ -35,6 +35,8 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
         *_jammed(problem, results),
         *_unlike(problem, results),
         *unusual(problem.discrete, results),
+        *_open(results),
+        *_far(problem.discrete),
         *suspicious(problem.discrete, solution),
     ]
     return list({str(each): each for each in findings}.values())
@@ -148,24 +150,24 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
         for key in ("normal", "tangential", "balance", "elastic", "equilibrium")
     }
     # a balance of 0 is none: nothing is held by contact only
-    reason = "residuals " + ", ".join(
+    return "residuals " + ", ".join(
         f"{key} {value:.1e}" if value else f"{key} 0"
         for key, value in worst.items()
         if key != "balance" or value
     )
-    return judged([*_open(results), *_far(discrete)], reason)[1]
 
 
 def _open(results: list[StepResult]) -> list[Finding]:
-    """Find that nothing is in contact at the end."""
-    pairs = results[-1].pairs
-    if not all(np.all(pair.state == OPEN) for pair in pairs.values()):
+    """Find that nothing is ever in contact."""
+    pairs = results[-1].pairs if results else {}
+    if not pairs or any((p.state != OPEN).any() for r in results for p in r.pairs.values()):
         return []
     gaps = {
         name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in pairs.items()
     }
     apart = "; ".join(f"pair {name!r} {_distance(gap)}" for name, gap in gaps.items())
-    return [new_finding("no contact", f"no contact anywhere ({apart})")]
+    advice = "check gaps, and the directions of loads and displacements"
+    return [new_finding("no contact", f"no contact anywhere ({apart})", advice=advice)]
 
 
 def _distance(gaps: Array) -> str:

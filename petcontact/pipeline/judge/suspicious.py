@@ -81,7 +81,12 @@ def _frictions(discrete: Discrete) -> list[Finding]:
 
 def _gaps(discrete: Discrete) -> list[Finding]:
     """Find gaps that bilateral contact closes by force, and overlaps that are not small."""
-    found = list[Finding]()
+    found, names = list[Finding](), [body.name for body in discrete.problem.body]
+    touching = {names[number] for side in discrete.sides for number in side.bodies}
+    for name in [name for name in names if name not in touching] if len(names) > 1 else ():
+        text = "touches no other body"
+        advice = "bodies meet where a [[contact]] names their parts"
+        found.append(new_finding("unpaired", text, f"body {name!r}", advice=advice))
     for side, face in zip(discrete.sides, discrete.interfaces, strict=True):
         where, gap = f"pair {side.name!r}", face.gap[np.isfinite(face.gap)]
         if side.law.normal == "bilateral" and gap.max(initial=0.0) > 0.0:
