@@ -3,6 +3,7 @@ of them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,10 +18,20 @@ from ..runtime.figure_style import STATES
 from ..runtime.text_table import as_csv
 from .data import SolutionData
 from .records import StepResult
+from .verdict.text import unit_of
 
 Table = dict[str, Any]
 """Columns by name, all of one length."""
 AXES = "xyz"
+UNITS = (
+    ("length", "[xyz]|u[xyz]?|arc_length|gap|worn_depth|slip.*"),
+    ("stress", "pressure|bound|t[xyz]|sigma_.*|von_mises|principal_.*"),
+    ("force", "F[xyz]"),
+    ("moment", "M[xyz]?|dissipated"),
+    ("area", "area|weight"),
+    ("volume", "worn_volume"),
+)
+"""Kinds of units of columns by their names."""
 
 
 def named(name: str, values: Any) -> Table:
@@ -193,10 +204,26 @@ def csv_text(columns: Mapping[str, Any]) -> str:
     )
 
 
+def with_units(columns: Mapping[str, Any], solution: SolutionData) -> Table:
+    """The same columns with the names of units that the problem gives: "pressure [MPa]"."""
+    power, units, found = (
+        next(iter(solution.meshes.values())).weight_power,
+        solution.problem.units,
+        {},
+    )
+    for name, values in columns.items():
+        kind = next((kind for kind, names in UNITS if re.fullmatch(names, name)), "")
+        unit = unit_of(kind, units, power) if kind else ""
+        found[f"{name} [{unit}]" if unit else name] = values
+    return found
+
+
 def write_tables(
     solution: SolutionData, target: str | Path, names: Sequence[str] = (), steps: Sequence[int] = ()
 ) -> list[Path]:
     """Write tables as CSV: one to a file of suffix .csv, or NAME.csv of each into a folder.
+
+    Heads name units where the problem does: "pressure [MPa]".
 
     Parameters
     ----------
@@ -245,5 +272,6 @@ def write_tables(
         target.mkdir(parents=True, exist_ok=True)
     paths = [target if one else target / f"{name}.csv" for name in names]
     for path, name in zip(paths, names, strict=True):
-        write_text(path, csv_text(table(solution, name, steps or range(1, count + 1))))
+        columns = table(solution, name, steps or range(1, count + 1))
+        write_text(path, csv_text(with_units(columns, solution)))
     return paths

@@ -15,9 +15,11 @@ from PIL import Image
 
 from petcontact import solve
 from petcontact.commands.main import main
+from petcontact.model.bodies import Units
 from petcontact.model.case import load, parse_problem
 from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
+from petcontact.results.tables import write_tables
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STEPPED = """
@@ -110,6 +112,19 @@ def test_tables_hold_what_the_solution_has(kind, request, tmp_path, capsys):
         part: force[0] for part, force in solution.reactions().items()
     }
     assert (tmp_path / "out/obstacles.csv").exists() == bool(solution.last.obstacles)
+
+
+def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
+    solution = replace(
+        plane[0],
+        problem=plane[0].problem.model_copy(update={"units": Units(length="mm", stress="MPa")}),
+    )
+    write_tables(solution, tmp_path / "out")
+    heads = {path.stem: path.read_text().splitlines()[0] for path in (tmp_path / "out").iterdir()}
+    assert "y [mm],nx,ny,arc_length [mm],weight [mm],pressure [MPa],sigma_t [MPa]" in heads["pairs"]
+    assert heads["resultants"].endswith(
+        "Fx [MPa·mm],Fy [MPa·mm],M [MPa·mm²],area [mm],dissipated [MPa·mm²]"
+    )
 
 
 def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path, capsys):

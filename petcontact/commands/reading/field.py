@@ -230,7 +230,7 @@ def one_field(
 def points_table(source: str, output: Path, solution: Any, bodies: list[str] | None) -> Path:
     """Displacement, stress, von Mises and principal stresses at the points of a file, as CSV."""
     from ...results.body_fields import quantities, quantity
-    from ...results.tables import csv_text
+    from ...results.tables import csv_text, with_units
     from ...runtime.atomic_write import write_text
 
     if (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1:
@@ -244,7 +244,7 @@ def points_table(source: str, output: Path, solution: Any, bodies: list[str] | N
         **dict(zip("xyz", state.x.T, strict=False)),
         **{name: quantity(state, name) for name in names},
     }
-    write_text(output, csv_text(columns))
+    write_text(output, csv_text(with_units(columns, solution)))
     return output
 
 
