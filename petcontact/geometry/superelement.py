@@ -23,6 +23,11 @@ from ..stored import Stored, check_declared, checked, demand_unique, foreign
 
 LARGEST = 16_000_000_000
 """Bytes of the arrays."""
+HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+"""Readers of what an array declares, by the version of its format; 3.0 is for names of fields."""
 SCHEMA = {
     "points": Stored("p d", low=-LARGEST_COORDINATE, high=LARGEST_COORDINATE),
     "elements": Stored("e c", "i", -1),
@@ -260,10 +265,10 @@ def _loaded(path: Path) -> dict[str, Any]:
                 raise InputError(f"{path}: {name}: is there twice")
             info = archive.getinfo(file)
             with archive.open(info) as stream:
-                header = np.lib.format._read_array_header(  # type: ignore[attr-defined]
-                    stream, np.lib.format.read_magic(stream)
-                )
-                shape, dtype = header[0], header[2]
+                version = np.lib.format.read_magic(stream)
+                if version not in HEADERS:
+                    raise InputError(f"{path}: damaged ({name} has format {version})")
+                shape, _, dtype = HEADERS[version](stream)
                 check_declared(f"{path}: {name}", shape, dtype.kind, wanted, sizes)
                 size = math.prod(shape) * dtype.itemsize
                 if size != info.file_size - stream.tell() or size > LARGEST:

@@ -307,6 +307,8 @@ def is_petsc_error(error: BaseException) -> bool:
 
 def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
     """What a PETSc error code means for the user of a solver, whose options have a prefix."""
+    if isinstance(error.__cause__, SolverError):  # of a PC in Python; PETSc 3.18 passes it through
+        return error.__cause__
     if error.ierr == 71:
         return SingularMatrixError(name, "PETSC_ERR_MAT_LU_ZRPVT")
     # PETSc 3.18 gives the number of a source line where its dense matrices find no memory

@@ -117,7 +117,7 @@ def test_truncated_missing_and_foreign_files_are_refused(tmp_path):
     block = next(k for k, line in enumerate(lines) if line.split()[::2] == [b"2", b"2"])
     half = block + 1 + int(lines[block].split()[3]) // 2
     path.write_bytes(b"\n".join([*lines[:half], b"X"]))
-    with pytest.raises(InputError, match=r"cut\.msh: damaged \(cells of type triangle have no 3"):
+    with pytest.raises(InputError, match=r"cut\.msh: .*(cells of type triangle have no 3|cut off)"):
         Gmsh(file=str(path)).outline()
     with pytest.raises(InputError, match="No such file"):
         Gmsh(file=str(tmp_path / "none.msh")).outline()
