@@ -58,8 +58,6 @@ def unbalanced_load(
         _sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)
     ]
     limit = [cohesion[cone]] * len(sides)
-    # a push and a turn may weigh the same, and then digits would choose: the first motion is named
-    weight = 1.0 + 1e-3 * np.arange(r)
     capped = np.flatnonzero(np.isfinite(cap))
     # each linear program has the sides that the one before it asked for
     for _ in range(8):
@@ -68,7 +66,8 @@ def unbalanced_load(
             [polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]
         ).tocsr()
         answer = scipy.optimize.linprog(
-            np.concatenate([np.zeros(m * k), np.tile(weight, 2)]),
+            # a push and a turn may weigh the same: digits do not choose, the first motion is named
+            np.concatenate([np.zeros(m * k), np.tile(1.0 + 1e-3 * np.arange(r), 2)]),
             A_ub=whole if polygon.shape[0] else None,
             b_ub=np.concatenate(limit) if polygon.shape[0] else None,
             A_eq=equal,

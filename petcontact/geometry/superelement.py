@@ -265,10 +265,7 @@ def _loaded(path: Path) -> dict[str, Any]:
                 raise InputError(f"{path}: {name}: is there twice")
             info = archive.getinfo(file)
             with archive.open(info) as stream:
-                version = np.lib.format.read_magic(stream)
-                if version not in HEADERS:
-                    raise InputError(f"{path}: damaged ({name} has format {version})")
-                shape, _, dtype = HEADERS[version](stream)
+                shape, _, dtype = HEADERS[np.lib.format.read_magic(stream)](stream)
                 check_declared(f"{path}: {name}", shape, dtype.kind, wanted, sizes)
                 size = math.prod(shape) * dtype.itemsize
                 if size != info.file_size - stream.tell() or size > LARGEST:

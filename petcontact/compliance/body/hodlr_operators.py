@@ -108,6 +108,22 @@ class CompressedOperators:
         )
 
     def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
+        # samples see some of the rows and columns, a random probe all: what they miss by a factor
+        # of 100 they are asked for again, with a tenth of the tolerance
+        for tolerance in (self.bem.hodlr_tol, 0.1 * self.bem.hodlr_tol):
+            *both, worst = self._compressed_to(tolerance, border)
+            if worst <= 100.0 * self.bem.hodlr_tol:
+                return both[0], both[1]
+        raise SolverError(
+            "assemble",
+            f"the compressed operator is off by {worst:.1e}, its tolerance is "
+            f"{self.bem.hodlr_tol:g}",
+            "use another -bem_hodlr_tol or -bem_mat_type dense",
+        )
+
+    def _compressed_to(
+        self, tolerance: float, border: tuple[Array, Array] | None
+    ) -> tuple[HODLR, HODLR, float]:
         operators, mesh = self.operators, as_curve(self.operators.mesh)
         d = operators.kernel.dim
 
@@ -144,40 +160,28 @@ class CompressedOperators:
         threads = threads_per_rank() if mesh.n_nodes >= 20_000 else 1
         pairs = d * np.arange(mesh.n_nodes + 1)
         single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
-        breaks = np.union1d(sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)]))
-        # samples see some of the rows and columns, a random probe all: what they miss by a factor
-        # of 100 they are asked for again, with a tenth of the tolerance
-        for tolerance in (self.bem.hodlr_tol, 0.1 * self.bem.hodlr_tol):
-            system = compress(
-                system_entries,
-                mesh.x,
-                pairs,
-                pairs,
-                tolerance,
-                self.bem.hodlr_leaf,
-                breaks=breaks,
-                threads=threads,
-                comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
-                serve=(all_entries, [pairs, single]),
-                stretches=stretches_of(mesh, operators, apart),
-            )
-            self._spare()
-            outer = system.beside(operators.outer_entries, single)
-            worst = max(
-                matrix.error_estimate(entries, np.random.default_rng(2019))
-                for matrix, entries in (
-                    (system, system_entries),
-                    (outer, operators.outer_entries),
-                )
-            )
-            if worst <= 100.0 * self.bem.hodlr_tol:
-                return system, outer
-        raise SolverError(
-            "assemble",
-            f"the compressed operator is off by {worst:.1e}, its tolerance is "
-            f"{self.bem.hodlr_tol:g}",
-            "use another -bem_hodlr_tol or -bem_mat_type dense",
+        system = compress(
+            system_entries,
+            mesh.x,
+            pairs,
+            pairs,
+            tolerance,
+            self.bem.hodlr_leaf,
+            breaks=np.union1d(
+                sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)])
+            ),
+            threads=threads,
+            comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            serve=(all_entries, [pairs, single]),
+            stretches=stretches_of(mesh, operators, apart),
         )
+        self._spare()
+        outer = system.beside(operators.outer_entries, single)
+        errors = [
+            matrix.error_estimate(entries, np.random.default_rng(2019))
+            for matrix, entries in ((system, system_entries), (outer, operators.outer_entries))
+        ]
+        return system, outer, float(np.max(errors))
 
 
 def column_units(operators: BoundaryOperators) -> Array | None:
