@@ -102,9 +102,10 @@ def _keys(word: str) -> list[str]:
             table = line.removeprefix("## ").strip("`")
         elif line.startswith(f"| `{word.rpartition('.')[2]}` |"):
             cells = [cell.replace("\\|", "|").strip() for cell in re.split(r"(?<!\\)\|", line)]
-            _, _, takes, default, meaning, _ = cells
+            _, _, takes, default, where, meaning, _ = cells
             default = default if default in ("", "required") else f"default {default}"
-            lines.append(f"{table} {word}: {takes}{'; ' * bool(default)}{default}".replace("`", ""))
+            said = filter(None, [takes, default, "" if where == "all" else f"in {where}"])
+            lines.append(f"{table} {word}: {'; '.join(said)}".replace("`", ""))
             lines += textwrap.wrap(meaning, WIDTH, initial_indent="    ", subsequent_indent="    ")
     return lines
 

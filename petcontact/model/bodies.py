@@ -22,6 +22,10 @@ class Units(Model):
     """The `[units]` table: names that figures and files write; nothing is converted, any consistent
     units will do.
 
+    In a config::
+
+        units = { length = "mm", stress = "MPa" }
+
     Attributes
     ----------
     length : str, optional
@@ -51,13 +55,20 @@ class Units(Model):
 class Material(Model):
     """Isotropic linear elasticity; `plane` says nothing in space.
 
+    In a config::
+
+        [material]
+        young_modulus = 210_000.0
+        poisson_ratio = 0.3
+        density = 7.85e-9
+
     Attributes
     ----------
     young_modulus : float
         E > 0 [stress].
     poisson_ratio : float
         ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
-    plane : {"strain", "stress"}
+    plane : {"strain", "stress"}, in 2D
         A long body, or a thin plate.
     density : float, optional
         ρ >= 0, for accelerations and rotations [mass/volume].
@@ -106,6 +117,13 @@ class Displacement(Model):
     """u = value on the part; a component that is "free" carries no traction (a roller), or a given
     one.
 
+    In a config::
+
+        [[boundary]]
+        part = "top"
+        condition = "displacement"
+        value = ["free", -0.1]
+
     Attributes
     ----------
     part : str
@@ -147,6 +165,13 @@ class Displacement(Model):
 class Traction(Model):
     """σ(u)n = value on the part, or -pressure·n.
 
+    In a config::
+
+        [[boundary]]
+        part = "left"
+        condition = "traction"
+        pressure = "20*(1 - y/4)"
+
     Attributes
     ----------
     part : str
@@ -182,6 +207,12 @@ class Traction(Model):
 class Symmetry(Model):
     """A plane of symmetry: no normal displacement and no shear on a straight side or a plane face.
 
+    In a config::
+
+        [[boundary]]
+        part = "left"
+        condition = "symmetry"
+
     Attributes
     ----------
     part : str
@@ -198,11 +229,18 @@ class Periodic(Model):
     """Two sides of a plane body of which one is the other moved along: u(partner) = u(part) + jump,
     with opposite tractions.
 
+    In a config::
+
+        [[boundary]]
+        part = "left"
+        condition = "periodic"
+        partner = "right"
+
     Attributes
     ----------
     part : str
         Name of the part.
-    condition : "periodic"
+    condition : "periodic", in 2D, axial
         What is known on the part.
     partner : str
         Name of the other part, which has no condition of its own.
@@ -240,6 +278,14 @@ def no_wear_unless_unilateral(normal: Normal, coefficient: object) -> None:
 class Contact(Model):
     """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound
     caps), or is zero.
+
+    In a config::
+
+        [[boundary]]
+        part = "bottom"
+        condition = "contact"
+        normal = "unilateral"
+        friction_coefficient = 0.3
 
     Attributes
     ----------
@@ -305,6 +351,14 @@ Geometry = Annotated[
 class Body(Model):
     """One elastic body; parts without a condition or a contact are free of traction.
 
+    In a config::
+
+        [[body]]
+        name = "upper"
+        material = { young_modulus = 210_000.0, poisson_ratio = 0.3 }
+        geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [8, 4] }
+        boundary = [{ part = "top", condition = "displacement", value = [0, -0.01] }]
+
     Attributes
     ----------
     name : str
@@ -338,6 +392,14 @@ class Body(Model):
 
 class Pair(Model):
     """Two parts that may touch.
+
+    In a config::
+
+        [[contact]]
+        name = "interface"
+        secondary = "upper.bottom"
+        primary = "lower.top"
+        friction_coefficient = 0.3
 
     Attributes
     ----------

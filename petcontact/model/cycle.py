@@ -27,6 +27,13 @@ def _jump(value: Any) -> int | str:
 class Cycle(Model):
     """Steps that are done again and again while contacts wear.
 
+    In a config::
+
+        [cycle]
+        first = "push"
+        last = "pull"
+        count = 10_000
+
     Attributes
     ----------
     first, last : str

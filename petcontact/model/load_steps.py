@@ -89,6 +89,12 @@ class Obstacle(Model):
 
     One number stands for every component where it is 0 or "free".
 
+    In a config::
+
+        [[obstacle]]
+        name = "punch"
+        displacement = ["free", -0.1]
+
     Attributes
     ----------
     name : str
@@ -152,6 +158,15 @@ class Obstacle(Model):
 class BoundaryChange(Model):
     """New values of a condition of one part.
 
+    In a config::
+
+        [[step]]
+        name = "press"
+        [[step.boundary]]
+        body = "upper"
+        part = "top"
+        value = [0.0, -0.1]
+
     Attributes
     ----------
     body : str, optional
@@ -181,6 +196,14 @@ class BoundaryChange(Model):
 class ObstacleChange(Model):
     """New values of an obstacle; what is not named stays.
 
+    In a config::
+
+        [[step]]
+        name = "push"
+        [[step.obstacle]]
+        name = "punch"
+        displacement = [0.05, -0.1]
+
     Attributes
     ----------
     name : str
@@ -205,6 +228,14 @@ class ObstacleChange(Model):
 class PointForceChange(Model):
     """A new value of a point force.
 
+    In a config::
+
+        [[step]]
+        name = "pull"
+        [[step.point_force]]
+        name = "hook"
+        force = [10.0, 0.0]
+
     Attributes
     ----------
     name : str
@@ -219,6 +250,13 @@ class PointForceChange(Model):
 
 class Step(Model):
     """One load step.
+
+    In a config::
+
+        [[step]]
+        name = "press"
+        increments = 5
+        boundary = [{ part = "top", value = [0.0, -0.1] }]
 
     Attributes
     ----------

@@ -23,6 +23,13 @@ Inside = Annotated[Expression, pydantic.AfterValidator(_in_volume)]
 class PointForce(Model):
     """A force at a point of the body [force/length of thickness, in space force].
 
+    In a config::
+
+        [[point_force]]
+        name = "hook"
+        at = [0.0, 1.0]
+        force = [5.0, 0.0]
+
     Attributes
     ----------
     at : point
@@ -41,6 +48,12 @@ class PointForce(Model):
 class VolumeLoads(Model):
     """Forces and temperature in a body; expressions are in x, y, in space x, y, z.
 
+    In a config::
+
+        [loads]
+        acceleration = [0.0, -9810.0]
+        temperature = "80 + 20*x/50"
+
     Attributes
     ----------
     acceleration : a number or an expression a component, optional
@@ -51,7 +64,7 @@ class VolumeLoads(Model):
         ω of a rotation whose centrifugal force, density·ω²·distance, acts [1/time].
     centre : point, optional
         A point on the axis of rotation; the origin by default [length].
-    axis : vector, optional
+    axis : vector, optional, in 3D
         Of rotation, in space; along z by default [-].
     temperature : number or expression
         Rise over the state without stress [temperature].
@@ -98,6 +111,14 @@ class VolumeLoads(Model):
 class LoadsChange(VolumeLoads):
     """New volume loads of a body; what is not named stays. Loads are reached linearly: of a
     rotation its force.
+
+    In a config::
+
+        [[step]]
+        name = "spin"
+        [[step.loads]]
+        body = "hub"
+        angular_velocity = 900.0
 
     Attributes
     ----------

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 import typing
 from typing import Any
 
@@ -13,16 +14,24 @@ from pydantic.json_schema import models_json_schema
 
 from .base import Model, models_in
 
-ENTRY = re.compile(r"^(\w[\w, ]*) : .*\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE)
+ENTRY = re.compile(
+    r"^(\w[\w, ]*) : .*?(?:, in ((?:2D|axial|3D)(?:, \w+)*))?\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE
+)
+EXAMPLE = re.compile(r"In a config::\n\n((?: {8}.*\n)+)")
 
 
-def described(cls: type[Model]) -> dict[str, str]:
-    """What the docstring's Attributes say of each field, in one line."""
+def described(cls: type[Model]) -> dict[str, tuple[str, str]]:
+    """What the docstring's Attributes say of each field, in one line, and in which problems it
+    counts: "2D, axial", "" for all; of the key that chooses a shape or condition that is so for
+    all."""
     result = described(cls.__base__) if cls.__base__ not in (None, Model) else {}
     section = (cls.__doc__ or "").partition("Attributes\n    ----------\n")[2]
     text = "\n".join(line[4:] for line in section.splitlines()) + "\n"
-    for names, body in ENTRY.findall(text):
-        result |= {name.strip(): " ".join(body.split()) for name in names.split(",")}
+    whole = ""
+    for names, where, body in ENTRY.findall(text):
+        whole = where if names in ("shape", "condition") else whole
+        said = " ".join(body.split()), where or whole
+        result |= {name.strip(): said for name in names.split(",")}
     return result
 
 
@@ -39,7 +48,7 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
     for model in {model for root in models.values() for _, model in _places(root)}:
         entry = definitions["$defs"][model.__name__]
         entry["description"] = _summary(model)
-        for name, text in described(model).items():
+        for name, (text, _) in described(model).items():
             if name in entry["properties"]:
                 entry["properties"][name]["description"] = text
     chosen: dict[str, Any] = {}
@@ -107,16 +116,20 @@ def _table(place: str, model: type[Model], entry: dict[str, Any]) -> str:
         "",
         _summary(model),
         "",
-        "| key | takes | default | meaning |",
-        "| --- | --- | --- | --- |",
+        "| key | takes | default | 2D / axial / 3D | meaning |",
+        "| --- | --- | --- | --- | --- |",
     ]
+    says = described(model)
     for name, item in entry["properties"].items():
         required = name in entry.get("required", ())
         default = "required" if required else _shown(item.get("default"))
-        cells = (f"`{name}`", _takes(item), default, item.get("description", ""))
+        text, where = says.get(name, ("", ""))
+        cells = (f"`{name}`", _takes(item), default, where or "all", text)
         # an unescaped bar, as of |σ_t|, would end the cell
         shown = (cell.replace("\\", "\\\\").replace("|", "\\|") for cell in cells)
         lines.append(f"| {' | '.join(shown)}".rstrip() + " |")
+    for example in EXAMPLE.findall(model.__doc__ or ""):
+        lines += ["", "```toml", textwrap.dedent(example).rstrip(), "```"]
     return "\n".join([*lines, ""])
 
 

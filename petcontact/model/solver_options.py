@@ -78,6 +78,12 @@ Options = Annotated[
 class Method(Model):
     """The `[method]` table.
 
+    In a config::
+
+        [method]
+        rule = "modified"
+        rho = 1.0
+
     Attributes
     ----------
     name : key of METHODS, optional
@@ -143,15 +149,23 @@ class Bem(Model):
     """The `[bem]` table: how the boundary operators are stored; the same keys exist as `-bem_...`
     options.
 
+    In a config::
+
+        [bem]
+        mat_type = "hodlr"
+        hodlr_tol = 1e-12
+
     Attributes
     ----------
     mat_type : {"auto", "dense", "hodlr", "hmatrix"}
         Dense, compressed hierarchically (hodlr in the plane, hmatrix in space), or what is cheaper.
-    hodlr_tol, hmatrix_tol : float
+    hodlr_tol : float, in 2D
         Relative tolerance of the compression [-].
-    hodlr_leaf : int
+    hmatrix_tol : float, in 3D
+        Relative tolerance of the compression [-].
+    hodlr_leaf : int, in 2D
         Largest number of nodes in a dense diagonal block.
-    quadrature_tol : float, optional
+    quadrature_tol : float, optional, in 3D
         Relative error of the integrals over panels in space, by default 1e-11 on flat and 1e-9 on
         curved ones, which leave 1e-8 of the kernels; 1e-11 leaves 2e-10. The plane's integrals are
         closed forms [-].
@@ -171,6 +185,12 @@ Ratio = Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1.0)]
 class MeshOptions(Model):
     """Element size, order and grading.
 
+    In a config::
+
+        [mesh]
+        element_size = 0.1
+        order = 2
+
     Attributes
     ----------
     element_size : float, optional
@@ -180,13 +200,13 @@ class MeshOptions(Model):
     order : int, optional
         Order of the elements, 0 (constant, as in the paper; the default where `element_size` is
         given) to 5.
-    grading : float, optional
+    grading : float, optional, in 2D, axial
         Ratio in (0, 1) of neighbouring elements where the mesh is graded geometrically towards
         corners, ends of parts and `graded_points`; by default no grading where `element_size` is
         given, else 0.35.
-    levels : int
+    levels : int, in 2D, axial
         Number of graded elements towards each such point.
-    graded_points : list of points
+    graded_points : list of points, in 2D, axial
         Further points of the boundary to grade towards [length]. On contact parts of adaptive
         solves they are a first guess of transition points.
     accuracy : float, optional
@@ -194,7 +214,7 @@ class MeshOptions(Model):
         the estimated relative error is below this [-]; of u_t of one body in bilateral contact
         (1e-4 by default), else of pressure and shear (1e-2); in space 2e-2. Surfaces from files are
         refined only where it is given.
-    exponent : float, optional
+    exponent : float, optional, in 3D
         3D boxes only: panels shrink towards the edges of a face with this power of their number.
         The default is 1.4; 1 makes equal panels. 3D meshes also read `element_size` (default: a
         quarter of the shortest edge), `element_sizes`, `order` (0 to 3, default 2) and `accuracy`.

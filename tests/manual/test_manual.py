@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 
 import forked
@@ -17,6 +18,8 @@ import pytest
 import petcontact
 from petcontact.commands.schema import schema_text
 from petcontact.manual import ORDER, chapter, pages, topics
+from petcontact.model.problem import OneBody, Problem
+from petcontact.model.reference import EXAMPLE, _places
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
@@ -189,13 +192,28 @@ def test_no_bar_cuts_a_meaning_off():
     """|σ_t| in a table would end the cell."""
     rows = [line for line in chapter("config").splitlines() if line.startswith("| `")]
     assert any("\\|σ_t\\|" in row for row in rows)
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {5}
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {6}
 
 
 def test_every_key_has_a_meaning():
     rows = [line.split(" | ") for line in chapter("config").splitlines() if line.startswith("| `")]
     assert len(rows) > 60
-    assert not [row[0] for row in rows if len(row) < 4 or not row[3].strip(" |")]
+    assert not [row[0] for row in rows if len(row) < 5 or not row[4].strip(" |")]
+    kinds = {row[0].strip("| `"): row[3] for row in rows}
+    assert kinds["exponent"] == "3D" and kinds["vertices"] == "2D, axial" and kinds["part"] == "all"
+
+
+def test_every_table_has_an_example_that_is_read():
+    """A table of it, at the place that the heading names; shapes from files are not opened."""
+    models = {m: place for root in (Problem, OneBody) for place, m in _places(root) if place}
+    for model, place in models.items():
+        (example,) = EXAMPLE.findall(model.__doc__)
+        value = tomllib.loads(textwrap.dedent(example))
+        for key in place.partition(" ")[0].strip("[]").removeprefix("body.").split("."):
+            value = value[key]
+            while isinstance(value, list):
+                value = value[0]
+        assert isinstance(model(**value), model)
 
 
 @pytest.mark.parametrize(

@@ -38,16 +38,22 @@ class Gmsh(Shape):
     else their numbers, which `petcontact mesh part.step` lists. Lengths are in millimetres, as
     OpenCASCADE reads them.
 
+    In a config::
+
+        [geometry]
+        shape = "gmsh"
+        file = "bracket.msh"
+
     Attributes
     ----------
     shape : "gmsh"
         The shape.
     file : str
         Path of the file; in a config it is relative to the config's folder.
-    parts : table of lists of int, optional
+    parts : table of lists of int, optional, in 3D
         Of a CAD file: names, and the numbers of the surfaces that each is for; the other surfaces
         keep their own.
-    solid : str or int, optional
+    solid : str or int, optional, in 3D
         Of a CAD file with several solids: name or number of the one that is meant.
     """
 
@@ -95,6 +101,12 @@ class Superelement(Shape):
     what the file holds. Conditions on its parts work; loads inside are in the file. The material is
     that of the surface: it says how stiff the faces are against tractions that finite elements of
     their size do not resolve. Fields inside are not known.
+
+    In a config::
+
+        [geometry]
+        shape = "superelement"
+        file = "layer.npz"
 
     Attributes
     ----------

@@ -19,9 +19,16 @@ from ..base import Finite, Model, Point, Positive, Shape
 class Rectangle(Shape):
     """Axis-parallel; its sides are named bottom, right, top, left.
 
+    In a config::
+
+        [geometry]
+        shape = "rectangle"
+        lower_left = [0.0, 0.0]
+        upper_right = [8.0, 4.0]
+
     Attributes
     ----------
-    shape : "rectangle"
+    shape : "rectangle", in 2D, axial
         The shape.
     lower_left, upper_right : points
         Opposite corners [length].
@@ -53,9 +60,16 @@ class Rectangle(Shape):
 class Polygon(Shape):
     """Straight sides between vertices.
 
+    In a config::
+
+        [geometry]
+        shape = "polygon"
+        vertices = [[0, 0], [6, 0], [5, 3]]
+        parts = ["bottom", "right", "top"]
+
     Attributes
     ----------
-    shape : "polygon"
+    shape : "polygon", in 2D, axial
         The shape.
     vertices : list of points
         In either direction [length].
@@ -91,6 +105,15 @@ def _polygon(vertices: tuple[Point, ...], parts: tuple[str, ...]) -> Outline:
 
 class OutlineSide(Model):
     """One side of a loop, from the end of the side before it.
+
+    In a config::
+
+        [geometry]
+        shape = "outline"
+        loops = [[
+            { part = "bottom", to = [2.0, 0.0] },
+            { part = "arc", to = [0.0, 0.0], radius = 1.0 },
+        ]]
 
     Attributes
     ----------
@@ -139,6 +162,12 @@ class OutlineSide(Model):
 class Circle(Model):
     """A loop that is a whole circle.
 
+    In a config::
+
+        [geometry]
+        shape = "outline"
+        loops = [{ part = "rim", center = [0.0, 1.0], radius = 1.0 }]
+
     Attributes
     ----------
     part : str
@@ -168,15 +197,22 @@ class SideBySide(Shape):
     """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary,
     the others holes; or, `exterior`, all of them holes of an infinite plate.
 
+    In a config::
+
+        [geometry]
+        shape = "outline"
+        exterior = true
+        loops = [{ part = "hole", center = [0, 0], radius = 1.0 }]
+
     Attributes
     ----------
-    shape : "outline"
+    shape : "outline", in 2D, axial
         The shape.
     loops : list of loops
         A loop is a list of sides, the first of which starts where the last one ends, or a circle.
         Loops may be given in either direction: the outer one is turned counter-clockwise, holes
         clockwise.
-    exterior : bool
+    exterior : bool, in 2D
         Whether the body is the infinite plate around the loops.
     """
 

@@ -26,9 +26,15 @@ class Revolved(Shape):
     end; it begins in the half plane through the axis and x (y where the axis is along x), and is
     turned right-handed about the axis.
 
+    In a config::
+
+        [geometry]
+        shape = "revolved"
+        loops = [{ part = "ring", center = [5.0, 0.0], radius = 1.0 }]
+
     Attributes
     ----------
-    shape : "revolved"
+    shape : "revolved", in 3D
         The shape.
     loops : list of loops
         A loop is a list of sides, the first of which starts where the last one ends, or a circle.

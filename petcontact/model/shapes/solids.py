@@ -17,9 +17,16 @@ class Box(Shape):
     """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top
     z+.
 
+    In a config::
+
+        [geometry]
+        shape = "box"
+        lower = [0.0, 0.0, 0.0]
+        upper = [2.0, 1.0, 1.0]
+
     Attributes
     ----------
-    shape : "box"
+    shape : "box", in 3D
         The shape.
     lower, upper : points with three coordinates
         Opposite corners [length].
@@ -45,9 +52,16 @@ class Sphere(Shape):
 
     A part is where the direction from the centre is nearest to that axis.
 
+    In a config::
+
+        [geometry]
+        shape = "sphere"
+        centre = [0.0, 0.0, 1.0]
+        radius = 1.0
+
     Attributes
     ----------
-    shape : "sphere"
+    shape : "sphere", in 3D
         The shape.
     centre : point with three coordinates
         [length]
@@ -67,9 +81,17 @@ class Sphere(Shape):
 class Cylinder(Shape):
     """A cylinder of curved panels, its discs named bottom and top, its side side.
 
+    In a config::
+
+        [geometry]
+        shape = "cylinder"
+        from = [0.0, 0.0, 0.0]
+        to = [0.0, 0.0, 2.0]
+        radius = 1.0
+
     Attributes
     ----------
-    shape : "cylinder"
+    shape : "cylinder", in 3D
         The shape.
     from : point with three coordinates
         Centre of the disc bottom [length].
