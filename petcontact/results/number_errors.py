@@ -149,7 +149,8 @@ def _around(solution: Evaluated, number: Number) -> Array:
     if number.part:
         element, state = solution.boundary_state(number.of, _end(solution, number))
         mine = state.x[mesh.part[element] == mesh.part_names.index(number.part)]
-        return np.asarray(mine[np.linalg.norm(mine - place, axis=1).argsort()[:BESIDE]])
+        beside = mine[np.linalg.norm(mine - place, axis=1).argsort()[:BESIDE]]
+        return np.vstack([place, beside])
     reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
     ways = np.eye(mesh.dim)
     return np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))

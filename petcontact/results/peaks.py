@@ -16,8 +16,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..contact.law_protocol import OPEN
+from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -42,10 +43,11 @@ ACROSS = {2: 6, 3: 3}
 """Places of a contact below which is sampled along each of its directions, by the dimension."""
 LATTICE = {2: 10, 3: 6}
 """Samples along the longest side of a body, by its dimension."""
-CLIMBS, GRID = 3, np.linspace(-1.0, 1.0, 5)
-"""Steps of a climb, each to the best of a grid that is a fifth as wide as the one before. The last
-one is a hundredth of the spacing of the samples, and a maximum is flat: its value is right to the
-square of that. A field costs by its calls rather than by its points."""
+CLIMBS, GRID = 6, np.linspace(-1.0, 1.0, 5)
+"""Steps of a climb, each to the best of a grid, which is a fifth as wide as the one before unless
+the way leads on. Three grids are a hundredth of the spacing of the samples wide, and a maximum is
+flat: its value is right to the square of that. A field costs by its calls rather than by its
+points."""
 NEAR = 0.05
 """Distance from a place without a bound, over the largest side of the box about the body, up to
 which stress is left out. It is a definition: stress falls from there without an end."""
@@ -117,11 +119,11 @@ def stress_peaks(
 def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     """The largest of one stress over bodies and steps."""
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
-    surface = max((p for p, _ in peaks if p.part), key=_value, default=None)
-    below = max(
-        ((p, s) for p, s in peaks if not p.part), key=lambda both: _value(both[0]), default=None
+    surface, top = (
+        max((each for each in peaks if bool(each[0].part) == on), key=_value, default=None)
+        for on in (True, False)
     )
-    top = below[1].top(key, below[0]) if below else None
+    surface, top = (each and each[1].top(key, each[0]) for each in (surface, top))
     if top and surface and top.value <= (1.0 + MORE) * surface.value:
         top = None
     unbounded = {
@@ -147,8 +149,8 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     return f"{stress[k]:.4g} at ({place}){where}"
 
 
-def _value(peak: StressPeak) -> float:
-    return peak.value
+def _value(found: tuple[StressPeak, _Samples]) -> float:
+    return found[0].value
 
 
 class _Samples:
@@ -166,12 +168,14 @@ class _Samples:
         if self._fields.known and len(inside):
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
-        of_places = [e for place in places for e in place.elements]
-        self._seeds = np.flatnonzero(np.isin(self._element, of_places))
         self._reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
-        self._beside = np.zeros(len(self._x), dtype=bool)
+        self._beside = self._near_unbounded(self._x)
+        # no element sees a peak of its own nearer to such a place than half its length
+        within, near = sizes(mesh)[self._element], [e for place in places for e in place.elements]
         for place in places:
-            self._beside |= np.linalg.norm(self._x - place.x, axis=1) < self._reach
+            near += self._element[np.linalg.norm(boundary.x - place.x, axis=1) < within].tolist()
+        beside = self._beside[: len(self._element)]
+        self._seeds = np.flatnonzero(np.isin(self._element, near) & beside)
         u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
         moved = (
             material.young_modulus * float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
@@ -204,22 +208,46 @@ class _Samples:
         return [p for p in self._places if values[np.isin(self._element, p.elements)].max() > bound]
 
     def top(self, key: str, peak: StressPeak) -> StressPeak | None:
-        """The top near a sample; None where the way up leads to a place without a bound."""
+        """The top near a sample; None where the way up leads inside to a place without a bound.
+
+        On the surface it leads no nearer to such a place than `NEAR`, so that what is found on its
+        hill does not depend on where the samples lie.
+        """
         d, value, place = len(peak.place), peak.value, peak.place
         if value <= self._least:
             return peak
         ways = np.array(np.meshgrid(*[GRID] * d)).reshape(d, -1).T
         step = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
+        off = bool(peak.part) and not self._near_unbounded(place[None])[0]
         for _ in range(CLIMBS):
-            state = self._fields.at(place + step * ways, outside=np.nan)
-            values = np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
-            k = int(np.argmax(values))
+            x, values = self._values_near(key, place + step * ways, peak.part)
+            values[self._near_unbounded(x) & off] = -np.inf
+            k, reached = int(np.argmax(values)), 0.0
             if values[k] > value:
-                value, place = float(values[k]), state.x[k]
-            step /= len(GRID)
-        if any(np.linalg.norm(place - each.x) < self._reach for each in self._places):
+                reached = float(np.linalg.norm(x[k] - place))
+                value, place = float(values[k]), x[k]
+            if reached < step:
+                step /= len(GRID)
+        if not peak.part and self._near_unbounded(place[None])[0]:
             return None
         return replace(peak, value=value, place=place)
+
+    def _values_near(self, key: str, points: Array, part: str) -> tuple[Array, Array]:
+        """Points inside, or the feet of points on a part of the surface, and the stress there."""
+        mesh = self._fields.mesh
+        if part:
+            element, foot = located(mesh, points, part, within=sizes(mesh))
+            state = self._fields.on_boundary(element[element >= 0], foot[element >= 0])
+        else:
+            state = self._fields.at(points, outside=np.nan)
+        return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+
+    def _near_unbounded(self, x: Array) -> Mask:
+        """Which points (q, d) lie next to places without a bound."""
+        near = np.zeros(len(x), dtype=bool)
+        for place in self._places:
+            near |= np.linalg.norm(x - place.x, axis=1) < self._reach
+        return near
 
     def _values(self, key: str) -> Array:
         """At all samples; what is not finite is less than everything."""

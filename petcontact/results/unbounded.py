@@ -19,6 +19,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..contact.law_protocol import OPEN, SLIP
+from ..fields.boundary.places import meeting, sizes
 from ..frozen import frozen
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -126,9 +127,10 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if body.exponent(corner, sides, partner) < 1.0:
                 places[name].append(Unbounded(corner.x, corner.elements, corner.parts))
-                element = partner.facing(corner.x)[1] if partner and (FREE,) in sides else None
-                if element is not None:
-                    under = Unbounded(corner.x, (element,), f"under a corner of {name}")
+                free = partner and (FREE,) in sides
+                under = partner.facing(corner.x, closed[0].normal)[1] if free else None
+                if under is not None:
+                    under = Unbounded(*under, f"under a corner of {name}")
                     places[closed[0].partner].append(under)
     return places
 
@@ -164,17 +166,30 @@ class _Closed:
         Shear modulus of the partner over that of the body.
     friction : float
         |σ_t| over |p| where it slips, infinite where it sticks.
+    normal : (d,) array
+        Along which it faces the partner, one way or the other.
     """
 
     partner: str
     kinds: tuple[SideKind, ...]
     stiffer: float
     friction: float
+    normal: Array
 
     def exponent(self, angles: tuple[float, float], kappas: tuple[float, float]) -> float:
         """The least λ of both ways to slip."""
         ways = {self.friction, -self.friction} if math.isfinite(self.friction) else {math.inf}
         return min(pair_exponent(angles, kappas, self.stiffer, way) for way in ways)
+
+
+def _faced(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
+    """The nodes of a primary, at points (n, d), that face the secondary, whose nodes have elements
+    of half lengths (m,), and the node of that each; what reaches beyond faces nothing."""
+    rows = nearest(pair.x, x)[1][:, 0]
+    away, normal = x - pair.x[rows], pair.normal[rows]
+    away -= np.sum(away * normal, axis=1)[:, None] * normal
+    faces = np.linalg.norm(away, axis=1) < (1.0 + SINGLE) * size[rows]
+    return nodes[faces], rows[faces]
 
 
 class _Body:
@@ -197,7 +212,9 @@ class _Body:
                 nodes, rows, partner = solution.nodes[pair_name], np.arange(len(pair.x)), owner
             elif owner == name:
                 nodes, partner = self._mesh.nodes_of(part), secondary
-                rows = nearest(pair.x, self._mesh.x[nodes])[1][:, 0]
+                other = solution.meshes[secondary]
+                size = sizes(other)[other.element[solution.nodes[pair_name]]]
+                nodes, rows = _faced(pair, size, nodes, self._mesh.x[nodes])
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._pairs), rows
@@ -233,20 +250,24 @@ class _Body:
         both bodies."""
         closed = [side for side in sides if isinstance(side, _Closed)]
         if (FREE,) in sides and len(closed) == 1:
-            facing = partner.facing(corner.x)[0] if partner else math.pi
+            facing = partner.facing(corner.x, closed[0].normal)[0] if partner else math.pi
             return closed[0].exponent((corner.angle, facing), (self.kappa, (partner or self).kappa))
         kinds = [side.kinds if isinstance(side, _Closed) else side for side in sides]
         return min(_exponent(corner.angle, self.kappa, *pair) for pair in itertools.product(*kinds))
 
-    def facing(self, x: Array) -> tuple[float, int | None]:
-        """The angle of the corner at a point, and no element; where there is none the angle of a
-        smooth side, and the element of it."""
+    def facing(self, x: Array, normal: Array) -> tuple[float, tuple[Array, tuple[int, ...]] | None]:
+        """The angle of the corner at a point, and no more; where there is none the angle of a
+        smooth side, the place on it that the point faces and the elements that meet there."""
         size = float(np.ptp(self._mesh.x, axis=0).max())
         meets = self._corners.angle[np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * size]
         if len(meets):
             return round(float(meets[0]), 6), None
-        node = int(np.argmin(np.linalg.norm(self._mesh.x - x, axis=1)))
-        return math.pi, int(self._mesh.element[node])
+        near = (1.0 + SINGLE) * float(np.linalg.norm(self._mesh.x - x, axis=1).min())
+        across = meeting(self._mesh, x, near)[0] - x
+        if along := float(across @ normal):
+            x = x + normal * float(across @ across) / along
+        foot, elements = meeting(self._mesh, x, near)
+        return math.pi, (foot, tuple(elements.tolist()))
 
     def _touched(self, element: int, x: Array) -> _Closed | tuple[SideKind, ...] | None:
         """What the element is at the node that is nearest to a point; None off the contact."""
@@ -258,7 +279,7 @@ class _Body:
         if pair.state[row] == OPEN:
             return (FREE,)
         if pair.state[row] != SLIP:
-            return _Closed(partner, (CLAMPED,), stiffer, math.inf)
+            return _Closed(partner, (CLAMPED,), stiffer, math.inf, pair.normal[row])
         pressure, shear = abs(pair.pressure[row]), float(np.linalg.norm(pair.sigma_t[row]))
         ratio = round(min(shear / pressure, 1.0), 3) if pressure > 0.0 else 0.0
-        return _Closed(partner, (SLIDING,), stiffer, ratio)
+        return _Closed(partner, (SLIDING,), stiffer, ratio, pair.normal[row])

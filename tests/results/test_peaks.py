@@ -17,7 +17,9 @@ from petcontact import (
     Traction,
     solve,
 )
+from petcontact.model.base import parse
 from petcontact.results.peaks import stress_peaks
+from petcontact.results.unbounded import unbounded_places
 
 
 def test_under_a_cylinder_the_largest_von_mises_stress_lies_inside():
@@ -63,8 +65,41 @@ def test_what_is_left_does_not_depend_on_the_mesh(block):
     finer = solve(_finer(block.problem))
     for name, peaks in stress_peaks(block).items():
         assert stress_peaks(finer)[name].surface.value == pytest.approx(
-            peaks.surface.value, rel=0.15
+            peaks.surface.value, rel=0.02
         )
+
+
+def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
+    """A tilted block: along the normal of its side, which is not the nearest place. Corners of the
+    other one that reach beyond the block press on nothing."""
+
+    def block(name, corners, part, value):
+        return {
+            "name": name,
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "mesh": {"element_size": 0.5},
+            "boundary": [{"part": part, "condition": "displacement", "value": value}],
+            "geometry": {
+                "shape": "polygon",
+                "vertices": corners,
+                "parts": ["bottom", "right", "top", "left"],
+            },
+        }
+
+    upper = [[-1.0, 0.05], [1.0, 0.01], [1.0, 1.0], [-1.0, 1.0]]
+    lower = [[-1.5, -1.0], [1.5, -1.0], [1.5, 0.0], [-1.5, 0.0]]
+    data = {
+        "body": [
+            block("upper", upper, "top", [0.0, -0.05]),
+            block("lower", lower, "bottom", [0.0, 0.0]),
+        ],
+        "contact": [{"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"}],
+    }
+    solution = solve(parse(Problem, data, "tilted"))
+    places = unbounded_places(solution, solution.last)
+    under = [place.x for place in places["lower"] if "under" in place.sides]
+    np.testing.assert_allclose(under, [[-1.0 - 0.05 * 0.02, 0.0], [1.0 - 0.01 * 0.02, 0.0]], 1e-12)
+    assert not [place for place in places["upper"] if "under" in place.sides]
 
 
 def _finer(problem: Problem) -> Problem:

@@ -66,6 +66,16 @@ def sizes(mesh: BoundaryMesh) -> Array:
     return _spheres(mesh)[1]
 
 
+def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
+    """The foot of a point (d,) that is up to a distance away from the boundary, and the elements
+    that meet there."""
+    element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
+    at = mesh.variables_at(element, place)
+    foot = np.array([at[axis][0] for axis in "xyz"[: mesh.dim]])
+    centre, radius = _spheres(mesh)
+    return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
+
+
 @functools.singledispatch
 def _spheres(mesh: Any) -> tuple[Array, Array]:
     """Centres (n_elements, d) and radii of spheres round the elements."""
