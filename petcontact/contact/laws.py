@@ -17,6 +17,11 @@ from .linearisation import Linearisation
 _RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
 _COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
+STEEP = 1e3
+"""Coefficient of friction in the place of none where contact may open with a friction bound: at the
+edge of contact the shear is anything up to it. A bound that falls to 0 at once leaves problems
+without a solution; a thousandth of it is the pressure that reaches it."""
+
 
 @frozen
 class Tresca:
@@ -181,14 +186,6 @@ class SignoriniCoulomb:
             np.where(cone, self.coefficient, 0.0),
             np.where(present & ~self.unilateral, np.inf, 0.0),
             np.where(present, np.inf, 0.0),
-        )
-
-    @property
-    def jumps(self) -> bool:
-        """Whether friction somewhere falls from a bound to 0 at once where contact opens: then
-        there may be no solution."""
-        return bool(
-            np.any(self.unilateral & ~self._coulomb & np.isfinite(self.bound) & (self.bound > 0.0))
         )
 
     def bound_at(self, sigma: Array) -> Array:

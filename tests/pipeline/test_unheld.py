@@ -11,7 +11,6 @@ from petcontact import Problem, solve
 from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.model.base import parse
 from petcontact.pipeline.run import prepare
-from petcontact.pipeline.steps.diagnosis import failure
 from petcontact.pipeline.steps.increment import Increment
 from petcontact.pipeline.steps.load_steps import first_increment
 
@@ -109,9 +108,7 @@ def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
     del data["contact"][0]["friction_coefficient"]
     increment = first_increment(prepare(parse(Problem, data, "test"))).to(0.1)
     outcome = increment.solved()
-    assert not outcome.converged and failure(increment, outcome).endswith(
-        "may be no solution, give a friction_coefficient"
-    )
+    assert not outcome.converged
     assert unbalanced_load(increment.system.modes, increment.problem.discrete.law) is None
     compliance = np.array(
         [increment.system.apply(one.reshape(4, 2)).ravel() for one in np.eye(8)]

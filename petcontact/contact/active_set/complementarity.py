@@ -23,7 +23,8 @@ from ...arrays import Array, Mask
 from ...round_off import CHAINED, ROUNDED
 from ..equilibrium import directions
 from ..friction_law import lengths
-from ..laws import SignoriniCoulomb
+from ..laws import STEEP, SignoriniCoulomb
+from ..linearisation import Linearisation
 from ..system import ContactSystem
 
 FAR = 1e2
@@ -34,35 +35,43 @@ SOFT = (1e3, 1e8)
 be moved many times, of softer ones no digits are left."""
 LARGEST = 1200
 """Unknowns up to which all pivots together take a second or two, 1 ms each."""
+Pieces = tuple[Linearisation, Array]
+"""On which pieces of the law nodes are, and their σ (m, k)."""
 
 
 def complementary_guesses(
-    system: ContactSystem, law: SignoriniCoulomb, near: Mask
+    system: ContactSystem, law: SignoriniCoulomb, near: Mask, others: Pieces | None = None
 ) -> Iterator[tuple[Array, Array, Array]]:
     """τ, σ and v (m, k) of solutions with springs, which come nearer to those without.
 
-    Pivots are on the nodes that are `near`, (m,), and those that overlap without. There is no guess
-    where contact may pull with Coulomb's law, which is no complementarity problem, or where these
-    nodes are too many.
+    Pivots are on the nodes that are `near`, (m,). The others stay on their pieces, where these are
+    given with their σ, and then are judged by whoever asks; else they are open, and near where they
+    overlap. There is no guess where contact may pull with Coulomb's law, which is no
+    complementarity problem, where these nodes are too many, or where S would have to be made of
+    too many products.
     """
+    near = near if others else near | ~law.unilateral
+    pairs = _Complementarity(law, near, others)
+    if not pairs.fits or (system.matrix_free and system.u_0.size > LARGEST):
+        return
     root = np.sqrt(np.repeat(system.weight, law.k))
     whole, v_0, springs, load = _sprung(system, root)
-    near = near | ~law.unilateral
     # the springs are moved after the bodies so many times
-    for _ in range(1 if system.modes is None else 4):
+    for _ in range(1 if others or system.modes is None else 4):
         while True:
-            pairs = _Complementarity(law, near)
             found = pairs.solution(whole + springs, v_0 + load, root) if pairs.fits else None
             if found is None:
                 return
             y, slips = found
             v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
             over = pairs.present & ~near & (v[:, -1] > 0.0)
-            if not over.any():
+            if others or not over.any():
                 break
             near = near | over
+            pairs = _Complementarity(law, near)
         sigma = (y / root).reshape(v.shape)
-        yield pairs.tau(sigma, v, slips), sigma, v
+        tau = pairs.tau(sigma, v, slips)
+        yield np.where(near[:, None], tau, others[0].tau) if others else tau, sigma, v
         v_0 = v_0 + load + springs @ y
 
 
@@ -87,9 +96,12 @@ def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Ar
 
 class _Complementarity:
     """The unknowns p, β and λ of some nodes, in this order, for vectors that are weighted by the
-    root of the weights."""
+    root of the weights.
 
-    def __init__(self, law: SignoriniCoulomb, near: Mask) -> None:
+    Besides, v = 0 on components that are held, of the other nodes as their pieces have it.
+    """
+
+    def __init__(self, law: SignoriniCoulomb, near: Mask, others: Pieces | None = None) -> None:
         self._law, self._ways = law, directions(law.k - 1)
         self.present = np.ones(len(near), dtype=bool) if law.absent is None else ~law.absent
         present = self.present & near
@@ -99,7 +111,19 @@ class _Complementarity:
         held = np.zeros((len(near), law.k), dtype=bool)
         held[:, -1] = present & ~law.unilateral
         held[:, :-1] = (held[:, -1] & ~cone & ~capped)[:, None]
+        derivative, self._given = np.broadcast_to(np.eye(law.k), (*held.shape, law.k)), 0.0 * held
+        if others:
+            pieces, sigma = others
+            held |= pieces.stick & ~near[:, None]
+            derivative = np.where(near[:, None, None], derivative, pieces.derivative)
+            self._given = np.where(near[:, None], 0.0, sigma)
         self._held = np.flatnonzero(held)
+        node, component = np.divmod(self._held, law.k)
+        self._columns = np.zeros((held.size, len(node)))
+        for row in range(law.k):
+            self._columns[law.k * node + row, np.arange(len(node))] = derivative[
+                node, row, component
+            ]
         self._presses = np.flatnonzero(present & law.unilateral)
         self._slides = np.flatnonzero(slides)
         self._follows = np.flatnonzero(slides & law.unilateral)
@@ -111,19 +135,22 @@ class _Complementarity:
     def solution(self, matrix: Array, v_0: Array, root: Array) -> tuple[Array, Mask] | None:
         """y with v = v_0 + matrix y, and where nodes slip (m,); None where the pivots end
         without."""
-        spread, held = self._spread(len(root)), self._held
-        inner = np.column_stack([matrix @ spread, v_0])
-        at_held = np.linalg.solve(matrix[np.ix_(held, held)], inner[held])
-        inner -= matrix[:, held] @ at_held
-        unit = float(np.abs(np.diag(matrix)).max()) or 1.0
+        spread, held, given = self._spread(len(root)), self._held, root * self._given.ravel()
+        inner, of_held = (
+            np.column_stack([matrix @ spread, v_0 + matrix @ given]),
+            matrix @ self._columns,
+        )
+        at_held = np.linalg.solve(of_held[held], inner[held])
+        inner -= of_held @ at_held
         both = spread.T @ inner
+        # what held nodes leave of springs
+        unit = float(np.abs(np.diag(both)).max(initial=0.0)) or 1.0
         both[:, :-1] /= unit
         self._limit(both, unit * root[:: self._law.k])
         z = lemke(both[:, :-1], both[:, -1])
         if z is None:
             return None
-        y = np.asarray(spread @ z) / unit
-        y[held] = -at_held @ np.append(z / unit, 1.0)
+        y = spread @ z / unit + given - self._columns @ (at_held @ np.append(z / unit, 1.0))
         slips, row = np.zeros(len(root) // self._law.k, dtype=bool), self._first_limit
         for nodes in (self._follows, self._capped):
             slips[nodes] |= z[row : row + len(nodes)] > 0.0
@@ -165,7 +192,7 @@ class _Complementarity:
                 both[p + j * s + place, at] = 1.0
             if is_cone:
                 # for an infinite coefficient: a bound is reached at a thousandth of it
-                slope = np.minimum(law.coefficient[nodes], 1e3)
+                slope = np.minimum(law.coefficient[nodes], STEEP)
                 both[at, np.searchsorted(self._presses, nodes)] = slope
             else:
                 both[at, -1] = unit[nodes] * law.bound[nodes]

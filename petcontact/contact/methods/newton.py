@@ -158,6 +158,7 @@ class _Run:
         self.recorder = Recorder(law, system, iteration)
         self.ended, self.to_the_end = "", True
         self.last = deque[States](maxlen=PATIENCE)
+        self.step: Pivot | None = None
 
     def at_rest(self) -> ContactState | None:
         """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no
@@ -200,9 +201,18 @@ class _Run:
         pivots is found sooner than the way out of a cycle, and others only where that is too
         large."""
         yield False, first
-        pivoted = False
-        if type(self.law) is SignoriniCoulomb:
-            for guess in complementary_guesses(self.system, self.law, self._near()):
+        pivoted, near, law = False, np.zeros(len(first[0]), dtype=bool), self.law
+        if type(law) is SignoriniCoulomb:
+            for _ in range(
+                3
+            ):  # nodes whose sets cycle are pivoted on alone, then all that are near
+                near = near | self._changing()
+                if self.step is None or not near.any():
+                    break
+                pieces = self.step.linearised, self.step.sigma
+                alone = complementary_guesses(self.system, law, near, pieces)
+                yield from ((False, guess) for guess in alone)
+            for guess in complementary_guesses(self.system, law, self._near()):
                 pivoted = True
                 yield False, guess
         if not pivoted:
@@ -210,6 +220,10 @@ class _Run:
             once, again = itertools.tee(self._others(first))
             yield from ((False, guess) for guess in once)
             yield from ((True, guess) for guess in itertools.chain([first], again))
+
+    def _changing(self) -> Mask:
+        """Nodes on which the last steps do not agree, (m,)."""
+        return np.asarray(np.any([states != self.last[-1] for states in self.last], axis=0))
 
     def _near(self) -> Mask:
         """Nodes that the last steps had closed, but all of them where the method began with that,
@@ -237,6 +251,7 @@ class _Run:
             for step in self._steps(tau, sigma, alpha):
                 state = self._told(step, sigma, v)
                 self.last.append(self.law.states(step.tau))
+                self.step = step
                 sigma, v, alpha = step.sigma, step.v, step.alpha
                 if state.converged or state.stopped or recorder.exhausted:
                     return state

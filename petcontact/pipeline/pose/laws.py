@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...compliance.interface import Interface, slices
 from ...contact.law_protocol import ContactLaw
-from ...contact.laws import SignoriniCoulomb, Tresca
+from ...contact.laws import STEEP, SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -71,11 +71,13 @@ def law_between(
         if bound is None:
             bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
         bound = np.where(absent, 0.0, bound)
+        opens = np.full(m, law.normal == "unilateral")
+        steep = np.where(opens & (bound > 0.0) & np.isfinite(bound), STEEP, np.inf)
         parts.append(
             (
-                np.full(m, np.inf) if mu is None else mu,
+                steep if mu is None else mu,
                 bound,
-                np.full(m, law.normal == "unilateral"),
+                opens,
                 absent,
             )
         )

@@ -18,11 +18,6 @@ MOTIONS = {
     3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
 }
 """Of an obstacle, by the number of dimensions."""
-JUMPS = (
-    "; a friction_bound falls to 0 where contact opens: there may be no solution, give a "
-    "friction_coefficient"
-)
-"""What is added where nothing else says why there is none."""
 FAR_OFF = 1e3
 """Rigid motions over what loads and tractions strain, from which on a body is not held."""
 LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
@@ -126,13 +121,12 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     """What a failed increment says: which body nothing holds, there or at the end of the step, or
     how the method ended."""
     problem, system = increment.problem, increment.system
-    unsure = JUMPS if getattr(problem.discrete.law, "jumps", False) else ""
     stepped = problem.discrete.problem.step or increment.target < 1.0
     where = f" at load factor {increment.target:.4g}{_of_step(increment)}" if stepped else ""
     if text := unheld(increment, where):
         return text
     if text := unheld_at_the_end(increment):
-        return f"{text}{unsure}"
+        return text
     push = None
     defect = equilibrium_defect(system, outcome.sigma)
     if system.modes is not None and defect > problem.discrete.problem.method.tolerance:
@@ -140,7 +134,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         push = _run_away(increment, outcome)
     if push is None:
-        return f"{outcome.reason}{where}{unsure}"
+        return f"{outcome.reason}{where}"
     name, way = _pushed(increment, push)
     if unbalanced_load(system.modes, problem.discrete.law) is not None:
         return (
@@ -149,7 +143,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
         )
     return (
         f"did not converge{where}: {name} is not in equilibrium in the last iterate, the load "
-        f"{way}; that contact and friction cannot hold it is not proved{unsure}"
+        f"{way}; that contact and friction cannot hold it is not proved"
     )
 
 
