@@ -59,7 +59,7 @@ def complementary_guesses(
     # the springs are moved after the bodies so many times
     for _ in range(1 if others or system.modes is None else 4):
         while True:
-            found = pairs.solution(whole + springs, v_0 + load, root) if pairs.fits else None
+            found = pairs.solution(whole + springs, v_0 + load, root)
             if found is None:
                 return
             y, slips = found
@@ -147,7 +147,7 @@ class _Complementarity:
         unit = float(np.abs(np.diag(both)).max(initial=0.0)) or 1.0
         both[:, :-1] /= unit
         self._limit(both, unit * root[:: self._law.k])
-        z = lemke(both[:, :-1], both[:, -1])
+        z = lemke(both[:, :-1], both[:, -1]) if self.fits else None
         if z is None:
             return None
         y = spread @ z / unit + given - self._columns @ (at_held @ np.append(z / unit, 1.0))
