@@ -142,16 +142,17 @@ def _sides(
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])
-    corners = np.concatenate(
-        [
-            mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
-            for kind in np.unique(mesh.kind[panels])
-        ]
-    )
-    reach = corners @ tangents.T
+    corners = [
+        mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
+        for kind in np.unique(mesh.kind[panels])
+    ]
+    reach = np.concatenate(corners) @ tangents.T
     low, high = reach.min(axis=0), reach.max(axis=0)
-    area, flat = float(np.prod(high - low)), np.abs(frame - frame[0]).max()
-    if flat > SINGLE or abs(mesh.weight[nodes].sum() - area) > SINGLE * area:
+    area = float(np.prod(high - low))
+    if (
+        np.abs(frame - frame[0]).max() > SINGLE
+        or abs(mesh.weight[nodes].sum() - area) > SINGLE * area
+    ):
         return None
     middle = mesh.x[nodes[0]] + tangents.T @ (0.5 * (low + high) - tangents @ mesh.x[nodes[0]])
     others = np.flatnonzero(~np.isin(np.arange(mesh.n_nodes), nodes))

@@ -64,9 +64,8 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
     # the quadratic through both ends and the middle
     basis = np.stack([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)])
     for values, ends, out in ((u, u_ends, new_u), (traction, t_ends, new_t)):
-        middle = values[mesh.first_node[numbers]]
-        three = np.stack([ends[0][numbers], middle, ends[1][numbers]])
-        out[nodes] = np.einsum("ks,kec->esc", basis, three)
+        three = [ends[0][numbers], values[mesh.first_node[numbers]], ends[1][numbers]]
+        out[nodes] = np.einsum("ks,kec->esc", basis, np.stack(three))
     return finer, new_u, new_t
 
 

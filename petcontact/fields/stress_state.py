@@ -51,10 +51,11 @@ class StressState:
     def von_mises(self) -> Array:
         """Von Mises stress, (n,) [stress]."""
         x, y, z, *shear = self.components.T
-        value: Array = np.sqrt(
-            0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear)
+        return np.asarray(
+            np.sqrt(
+                0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear)
+            )
         )
-        return value
 
     @property
     def principal_in_plane(self) -> Array:

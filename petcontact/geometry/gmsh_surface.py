@@ -29,9 +29,12 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     names = {
         int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2
     }
-    tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
     points, cells, parts, nameless = np.asarray(mesh.points, dtype=float), [], [], 0
-    for block, physical in zip(mesh.cells, tags, strict=True):
+    for block, physical in zip(
+        mesh.cells,
+        mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells)),
+        strict=True,
+    ):
         if block.type not in _CELLS:
             if block.type.startswith(("triangle", "quad")):
                 raise InputError(
@@ -71,20 +74,20 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     facets, owner = _divided(points, np.vstack(cells))
     tag = np.concatenate(parts)[owner]
     numbers, part = np.unique(tag, return_inverse=True)
-    part_names = tuple(names.get(int(n), str(n)) for n in numbers)
+    numbered = tuple(names.get(int(n), str(n)) for n in numbers)
     try:
         found = checked_surface(
-            FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file
+            FacetSurface(points, facets[:, :4], part, numbered, facets[:, 4:]), file
         )
     except InputError as error:
-        left = (
-            f"; {nameless} triangles and quadrilaterals are in no physical surface, and left out"
-            if nameless
-            else ""
-        )
-        raise InputError(f"{error}{left}") from None
-    facets = np.column_stack([found.facets, found.middles])
-    curved = _bent(found.points, facets) | _crooked(found.points, facets)
+        if not nameless:
+            raise
+        raise InputError(
+            f"{error}; {nameless} triangles and quadrilaterals are in no physical surface, and "
+            f"left out"
+        ) from None
+    points, facets = found.points, np.column_stack([found.facets, found.middles])
+    curved = _bent(points, facets) | _crooked(points, facets)
     return replace(found, middles=np.where(curved[:, None], found.middles, -1))
 
 

@@ -164,7 +164,7 @@ class QuadraticCells:
         walls, bounds = WALLS[self.n_corners]
         grid = samples(self.n_corners)
         start = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2).argmin(axis=1)
-        foot, every = grid[start].copy(), np.arange(len(x))
+        foot = grid[start].copy()
         for _ in range(20):
             y, along = self.at(foot[:, None])
             away, along = y[:, 0] - x, along[:, 0]
@@ -180,10 +180,10 @@ class QuadraticCells:
             active = self._active(foot, slope, step)
             wall = walls[active.argmax(axis=1)]
             side = np.stack([-wall[:, 1], wall[:, 0]], axis=1)
-            curve = np.einsum("ni,nij,nj->n", side, hessian, side)
-            slide = -(np.sum(side * slope, axis=1) / curve)[:, None] * side
+            bend = np.einsum("ni,nij,nj->n", side, hessian, side)
+            side *= -(np.sum(side * slope, axis=1) / bend)[:, None]
             count = active.sum(axis=1)[:, None]
-            step = np.where(count == 0, step, np.where(count == 1, slide, 0.0))
+            step = np.where(count == 0, step, np.where(count == 1, side, 0.0))
             rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
             room[active] = np.inf
             share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(
@@ -192,8 +192,7 @@ class QuadraticCells:
             foot = foot + np.minimum(share, 1.0)[:, None] * step
             if np.abs(step).max(initial=0.0) < WRITTEN:
                 break
-        y = self.at(foot[:, None])[0][every, 0]
-        return foot, np.linalg.norm(y - x, axis=1)
+        return foot, np.linalg.norm(self.at(foot[:, None])[0][:, 0] - x, axis=1)
 
     def _active(self, foot: Array, slope: Array, step: Array) -> Mask:
         """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's

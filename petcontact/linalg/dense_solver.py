@@ -77,8 +77,7 @@ class DenseSolver(SolverFront):
             If the matrix is singular, or the solution not finite.
         """
         own = rhs[slice(*self._matrix.getOwnershipRange())]
-        solution: Array = self._solver.solved(own)
-        return solution
+        return np.asarray(self._solver.solved(own))
 
     def close(self) -> None:
         """Free every PETSc object."""

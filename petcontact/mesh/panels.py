@@ -69,8 +69,7 @@ def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
 def monomials(points: Array, exponents: Array) -> Array:
     """ξ^a η^b at points (..., 2), (..., k)."""
     powers = np.stack([points**k for k in range(int(exponents.max(initial=0)) + 1)], axis=-1)
-    result: Array = powers[..., 0, exponents[:, 0]] * powers[..., 1, exponents[:, 1]]
-    return result
+    return np.asarray(powers[..., 0, exponents[:, 0]] * powers[..., 1, exponents[:, 1]])
 
 
 def monomial_slopes(points: Array, exponents: Array) -> Array:

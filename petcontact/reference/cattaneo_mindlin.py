@@ -57,13 +57,12 @@ class LinePartialSlip:
         """
         a, c = self.contact.half_width, self.stick_half_width
         away = np.maximum(np.abs(x), c)
-        found: Array = (
+        return np.asarray(
             self.friction
             * self.contact.peak
             / (self.contact.modulus * a)
             * (away * np.sqrt(away**2 - c**2) - c**2 * np.arccosh(away / c))
         )
-        return found
 
 
 @frozen

@@ -43,14 +43,12 @@ def elliptic_load(
     near, far = z, np.conj(z)
 
     def root(w: Complex) -> Complex:
-        found: Complex = np.sqrt(w - a) * np.sqrt(w + a)
-        return found
+        return np.asarray(np.sqrt(w - a) * np.sqrt(w + a))
 
     def integral(w: Complex) -> Complex:
-        found: Complex = (
+        return np.asarray(
             1j * load / (4.0 * a) * (w * w - w * root(w) + a * a * np.log((w + root(w)) / a))
         )
-        return found
 
     def potential(w: Complex) -> Complex:
         return 1j * load / (2.0 * a) * (w - root(w))

@@ -102,5 +102,4 @@ class PointContact(RoundContact):
 
 def elliptic(x: Array, a: float) -> Array:
     """√(1 - x²/a²), 0 outside, of places (n,)."""
-    root: Array = np.sqrt(np.maximum(1.0 - (np.asarray(x) / a) ** 2, 0.0))
-    return root
+    return np.asarray(np.sqrt(np.maximum(1.0 - (np.asarray(x) / a) ** 2, 0.0)))

@@ -67,8 +67,7 @@ class Cylinder(Hollow):
         """u_r at radii (n,) [length]."""
         mean, part = self._constants
         young, poisson = in_plane(self.young, self.poisson, self.plane)
-        u: Array = ((1.0 - poisson) * mean * r + (1.0 + poisson) * part / r) / young
-        return u
+        return np.asarray(((1.0 - poisson) * mean * r + (1.0 + poisson) * part / r) / young)
 
 
 class Sphere(Hollow):
@@ -87,10 +86,10 @@ class Sphere(Hollow):
     def displacement(self, r: Array) -> Array:
         """u_r at radii (n,) [length]."""
         mean, part = self._constants
-        u: Array = (
-            (1.0 - 2.0 * self.poisson) * mean * r + 0.5 * (1.0 + self.poisson) * part / r**2
-        ) / self.young
-        return u
+        return np.asarray(
+            ((1.0 - 2.0 * self.poisson) * mean * r + 0.5 * (1.0 + self.poisson) * part / r**2)
+            / self.young
+        )
 
 
 @frozen
@@ -138,8 +137,7 @@ class RotatingDisc:
         """u_r at radii (n,) [length]."""
         young, poisson = in_plane(self.young, self.poisson, self.plane)
         radial, around = self.stress(r)
-        u: Array = r / young * (around - poisson * radial)
-        return u
+        return np.asarray(r / young * (around - poisson * radial))
 
 
 def in_plane(young: float, poisson: float, plane: str) -> tuple[float, float]:

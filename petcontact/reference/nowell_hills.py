@@ -85,5 +85,4 @@ class FrettingContact(LinePartialSlip):
 
 def _outwards(s: Array) -> Array:
     """s inside -1..1, s - sgn(s) √(s² - 1) outside: what an elliptic shear does to σ_xx."""
-    found: Array = s - np.sign(s) * np.sqrt(np.maximum(s * s - 1.0, 0.0))
-    return found
+    return np.asarray(s - np.sign(s) * np.sqrt(np.maximum(s * s - 1.0, 0.0)))

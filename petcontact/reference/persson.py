@@ -38,7 +38,7 @@ def pressure(phi: Array, angle: float) -> Array:
     """
     b, y = np.tan(0.5 * angle), np.tan(0.5 * np.asarray(phi))
     c, d = np.sqrt(b * b + 1.0), np.sqrt(np.maximum(b * b - y * y, 0.0))
-    p: Array = 2.0 * d / (np.pi * c * (1.0 + y * y)) + np.log((c + d) / (c - d)) / (
-        2.0 * np.pi * (b * c) ** 2
+    return np.asarray(
+        2.0 * d / (np.pi * c * (1.0 + y * y))
+        + np.log((c + d) / (c - d)) / (2.0 * np.pi * (b * c) ** 2)
     )
-    return p

@@ -53,9 +53,7 @@ class WavyContact:
         """p at places (n,) from a crest [stress]."""
         phase = np.pi * np.asarray(x) / self.wavelength
         if self.pressure_far >= self.full_pressure:
-            full: Array = self.pressure_far + self.full_pressure * np.cos(2.0 * phase)
-            return full
+            return np.asarray(self.pressure_far + self.full_pressure * np.cos(2.0 * phase))
         edge = self.pressure_far / self.full_pressure
         root = np.sqrt(np.maximum(edge - np.sin(phase) ** 2, 0.0))
-        partial: Array = 2.0 * self.full_pressure * np.abs(np.cos(phase)) * root
-        return partial
+        return np.asarray(2.0 * self.full_pressure * np.abs(np.cos(phase)) * root)

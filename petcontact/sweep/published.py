@@ -8,28 +8,28 @@ import functools
 from importlib.resources import files
 from typing import Any
 
+from ..model.bodies import Displacement, Traction
 from ..model.problem import Problem
 
 SOURCE = "Zhang & Ran (2019), Tables 1 and 2"
-# E, ν, corner of the rectangle at the origin, g, traction on the left and right sides: sections 5.1
-# and 5.2
+FREE: tuple[str, tuple[float, ...]] = ("traction", (0.0, 0.0))
+# E, ν, corners of the rectangle, g, conditions of the sides: sections 5.1 and 5.2
 EXAMPLES: dict[int, dict[str, Any]] = {
-    1: {
-        "young": 10_000.0,
-        "poisson": 0.3,
-        "corner": (8.0, 4.0),
-        "bound": 150.0,
-        "left": (400.0, 0.0),
-        "right": (0.0, 0.0),
-    },
-    2: {
-        "young": 2_500.0,
-        "poisson": 0.2,
-        "corner": (10.0, 2.0),
-        "bound": 450.0,
-        "left": (1700.0, 0.0),
-        "right": (-1100.0, 0.0),
-    },
+    number: {
+        "material": (young, poisson, "strain"),
+        "corners": ((0.0, 0.0), corner),
+        "bounds": {"bottom": bound},
+        "sides": {
+            "bottom": ("contact", None),
+            "top": ("displacement", (0.0, 0.0)),
+            "left": ("traction", left),
+            "right": ("traction", right),
+        },
+    }
+    for number, young, poisson, corner, bound, left, right in (
+        (1, 10_000.0, 0.3, (8.0, 4.0), 150.0, (400.0, 0.0), (0.0, 0.0)),
+        (2, 2_500.0, 0.2, (10.0, 2.0), 450.0, (1700.0, 0.0), (-1100.0, 0.0)),
+    )
 }
 
 
@@ -65,41 +65,18 @@ def published_count(case: Problem) -> int | None:
 
 def example_number(case: Problem) -> int | None:
     """1 or 2 if a case poses an example of the paper, else None."""
-    if len(case.body) > 1 or case.step or case.contact or case.obstacle or case.point_force:
+    if len(case.body) > 1 or any((case.step, case.contact, case.obstacle, case.point_force)):
         return None
-    if (
-        case.geometry.shape != "rectangle"
-        or case.material.plane != "strain"
-        or case.mesh.element_sizes
-    ):
+    if case.mesh.element_sizes or case.geometry.shape != "rectangle":
         return None
-    given = {b.part: b for b in case.boundary}
-    if set(given) - {"bottom", "right", "top", "left"}:
-        return None
-    bottom, top = given.get("bottom"), given.get("top")
-    if (
-        bottom is None
-        or bottom.condition != "contact"
-        or not bottom.plain
-        or top is None
-        or top.condition != "displacement"
-    ):
-        return None
-    sides = {}
-    for name in ("left", "right"):
-        side = given.get(name)
-        if side is not None and (side.condition != "traction" or side.value is None):
-            return None
-        sides[name] = (
-            side.value if side is not None and side.condition == "traction" else (0.0, 0.0)
-        )
+    contacts = {b.part: b for b in case.boundary if b.condition == "contact"}
+    given = {b.part: b.value for b in case.boundary if isinstance(b, (Displacement, Traction))}
+    sides = {b.part: (b.condition, given.get(b.part)) for b in case.boundary}
+    material = case.material
     posed = {
-        "young": case.material.young_modulus,
-        "poisson": case.material.poisson_ratio,
-        "corner": case.geometry.upper_right,
-        "bound": bottom.friction_bound,
-        **sides,
+        "material": (material.young_modulus, material.poisson_ratio, material.plane),
+        "corners": (case.geometry.lower_left, case.geometry.upper_right),
+        "bounds": {part: one.plain and one.friction_bound for part, one in contacts.items()},
+        "sides": {"left": FREE, "right": FREE, **sides},
     }
-    if case.geometry.lower_left != (0.0, 0.0) or top.value != (0.0, 0.0):
-        return None
     return next((number for number, example in EXAMPLES.items() if posed == example), None)

@@ -4,6 +4,7 @@ end."""
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -80,72 +81,85 @@ def run_sweep(
     # a barrier of the sweep
     world = world.Dup()
     team = Team(world, ranks_per_case)
-    chosen = sweep.only(only)
     groups = make_groups(sweep)
-    if part is not None:
-        # whole groups go to one part, where there are enough of them
-        shares = np.asarray(
-            groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep))
-        )
-        chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
+    chosen = _chosen(sweep.only(only), groups, part)
     more = users(sweep.file.quantities, Path(sweep.source).parent, sweep.coordinate_names)
     place, name = SweepFolder(folder), f"{shared(world, time.time_ns):x}"
     identity = shared(world, lambda: identify(sweep, given_options(), more))
     running, remarks = shared(world, lambda: place.open(name))
-    found = set() if force else _finished(sweep, identity, place, world)
-    to_do = [k for k in chosen if k not in found]
-    costs = _costs(sweep, groups, world, team) if to_do else []
+    finished = set() if force else _finished(sweep, identity, place, world)
+    to_do = np.array(sorted({*chosen} - finished), np.int64)
+    costs = _costs(sweep, groups, world, team) if len(to_do) else []
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
-        here = np.unique(groups.of_case[to_do]) if to_do else []
+        here = list(map(costs.__getitem__, np.unique(groups.of_case[to_do])))
         counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
-        for line in [
-            *describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case),
-            *remarks,
-        ]:
+        for line in [*describe(sweep, here, counts, team.count, ranks_per_case), *remarks]:
             say(line)
     log = Log(place.logs / f"{name}-{world.Get_rank():05d}.log")
     worker = _Worker(sweep, groups, costs, team, log, identity, more)
     worker.work(
-        make_parts(np.array(to_do, np.int64), groups.of_case, costs, team.count),
+        make_parts(to_do, groups.of_case, costs, team.count),
         Counters(running),
         world,
     )
-    every = world.gather(
-        (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
-    )
+    own = (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
+    every = world.gather(own)
 
     def conclude() -> Summary:
-        logs, timings, cpu = zip(*every, strict=True)
-        summary = Summary(len(to_do), len(chosen) - len(to_do), cpu=list(cpu), results=place.table)
-        stages = sorted({stage for some in timings for stage in some})
-        summary.timings = {stage: sum(some.get(stage, 0.0) for some in timings) for stage in stages}
-        since = time.perf_counter()
-        with place.renewing():
-            # logs by name, too: a network file system may show an old folder for a while
-            table = derived(sweep, identity, sorted({*place.log_files(), *logs}))
-            facts = {
-                "ranks": len(cpu),
-                "seconds": since - began,
-                "timings": summary.timings,
-                "cpu": cpu,
-            }
-            write_table(place.table, sweep.title, sweep.coordinate_names, table, facts)
-        for status, cases in (("failed", summary.failed), ("not converged", summary.not_converged)):
-            bad = [k for k in chosen if table["status"][k] == status.encode()]
-            cases.update(zip(texts(table["id"][bad]), texts(table["reason"][bad]), strict=True))
+        summary = Summary(len(to_do), len(chosen) - len(to_do), results=place.table)
+        _collect(summary, sweep, identity, place, chosen, every, began)
         place.close(running)
-        summary.timings["collect"] = time.perf_counter() - since
-        summary.seconds, summary.cpu[0] = (
-            time.perf_counter() - began,
-            time.process_time() - began_cpu,
-        )
+        summary.seconds = time.perf_counter() - began
+        summary.cpu[0] = time.process_time() - began_cpu
         return summary
 
     summary = shared(world, conclude)
     team.close()
     world.Free()
     return summary
+
+
+def _collect(
+    summary: Summary,
+    sweep: Sweep,
+    identity: Identity,
+    place: SweepFolder,
+    chosen: list[int],
+    every: Sequence[tuple[Path, Mapping[str, float], float]],
+    began: float,
+) -> None:
+    """Write results.h5 from the logs, and sum up what the ranks say: their log, their seconds by
+    stage, their processor time."""
+    since, cpu = time.perf_counter(), [seconds for *_, seconds in every]
+    timings: Any = Counter()
+    for _, stages, _ in every:
+        timings.update(stages)
+    with place.renewing():
+        # logs by name, too: a network file system may show an old folder for a while
+        logs = sorted({*place.log_files(), *(log for log, *_ in every)})
+        table = derived(sweep, identity, logs)
+        facts = {
+            "ranks": len(cpu),
+            "seconds": since - began,
+            "timings": dict(sorted(timings.items())),
+            "cpu": cpu,
+        }
+        write_table(place.table, sweep.title, sweep.coordinate_names, table, facts)
+    for status, cases in (("failed", summary.failed), ("not converged", summary.not_converged)):
+        bad = [k for k in chosen if table["status"][k] == status.encode()]
+        cases.update(zip(texts(table["id"][bad]), texts(table["reason"][bad]), strict=True))
+    collect = time.perf_counter() - since
+    summary.cpu, summary.timings = cpu, {**dict(sorted(timings.items())), "collect": collect}
+
+
+def _chosen(places: list[int], groups: Groups, part: tuple[int, int] | None) -> list[int]:
+    """The places that belong to the k-th of K parts: whole groups, where there are enough."""
+    if part is None:
+        return places
+    cases = len(groups.of_case)
+    shares = groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(cases)
+    return [place for place in places if shares[place] % part[1] == part[0] - 1]
 
 
 def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> set[int]:
@@ -195,7 +209,7 @@ class _Worker:
     ) -> None:
         self.sweep, self.groups, self.costs, self.team, self.log = sweep, groups, costs, team, log
         self.identity, self.more = identity, more
-        self.timings: dict[str, float] = {}
+        self.timings: Any = Counter()
         self._group, self._reason = -1, ""
         self._prepared: PreparedProblem | None = None
 
@@ -241,7 +255,7 @@ class _Worker:
             lambda: prepared_for(self.sweep[place].case, self.team.comm, size)
         )
         if self._prepared is not None:
-            self._took(self._prepared.timings)
+            self.timings.update(self._prepared.timings)
 
     def _compute(self, place: int) -> None:
         """One case from its config to its record."""
@@ -259,8 +273,9 @@ class _Worker:
         if case is not None and not reason:
             solution, reason = self.team.attempt(lambda: run_case(prepared, case, self.team.comm))
         if solution is not None:
-            own = solution.timings if prepared is None else {"iterate", "check", "steps"}
-            self._took({name: solution.timings[name] for name in own if name in solution.timings})
+            own = set(solution.timings) if prepared is None else {"iterate", "check", "steps"}
+            seconds = solution.timings
+            self.timings.update({name: seconds[name] for name in own if name in seconds})
         if not self.team.leads:
             return
         began = time.perf_counter()
@@ -275,8 +290,4 @@ class _Worker:
             except Exception as error:  # a quantity of the user's may raise anything
                 row = failed_row(id_, coordinates, case, f"quantities: {describe_error(error)}")
         self.log.add({"digest": self.identity.digest(place), **row, "keep": keep}, fields)
-        self._took({"write": time.perf_counter() - began})
-
-    def _took(self, seconds: Mapping[str, float]) -> None:
-        for stage in seconds:
-            self.timings[stage] = self.timings.get(stage, 0.0) + seconds[stage]
+        self.timings.update({"write": time.perf_counter() - began})

@@ -106,8 +106,7 @@ class Arcs:
         """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >=
         ln(1+|u|)."""
         stretched = np.minimum(radius * np.abs(self.angle), 300.0)
-        distance: Array = np.expm1(stretched) / np.abs(self.curvature)
-        return distance
+        return np.asarray(np.expm1(stretched) / np.abs(self.curvature))
 
     def nodes(self, points: int) -> tuple[Complex, Complex]:
         """Points of Gauss quadrature and dx/ds there, (q, n)."""

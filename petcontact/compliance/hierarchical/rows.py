@@ -147,7 +147,6 @@ class CompressedRows:
         self.bounds = d * shared_rows(tree, memory, comm.getSize())
         first, last = (int(bound) // d for bound in self.bounds[comm.getRank() :][:2])
         self._own = slice(d * first, d * last)
-        threads = threads_per_rank() if self._entries.compiled is not None else 1
 
         def built(share: float) -> None:
             breaking_point()
@@ -160,7 +159,7 @@ class CompressedRows:
                 blocks,
                 tolerance,
                 (first, last),
-                threads=threads,
+                threads=threads_per_rank() if self._entries.compiled is not None else 1,
                 progress=built,
             )
         worst = self.matrix.error_estimate(np.random.default_rng(2019))

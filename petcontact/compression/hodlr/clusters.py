@@ -36,8 +36,7 @@ class Boxes:
             gap = np.maximum(low[:, None] - self.high[owner], self.low[owner] - high[:, None])
             np.maximum(gap, 0.0, out=gap)
             total += np.sqrt(gap[..., 0] ** 2 + gap[..., 1] ** 2)
-        least: Array = total.min(axis=1)
-        return least
+        return np.asarray(total.min(axis=1))
 
 
 class Curves:

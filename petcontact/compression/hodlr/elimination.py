@@ -119,8 +119,7 @@ class FactorStack:
         above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
         for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
             above = level.expand(b, above)
-        solution: Array = above[self._entry]
-        return solution
+        return np.asarray(above[self._entry])
 
 
 def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:

@@ -71,8 +71,7 @@ class Axis:
         counts = self.offsets[nodes + 1] - self.offsets[nodes]
         first = np.cumsum(counts) - counts
         node = self.node[dofs]
-        places: Index = first[np.searchsorted(nodes, node)] + dofs - self.offsets[node]
-        return places
+        return np.asarray(first[np.searchsorted(nodes, node)] + dofs - self.offsets[node])
 
     def spread(self, nodes: Index, values: Array) -> Array:
         """Values of nodes, repeated for each of their degrees of freedom."""

@@ -99,8 +99,8 @@ def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, An
         """Whether points are further away from the box around an entity than some distance."""
         if (dim, number) not in boxes:
             boxes[dim, number] = np.array(model.getBoundingBox(dim, number)).reshape(2, 3)
-        low, high = boxes[dim, number]
-        return np.any((points < low - within) | (points > high + within), axis=-1)
+        box = boxes[dim, number]
+        return np.any((points < box[0] - within) | (points > box[1] + within), axis=-1)
 
     def nearest(dim: int, number: int, points: Any) -> Any:
         return (

@@ -154,8 +154,7 @@ def _nearest_to_axis(side: Side) -> Array:
         ]
         fractions += [t for t in turned if 0.0 < t < 1.0]
     points = side.point(np.array(fractions))
-    nearest: Array = points[points[:, 0].argmin()]
-    return nearest
+    return np.asarray(points[points[:, 0].argmin()])
 
 
 def parts_of(sides: Sequence[Side], section: Outline) -> tuple[str, ...]:

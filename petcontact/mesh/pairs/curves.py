@@ -217,8 +217,7 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
         first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0],
         np.einsum("kc,mkc->mk", first, offset),
     )
-    fraction: Array = angle / whole
-    return fraction
+    return np.asarray(angle / whole)
 
 
 def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:

@@ -77,15 +77,16 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         float(attributes["residual"]),
         history,
     )
-    parts = json.loads(attributes["zone_parts"])
     zones = [
         (part, float(a), float(b), int(s))
-        for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)
+        for part, (a, b, s) in zip(
+            json.loads(attributes["zone_parts"]), attributes["zones"], strict=True
+        )
     ]
     return SolutionData(
         problem,
         {ONE_BODY: mesh},
-        {name: nodes for name, (nodes, _) in found.items()},
+        {name: found[name][0] for name in found},
         {name: (ONE_BODY, name) for name in found},
         [step] if status == "converged" else [],
         status,

@@ -224,19 +224,15 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
         if np.any(high - low <= 2.0 * inset):
             raise InputError("--window: nothing of the body lies in it")
-    lines = [
-        np.linspace(a, b, n + 1)
-        for a, b, n in zip(low + inset, high - inset, resolution, strict=True)
-    ]
+    lines = map(np.linspace, low + inset, high - inset, np.add(resolution, 1))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    inside = winding(mesh.triangles(), flat) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3
     up = slice(1, None)
     square = ((i, j), (up, j), (up, up), (i, up))
     cells = np.stack([number[a, b, c] for c in (k, up) for a, b in square], axis=-1).reshape(-1, 8)
-    cells = cells[inside[cells].all(axis=1)]
+    cells = cells[np.greater(winding(mesh.triangles(), flat), 0.5)[cells].all(axis=1)]
     if not len(cells):
         raise InputError(NO_CELL)
     used, renumbered = np.unique(cells, return_inverse=True)

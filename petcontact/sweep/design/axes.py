@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
@@ -49,46 +50,48 @@ def make_axes(
         If a key is given twice, its entries cannot be distinguished, or a name is given to a key
         that does not vary.
     """
-    assert not isinstance(file.points, str)
-    listed: list[Mapping[str, list[Any]]] = [{key: values} for key, values in file.cross.items()]
-    numbered = {
-        "sample": sampled(file.sample) if file.sample is not None else {},
-        "point": file.points or {},
-    }
-    tables = [
-        *((table, "") for table in (*listed, file.zip) if table),
-        *((table, word) for word, table in numbered.items() if table),
-    ]
-    keys = [[full_key(key, source) for key in table] for table, _ in tables]
-    every, given = (
-        [key for some in keys for key in some],
-        {full_key(key, source): name for key, name in file.names.items()},
-    )
+    tables = [*({key: values} for key, values in file.cross.items()), file.zip]
+    worded = [(table, "") for table in tables if table]
+    for word, table in (("sample", sampled(file.sample)), ("point", file.points)):
+        if isinstance(table, Mapping) and table:
+            worded.append((table, word))
+    keys = [tuple(full_key(key, source) for key in table) for table, _ in worded]
+    given = {full_key(key, source): name for key, name in file.names.items()}
+    every = [key for some in keys for key in some]
     names = names_of(every, problems, given)
     if unknown := set(given) - set(every):
         raise InputError(f"{source}: names: {min(unknown)} does not vary")
-    axes = []
-    for mine, (table, word) in zip(keys, tables, strict=True):
-        values = list(zip(*table.values(), strict=True))
-        words = [f"{word}{number}" for number in range(1, len(values) + 1)]
-        if not word:
-            columns = [
-                _words(SHORT.get(key, names[key].replace("_", "")), some)
-                for key, some in zip(mine, table.values(), strict=True)
-            ]
-            words = ["-".join(some) for some in zip(*columns, strict=True)]
-        if len(set(words)) < len(words):
-            twice = next(word for k, word in enumerate(words) if word in words[:k])
+    axes = [
+        Axis(some, list(zip(*table.values(), strict=True)), _entries(some, names, table, word))
+        for some, (table, word) in zip(keys, worded, strict=True)
+    ]
+    for axis in axes:
+        if twice := [word for word, count in Counter(axis.words).items() if count > 1]:
             raise InputError(
-                f"{source}: {', '.join(mine)}: two cases have the id ...{twice}: is a value listed "
-                f"twice?"
+                f"{source}: {', '.join(axis.keys)}: two cases have the id ...{twice[0]}: is a "
+                f"value listed twice?"
             )
-        axes.append(Axis(tuple(mine), values, words))
     return axes, names
 
 
-def sampled(sample: Sample) -> dict[str, list[float]]:
+def _entries(
+    keys: Sequence[str], names: Mapping[str, str], table: Mapping[str, list[Any]], word: str
+) -> list[str]:
+    """What the entries of an axis are called: by their values, or by a word and a number."""
+    if word:
+        count = len(next(iter(table.values())))
+        return [f"{word}{number}" for number in range(1, count + 1)]
+    columns = [
+        _words(SHORT.get(key, names[key].replace("_", "")), some)
+        for key, some in zip(keys, table.values(), strict=True)
+    ]
+    return ["-".join(some) for some in zip(*columns, strict=True)]
+
+
+def sampled(sample: Sample | None) -> dict[str, list[float]]:
     """Points of a design by key, the same for the same seed."""
+    if sample is None:
+        return {}
     import warnings
 
     from scipy.stats import qmc
