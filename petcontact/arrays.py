@@ -17,6 +17,8 @@ States = np.ndarray[Any, np.dtype[np.int8]]
 """Of contact nodes: stick, slip, open; or which way they slip."""
 Names = np.ndarray[Any, np.dtype[np.str_]]
 
+LONGEST_NAME = 255
+"""Characters of a name of a part or an array, and bytes of that of a file."""
 LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""
 LARGEST_NUMBER = 1e150

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .arrays import LARGEST_NUMBER
+from .arrays import LARGEST_NUMBER, LONGEST_NAME
 from .errors import InputError, PetcontactError
 from .frozen import frozen
 
@@ -22,7 +22,6 @@ LARGEST_WHOLE = 2**31
 """Numbers of things that are counted."""
 KINDS = {"f": ("real numbers", "fiu"), "i": ("whole numbers", "iu"), "U": ("names", "UO")}
 """Of arrays by the letter of numpy's: in words, and the letters that will do."""
-LONGEST_NAME = 255
 
 
 @frozen

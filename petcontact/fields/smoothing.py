@@ -18,8 +18,7 @@ from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-
-SMOOTH = np.cos(np.radians(10.0))
+from .joints import SMOOTH
 
 
 @functools.singledispatch

@@ -72,8 +72,7 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
             "physical surface; in space those are the parts of the boundary"
         )
     facets, owner = _divided(points, np.vstack(cells))
-    tag = np.concatenate(parts)[owner]
-    numbers, part = np.unique(tag, return_inverse=True)
+    numbers, part = np.unique(np.concatenate(parts)[owner], return_inverse=True)
     numbered = tuple(names.get(int(n), str(n)) for n in numbers)
     try:
         found = checked_surface(

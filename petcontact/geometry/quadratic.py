@@ -163,11 +163,11 @@ class QuadraticCells:
         """
         walls, bounds = WALLS[self.n_corners]
         grid = samples(self.n_corners)
-        start = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2).argmin(axis=1)
-        foot = grid[start].copy()
+        apart = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2)
+        foot = grid[apart.argmin(axis=1)]
         for _ in range(20):
-            y, along = self.at(foot[:, None])
-            away, along = y[:, 0] - x, along[:, 0]
+            y, along = (part[:, 0] for part in self.at(foot[:, None]))
+            away = y - x
             slope = np.einsum("nik,nk->ni", along, away)
             metric = np.einsum("nik,njk->nij", along, along)
             hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)
@@ -180,10 +180,9 @@ class QuadraticCells:
             active = self._active(foot, slope, step)
             wall = walls[active.argmax(axis=1)]
             side = np.stack([-wall[:, 1], wall[:, 0]], axis=1)
-            bend = np.einsum("ni,nij,nj->n", side, hessian, side)
-            side *= -(np.sum(side * slope, axis=1) / bend)[:, None]
-            count = active.sum(axis=1)[:, None]
-            step = np.where(count == 0, step, np.where(count == 1, side, 0.0))
+            along = np.sum(side * slope, axis=1) / np.einsum("ni,nij,nj->n", side, hessian, side)
+            met = active.sum(axis=1)[:, None]
+            step = np.where(met == 0, step, np.where(met == 1, -along[:, None] * side, 0.0))
             rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
             room[active] = np.inf
             share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(

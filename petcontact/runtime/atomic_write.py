@@ -12,9 +12,6 @@ from pathlib import Path
 from ..errors import InputError, OutputError
 from .signals import deferred
 
-LONGEST_NAME = 255
-"""Bytes of a file name, where the file system does not say."""
-
 
 def check_target(
     path: Path, *, replace: bool, inputs: Sequence[str | Path] = (), longest: str = ""
@@ -44,7 +41,7 @@ def check_target(
     try:
         if not folder.is_dir():
             raise InputError(f"{path}: the folder {folder} does not exist")
-        limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else LONGEST_NAME
+        limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
         for name in filter(None, (path.name, longest)):
             if len(os.fsencode(name)) > limit:
                 raise InputError(

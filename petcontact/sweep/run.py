@@ -103,8 +103,9 @@ def run_sweep(
         Counters(running),
         world,
     )
-    own = (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
-    every = world.gather(own)
+    every = world.gather(
+        (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
+    )
 
     def conclude() -> Summary:
         summary = Summary(len(to_do), len(chosen) - len(to_do), results=place.table)

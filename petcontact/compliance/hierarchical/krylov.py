@@ -6,9 +6,8 @@ from typing import Any
 
 from ...arrays import Array
 from ...linalg.ksp import LinearSolver
+from ...linalg.matrix_free import RESTART
 from ...runtime.petsc import petsc
-
-RESTART = 200
 
 
 class FlexibleKrylov:

@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import LONGEST_NAME
+
 BREAKS = re.compile(rb"'[^']*'?|/\*.*?(?:\*/|\Z)|;", re.DOTALL)
 """A text, a comment, the end of a line of data: no character is looked at twice."""
 HEAD = re.compile(rb"\s*#(\d{1,18})\s*=\s*(\w{1,80})\s*\(")
@@ -35,8 +37,6 @@ KINDS = {
     kind.encode()
     for kind in (*BOUNDS, *FACES, "CLOSED_SHELL", "EDGE_CURVE", "VERTEX_POINT", "CARTESIAN_POINT")
 }
-LONGEST_NAME = 255
-"""Characters of a name, as of a file's."""
 Lines = dict[int, tuple[str, bytes]]
 
 

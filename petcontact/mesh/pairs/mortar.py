@@ -19,9 +19,8 @@ from ...arrays import Array, Index
 from ...round_off import SOLVED
 from ..boundary_mesh import BoundaryMesh
 from .ray_casting import Segments
+from .sag import SMOOTH
 
-SMOOTH = 0.5
-"""Least cosine between the normals of neighbouring elements of one smooth surface."""
 LARGEST = 1.0
 """Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees
 stays where it is."""

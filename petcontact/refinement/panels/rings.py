@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...geometry.quadratic import QuadraticCells
+from ...geometry.round_surfaces import GRID
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SOLVED
 from .hanging import closed
@@ -33,8 +34,6 @@ DISTORTED = 8.0
 """Largest ratio of area factors within a panel."""
 STEPS = 60
 """Of the search for the points of a face above those of a zone."""
-POINTS = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
-"""Of a panel on a grid with the middles of its sides, in the order of `QuadraticCells`."""
 
 
 def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
@@ -193,5 +192,5 @@ def _filled(rim: Array, *count: int) -> Array:
 def _cells(grid: Array) -> Array:
     """Panels (n, 9, d) of a grid (2 i + 1, 2 j + 1, d)."""
     i, j = grid.shape[0] - 1, grid.shape[1] - 1
-    points = np.stack([grid[a : a + i : 2, b : b + j : 2] for a, b in POINTS], axis=2)
+    points = np.stack([grid[a : a + i : 2, b : b + j : 2] for a, b in GRID], axis=2)
     return np.asarray(points.reshape(-1, 9, grid.shape[2]))

@@ -16,6 +16,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...linalg.nearest import nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.pairs.sag import SMOOTH
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
@@ -31,8 +32,6 @@ TINY = 1e-300
 """Least square of a length."""
 FEW = 6
 """Elements that carry pressure, below which its shape is not seen."""
-SMOOTH = 0.5
-"""Least cosine between the normals of neighbours on one smooth surface."""
 
 
 def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
