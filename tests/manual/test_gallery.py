@@ -8,6 +8,12 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
+import pytest
+
+from petcontact import solve
+from petcontact.reference import persson
+
 ROOT = Path(__file__).parents[2]
 LOADER = importlib.machinery.SourceFileLoader("gallery", str(ROOT / "scripts/gallery"))
 GALLERY = importlib.util.module_from_spec(importlib.util.spec_from_loader("gallery", LOADER))
@@ -48,3 +54,57 @@ def test_the_digest_is_that_of_code(monkeypatch, tmp_path):
     assert GALLERY.digest_of_drawing() == first
     (folder / "plane.py").write_text('"""Other."""\nA = 2\n')
     assert GALLERY.digest_of_drawing() != first
+
+
+def largest(name):
+    """The first number of a name in a verdict, and its error."""
+
+    def found(solution):
+        number = next(number for number in solution.numbers if number.name == name)
+        return number.value, float(number.error)
+
+    return found
+
+
+NUMBERS = {
+    "axial_ball": largest("largest p"),
+    "fretting": largest("largest p"),
+    "hertz": largest("largest p"),
+    "hole": largest("von Mises stress on the surface"),
+    "limit_load": lambda s: (np.array([s.failed.load_factor]), 0.0),
+    "pin": largest("largest p"),
+    "press_fit": largest("largest p"),
+    "symmetry": largest("force"),
+}
+"""What the chapter prints of problems that are solved in about a second each, and its error."""
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_the_numbers_of_the_chapter_are_those_of_the_solution(name):
+    """To their last digit, or the error that is reported; references are of closed forms."""
+    text = re.search(r"\*\*(.*?)\*\*", GALLERY.entry(name), re.DOTALL)[1].replace("\n", " ")
+    computed, *references = (
+        [n.replace(" ", "") for n in re.findall(r"-?\d[\d ]*(?:\.\d+)?", part)]
+        for part in re.split(r"[;:.] ?(?=[A-Zµt])", text)
+    )
+    solution = solve(str(GALLERY.configs()[name]))
+    values, error = NUMBERS[name](solution)
+    values = [*np.atleast_1d(values).tolist()]
+    assert len(computed) >= len(values)
+    for value, printed in zip(values, computed, strict=False):
+        last = 0.5 * 10.0 ** -len(printed.partition(".")[2])
+        assert abs(float(printed) - value) <= max(1.02 * last, error if error < 1e9 else 0.0), (
+            printed,
+            value,
+        )
+    if name in REFERENCES:
+        assert float(f"{REFERENCES[name](solution):.3g}") == float(references[0][0])
+
+
+REFERENCES = {
+    # the force is that of the solution: the cylinder is displaced
+    "hertz": lambda s: np.sqrt(abs(s.last.pairs["top"].force[1]) * 1000.0 / 0.91 / (np.pi * 2.0)),
+    "hole": lambda s: 3.03,  # Heywood: 2 + (1 - 0.1)**3, with the stress of the net section
+    "pin": lambda s: persson.pressure(np.zeros(1), np.radians(60.0))[0],
+    "limit_load": lambda s: 0.8,
+}
