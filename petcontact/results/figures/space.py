@@ -206,12 +206,11 @@ def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mas
     low, high = x.min(axis=0), x.max(axis=0)
     least, most = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
     small, shown = most - least < SMALL * (high - low), front.copy()
+    # from the contact's box: one beside another side of it is not in the picture
+    away = np.maximum(least - x, x - most)[:, small].max(axis=1, initial=0.0)
+    nearest = away[front & ~closed & (away > 0.0)].min(initial=np.inf)
     for k in np.flatnonzero(small & closed.any()):
-        away = np.maximum(least[k] - x[:, k], x[:, k] - most[k])
-        margin = max(
-            MARGIN * (most - least)[k],
-            NEXT * away[front & ~closed & (away > 0.0)].min(initial=np.inf),
-        )
+        margin = max(MARGIN * (most - least)[k], NEXT * nearest)
         low[k], high[k] = max(low[k], least[k] - margin), min(high[k], most[k] + margin)
         shown &= (x[:, k] >= low[k]) & (x[:, k] <= high[k])
         axes.set(**{"xy"[k] + "lim": (low[k], high[k])})
