@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..frozen import frozen
+from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import ROUNDED, SOLVED
 
@@ -173,11 +174,11 @@ class BoundaryData:
 def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal
     went, (m, d)."""
-    normal = mesh.smooth_normal[nodes]
-    vectors = np.concatenate([mesh.tangents_to(normal), normal[:, None]], axis=1)
+    normal, d = mesh.smooth_normal[nodes], mesh.components
+    vectors = np.concatenate([mesh.tangents_to(normal), lifted(normal, d)[:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
-    orders = np.array(list(itertools.permutations(range(mesh.dim))))
-    along = np.abs(vectors[:, orders, np.arange(mesh.dim)]).sum(axis=2)
+    orders = np.array(list(itertools.permutations(range(d))))
+    along = np.abs(vectors[:, orders, np.arange(d)]).sum(axis=2)
     order = orders[np.argmax(along, axis=1)]
     return np.take_along_axis(vectors, order[:, :, None], axis=1), np.argsort(order, axis=1)
 
@@ -220,7 +221,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
         size, rest = (
             np.abs(values).max(axis=1, initial=0.0) for values in (data.value[:, elsewhere], left)
         )
-        held = np.repeat((mesh.order > 0)[mesh.element][:, None], mesh.dim, axis=1)[elsewhere].all()
+        held = (mesh.order > 0)[mesh.element][elsewhere.any(axis=1)].all()
         turned = (
             held
             & (rest <= SOLVED * size)
@@ -263,7 +264,7 @@ def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:
     values, vectors = np.linalg.eigh(seen.T @ seen / len(seen))
     free = vectors[:, values < 1e-12]
     if not free.shape[1]:
-        return np.zeros((mesh.n_nodes, mesh.dim, 0))
+        return every[..., :0]
     # translations along the axes stay what they are where they are free
     basis = free @ np.linalg.qr(free.T)[0]
     return np.asarray(every @ np.where(np.abs(basis) < 1e-12, 0.0, basis))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Material
 from .column_fillers import PlainFiller
@@ -22,6 +22,7 @@ from .revolution.kernel import RingKernel, TwistedRingKernel
 KERNELS: dict[type, Callable[..., Kernel]] = {
     CurveMesh: Kelvin2D,
     RingMesh: RingKernel,
+    TwistedRingMesh: TwistedRingKernel,
     SurfaceMesh: Kelvin3D,
 }
 """By the kind of a mesh, from a material and the unit of length of a mesh, and a `tolerance` of

@@ -57,6 +57,8 @@ class BodiesSystem:
     interfaces, bodies : lists
     slices : list of slices
         The nodes of each interface among all M.
+    components : int
+        Of displacements: one more than tangents.
     k : int
         Directions a node.
     motions : Motions
@@ -91,8 +93,9 @@ class BodiesSystem:
         | None = None,
     ) -> None:
         self.bodies, self.interfaces = list(bodies), list(interfaces)
-        self.dim, self.motions = bodies[0].mesh.dim, bodies[0].mesh.motions
-        self.k, none = directions_looked_for(self.dim, interfaces), np.zeros(0)
+        mesh, none = bodies[0].mesh, np.zeros(0)
+        self.components, self.motions = mesh.components, mesh.motions
+        self.k = directions_looked_for(self.components, interfaces)
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
         self.size = int(ends[-1])
@@ -102,7 +105,7 @@ class BodiesSystem:
         self._maps = [
             contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))
         ]
-        self._x, self._layer = np.concatenate([np.zeros((0, self.dim)), *x]), list[Surrogate]()
+        self._x, self._layer = np.concatenate([mesh.x[:0], *x]), list[Surrogate]()
         self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
         self._softened: tuple[Array, ContactCompliance] | None = None
         mapped = list(zip(self._maps, self.bodies, strict=True))

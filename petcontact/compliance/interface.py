@@ -13,6 +13,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from ..geometry.rotation import lifted
 from .body.base import ElasticBody
 
 
@@ -28,7 +29,7 @@ class Interface:
     nodes : (m,) array
         Of its mesh.
     normal : (m, d) array
-        n, from the secondary to the primary.
+        n, from the secondary to the primary; with torsion as points are, in the half section.
     tangent : (m, d-1, d) array
         τ, orthonormal and normal to n.
     gap : (m,) array
@@ -76,8 +77,13 @@ class Interface:
         return (
             self.tangent
             if self.held
-            else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
+            else np.concatenate([self.tangent, self.across[:, None]], axis=1)
         )
+
+    @property
+    def across(self) -> Array:
+        """n as displacements and tractions are, (m, d)."""
+        return lifted(self.normal, self.tangent.shape[2])
 
 
 def slices(interfaces: Sequence[Interface]) -> dict[str, slice]:
@@ -99,7 +105,7 @@ def contact_maps(
     number: int, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface]
 ) -> ContactMaps:
     """Between the contact directions of a body and those of all interfaces."""
-    body, d = bodies[number], bodies[number].mesh.dim
+    body, d = bodies[number], bodies[number].mesh.components
     k = directions_looked_for(d, interfaces)
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
         place = places(body, interfaces)

@@ -65,7 +65,7 @@ def _(
     across = material.poisson_ratio * (stress[:, 0] + stress[:, 1]) + heat
     # on the axis the hoop stress is the radial one
     radial = (stress[:, 0] - across) / material.young_modulus
-    return np.asarray(across + material.young_modulus * mesh.hoop_strain(x, u, radial))
+    return np.asarray(across + material.young_modulus * mesh.over_radius(x, u[:, 0], radial))
 
 
 def points_in(points: Any, dim: int) -> Array:
@@ -144,8 +144,8 @@ def fields_at(
     InputError
         If a point lies outside the body or is not finite.
     """
-    d, states = mesh.dim, u.shape[2]
-    points = points_in(points, d)
+    d, states = mesh.components, u.shape[2]
+    points = points_in(points, mesh.dim)
     motion = _rigid_motion(mesh, u)
     u = u - motion(mesh.x)
     mesh, u, traction = smoothed(mesh, u.reshape(len(u), -1), traction.reshape(len(u), -1))
@@ -208,7 +208,9 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     size = np.abs(mesh.x - centre).max()
     modes = mesh.motions.of(mesh.x / size, centre / size)
     amplitudes = np.linalg.lstsq(
-        modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None
+        modes.reshape(-1, modes.shape[2]),
+        u.reshape(modes.shape[0] * mesh.components, -1),
+        rcond=None,
     )[0]
     # taken out where a tenth of the displacements is left
     amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < 0.1 * np.abs(u).max(axis=(0, 1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import field, replace
+from typing import ClassVar
 
 import numpy as np
 
@@ -64,8 +65,16 @@ class Meridian(Outline):
         return _image(loop[0]), _image(loop[-1])
 
 
-def meridian(section: Outline) -> Meridian:
-    """The outline of the body of revolution that half of a section, in r >= 0, stands for.
+@frozen
+class TwistedMeridian(Meridian):
+    """That of a body that turns about its axis, too."""
+
+    components: ClassVar[int] = 3
+
+
+def meridian(section: Outline, *, twisted: bool = False) -> Meridian:
+    """The outline of the body of revolution that half of a section, in r >= 0, stands for, with
+    torsion or without.
 
     Raises
     ------
@@ -82,7 +91,8 @@ def meridian(section: Outline) -> Meridian:
         for loop in section.loops
     )
     chains = [chain for loop in loops for chain in _chains(loop, least)]
-    return Meridian(tuple(chains), section.exterior, section=replace(section, loops=loops))
+    kind = TwistedMeridian if twisted else Meridian
+    return kind(tuple(chains), section.exterior, section=replace(section, loops=loops))
 
 
 def _snapped(point: Array, least: float) -> Array:

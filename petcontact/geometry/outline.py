@@ -136,6 +136,7 @@ class Outline:
     loops: tuple[tuple[Side, ...], ...]
     exterior: bool = False
     dim: ClassVar[int] = 2
+    components: ClassVar[int] = 2
     known: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     meshed: ClassVar[bool] = False

@@ -20,7 +20,8 @@ class Motions:
     Attributes
     ----------
     dim : int
-        Components d of a displacement.
+        Components d of a displacement. Points may have fewer: what turns about the axis moves out
+        of a half section.
     along : tuple of int
         Axes along which bodies may be translated. Along the others a translation is no rigid
         motion: it stretches a body of revolution.
@@ -55,8 +56,9 @@ class Motions:
     def every(self, x: Array, centre: Any = 0.0) -> Array:
         """Displacement of points (m, d) for unit translations along all d axes, 0 along those of no
         rigid motion, then for unit rotations about a centre, (m, d, d + number of rotations)."""
-        away = x - np.isin(np.arange(self.dim), self.along) * centre
-        result = np.zeros((*x.shape, self.components))
+        held = np.isin(np.arange(self.dim), self.along)
+        away = lifted(x, self.dim) - held * lifted(np.zeros(x.shape[1]) + centre, self.dim)
+        result = np.zeros((*away.shape, self.components))
         result[:, self.along, self.along] = 1.0
         for k, (i, j) in enumerate(self.planes, self.dim):
             result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
@@ -68,6 +70,7 @@ class Motions:
 
     def moment(self, x: Array, force: Array) -> Axial:
         """Moment about the origin of forces (m, d) at points (m, d); 0 where nothing can turn."""
+        x = lifted(x, self.dim)
         return axial(
             np.array([x[:, i] @ force[:, j] - x[:, j] @ force[:, i] for i, j in self.planes])
         )
@@ -77,7 +80,24 @@ PLANE = Motions(2, (0, 1), ((0, 1),))
 SPACE = Motions(3, (0, 1, 2), ((1, 2), (2, 0), (0, 1)))
 REVOLUTION = Motions(2, (1,), ())
 """Of bodies of revolution, in (r, z): they are translated along their axis."""
+TORSION = Motions(3, (1,), ((0, 2),))
+"""Of bodies of revolution in (r, z, θ): they turn about it as well."""
 MOTIONS = {2: PLANE, 3: SPACE}
+
+
+def lifted(vectors: Array, components: int) -> Array:
+    """Points or normals (..., d) as vectors with as many components as a displacement has, 0
+    beyond their own.
+
+    Examples
+    --------
+    >>> lifted(np.array([[3.0, 4.0]]), 3).tolist()
+    [[3.0, 4.0, 0.0]]
+    """
+    missing = components - vectors.shape[-1]
+    if missing == 0:
+        return vectors
+    return np.concatenate([vectors, np.zeros((*vectors.shape[:-1], missing))], axis=-1)
 
 
 def axial(components: Array) -> Axial:

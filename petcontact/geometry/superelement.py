@@ -95,6 +95,11 @@ class CondensedSurface:
         return self.points.shape[1]
 
     @property
+    def components(self) -> int:
+        """Those of its displacements."""
+        return self.dim
+
+    @property
     def axial(self) -> bool:
         """Whether it is a body of revolution, whose points are (r, z)."""
         return bool(self.arrays.get("axial", 0))

@@ -39,6 +39,9 @@ class Boundary(Protocol):
     Attributes
     ----------
     dim : int
+        Of points.
+    components : int
+        Of displacements.
     parts : tuple of str
         Names of its parts.
     diameter : float
@@ -60,6 +63,8 @@ class Boundary(Protocol):
 
     @property
     def dim(self) -> int: ...
+    @property
+    def components(self) -> int: ...
     @property
     def parts(self) -> tuple[str, ...]: ...
     @property
@@ -92,6 +97,7 @@ class SolidSurface:
     """The whole surface of a finite body in space, see `Boundary`."""
 
     dim: ClassVar[int] = 3
+    components: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
     known: ClassVar[bool] = False

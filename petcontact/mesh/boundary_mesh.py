@@ -29,7 +29,9 @@ class BoundaryMesh(Protocol):
     Attributes
     ----------
     dim : int
-        d.
+        Of points; also d where bodies do not turn about an axis.
+    components : int
+        d of displacements and tractions: with torsion one more than points have.
     x, normal : (n, d) arrays
         Nodes [length] and outward unit normals.
     smooth_normal : (n, d) array
@@ -64,6 +66,8 @@ class BoundaryMesh(Protocol):
 
     @property
     def dim(self) -> int: ...
+    @property
+    def components(self) -> int: ...
     @property
     def x(self) -> Array: ...
     @property
@@ -158,9 +162,10 @@ class BoundaryMesh(Protocol):
         """Points (m, d), and their images from which a half section is seen as its image is."""
         ...
 
-    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
-        """u_r/r (m,) of a body of revolution, else 0, by displacements (m, d) at points (m, d); on
-        the axis it is the `radial` strain (m,) [-]."""
+    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+        """Surface gradients (m, d, d) of displacements (m, d) at points, and the strain (m,) across
+        the plane that they do not have, both with what a body of revolution has round the axis; of
+        gradients (m, d, k) along the axes of points [-]."""
         ...
 
     def on_axis(self, u: Array) -> Array:
@@ -204,9 +209,10 @@ class Collocated:
         """What is known of functions on parts, by the part and the function: looked at once."""
         return {}
 
-    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
-        """None."""
-        return np.zeros(len(x))
+    @staticmethod
+    def strained(x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+        """The gradients, and no strain across."""
+        return gradient, np.zeros(len(x))
 
     def on_axis(self, u: Array) -> Array:
         """The displacements: there is no axis."""
@@ -234,8 +240,8 @@ class Collocated:
 
     @property
     def n_nodes(self) -> int:
-        """Number of collocation nodes; the elastic system has as many unknowns a node as there are
-        dimensions."""
+        """Number of collocation nodes; the elastic system has as many unknowns a node as a
+        displacement has components."""
         return len(self.element)
 
     @property

@@ -16,9 +16,9 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
-from ..geometry.meridian import Meridian
+from ..geometry.meridian import Meridian, TwistedMeridian
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
-from ..geometry.rotation import PLANE, REVOLUTION, Motions
+from ..geometry.rotation import PLANE, REVOLUTION, TORSION, Motions, lifted
 from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh, Collocated
 from .elements import Elements, Targets
@@ -78,6 +78,7 @@ class CurveMesh(Collocated):
     direction: Array = field(default_factory=lambda: np.empty((0, 2)))
     power: Array = field(default_factory=lambda: np.empty(0))
     dim: ClassVar[int] = 2
+    components: ClassVar[int] = 2
     weight_power: ClassVar[int] = 1
     motions: ClassVar[Motions] = PLANE
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "xy")
@@ -321,21 +322,25 @@ class RingMesh(CurveMesh):
         """Points (m, 2), and their images beyond the axis."""
         return [x, x * [-1.0, 1.0]]
 
-    def hoop_strain(self, x: Array, u: Array, radial: Array) -> Array:
-        """u_r/r (m,) of displacements (m, 2) at points (m, 2); on the axis, where it has no digits,
-        the `radial` strain (m,), which it is there [-]."""
+    def over_radius(self, x: Array, u: Array, slope: Array) -> Array:
+        """u/r (m,) of a component (m,) at points (m, 2) that is 0 on the axis; there, where it has
+        no digits, the `slope` (m,) along r, which it is [-]."""
         off = x[:, 0] > AXIS * np.abs(self.x[:, 0]).max()
-        return np.where(off, u[:, 0] / np.where(off, x[:, 0], 1.0), radial)
+        return np.where(off, u / np.where(off, x[:, 0], 1.0), slope)
+
+    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+        """The gradients, and the hoop strain u_r/r."""
+        return gradient, self.over_radius(x, u[:, 0], gradient[:, 0, 0])
 
     def on_axis(self, u: Array) -> Array:
-        """Nodal displacements (n, k), the first of which is 0 where elements begin or end on the
-        axis: by polynomials u_r is that but for their error, which u_r/r does not bear."""
-        result = u.copy()
+        """Nodal displacements (n, k) whose components across the axis are 0 where elements begin
+        or end on it: by polynomials u_r is that but for their error, which u_r/r does not bear."""
+        result, across = u.copy(), np.array(self.motions.across)
         for ends, at in ((self.start, -1.0), (self.end, 1.0)):
             for e in np.flatnonzero(ends[:, 0] == 0.0).tolist():
-                nodes = np.arange(self.first_node[e], self.first_node[e + 1])
-                left = lagrange(int(self.order[e]), np.array([at]))[:, 0] @ result[nodes, 0]
-                result[nodes, 0] -= 0.5 * (1.0 + at * self.xi[nodes]) * left
+                nodes = np.arange(self.first_node[e], self.first_node[e + 1])[:, None]
+                left = lagrange(int(self.order[e]), np.array([at]))[:, 0] @ result[nodes, across]
+                result[nodes, across] -= 0.5 * (1.0 + at * self.xi[nodes]) * left
         return result
 
     def neighbours(self) -> tuple[Index, Index]:
@@ -348,10 +353,46 @@ class RingMesh(CurveMesh):
         )
 
 
+@frozen
+class TwistedRingMesh(RingMesh):
+    """A `RingMesh` of a body that turns about its axis, too: displacements and tractions have the
+    components r, z and θ, the latter by the right-hand rule about +z."""
+
+    components: ClassVar[int] = 3
+    motions: ClassVar[Motions] = TORSION
+    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+    @staticmethod
+    def tangents_to(normal: Array) -> Array:
+        """Along the curve, as of `CurveMesh`, and along θ, (m, 2, 3), of normals (m, 2) or (m,
+        3)."""
+        along = lifted(CurveMesh.tangents_to(normal[:, :2]), 3)
+        round_axis = np.broadcast_to(np.array([0.0, 0.0, 1.0]), along.shape)
+        return np.concatenate([along, round_axis], axis=1)
+
+    @staticmethod
+    def with_hoop(stress: Array, across: Array) -> Array:
+        """All components with this hoop stress."""
+        result = stress.copy()
+        result[:, 2] = across
+        return result
+
+    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+        """The gradients (m, 3, 3): round the axis what is displaced turns as the directions do."""
+        whole = lifted(gradient, 3)
+        whole[:, 0, 2] = -self.over_radius(x, u[:, 2], gradient[:, 2, 0])
+        whole[:, 2, 2] = self.over_radius(x, u[:, 0], gradient[:, 0, 0])
+        return whole, np.zeros(len(x))
+
+
 AXIS = 1e-5
 """Distance from the axis over the largest one, below which u_r/r is u_r' there: that is off by the
 square of it, u_r/r by the error of integrals, 1e-9, over it."""
-MESHES: dict[type, type[CurveMesh]] = {Outline: CurveMesh, Meridian: RingMesh}
+MESHES: dict[type, type[CurveMesh]] = {
+    Outline: CurveMesh,
+    Meridian: RingMesh,
+    TwistedMeridian: TwistedRingMesh,
+}
 """By the kind of an outline."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import ResultError
 from .boundary_mesh import BoundaryMesh
-from .curve_mesh import CurveMesh, RingMesh
+from .curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
 from .panels import HIGHEST_ORDER
 from .surface_mesh import SurfaceMesh
 
@@ -28,6 +28,7 @@ def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
     group.attrs["unit_length"] = mesh.unit_length
     if isinstance(mesh, RingMesh):
         group.attrs["symmetry"] = "axial"
+        group.attrs["components"] = mesh.components
 
 
 @functools.singledispatch
@@ -96,7 +97,8 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
         vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
     )
     if isinstance(mesh, CurveMesh) and group.attrs.get("symmetry") == "axial":
-        return RingMesh(**{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init})
+        kind = TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh
+        return kind(**{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init})
     return mesh
 
 

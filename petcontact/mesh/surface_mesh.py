@@ -50,6 +50,7 @@ class SurfaceMesh(Collocated):
     part_names: tuple[str, ...]
     middles: Array = field(default_factory=lambda: np.empty((0, 5, 3)))
     dim: ClassVar[int] = 3
+    components: ClassVar[int] = 3
     weight_power: ClassVar[int] = 2
     motions: ClassVar[Motions] = SPACE
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")

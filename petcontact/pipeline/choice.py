@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
 from ..model.solver_options import Bem
@@ -158,6 +158,7 @@ COMPRESSIONS = {
 COSTS: dict[type, Costs] = {
     CurveMesh: Costs("hodlr"),
     RingMesh: Costs(""),
+    TwistedRingMesh: Costs(""),
     SurfaceMesh: Costs("hmatrix", 2.0, (0.2, 0.4), 0.13, 2.0),
 }
 """By the kind of a mesh. An increment in the plane took 0.3 of the elimination by Newton's method,

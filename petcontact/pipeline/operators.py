@@ -64,7 +64,7 @@ class BodyOperators:
 
     @functools.cached_property
     def _matrices(self) -> tuple[Array, Array]:
-        operators, d, n = self.eliminated.operators, self.mesh.dim, self.mesh.n_nodes
+        operators, d, n = self.eliminated.operators, self.mesh.components, self.mesh.n_nodes
         if not self._problem.outline(self._number).has_inside:
             raise InputError(
                 f"body {self.name!r} is a superelement: it has no boundary integral operators"
@@ -286,7 +286,7 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
 def _of(
     discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyOperators]
 ) -> Operators:
-    faces, d = discrete.interfaces, discrete.meshes[0].dim
+    faces, d = discrete.interfaces, discrete.meshes[0].components
     if system is None:
         states, none = len(discrete.data[0].value), np.zeros((0, d))
         return Operators(

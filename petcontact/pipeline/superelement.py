@@ -167,7 +167,7 @@ def condensed_body(
                 "has one compliance: condense the problem of one of the steps"
             )
     data = add_volume_loads(problem, meshes, data)
-    law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
+    law, nothing = Tresca(np.zeros(0), mesh.components - 1), np.zeros(0)
     discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], nothing)
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else world())

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...frozen import frozen
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.loads import forces_by_step
 from ...model.problem import Problem
@@ -38,7 +39,7 @@ class InsideLoads:
         state k the end of step k, each with its share."""
         forces = forces_by_step(problem, number)
         point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
-        force = np.zeros_like(point)
+        force = np.zeros((len(point), mesh.components))
         for state, share in shares.items():
             if state > 0:
                 force += share * np.array([f.force for f in forces[state - 1]]).reshape(force.shape)
@@ -52,7 +53,9 @@ class InsideLoads:
         if self.volume is None:
             return u, traction
         u_p, stress, _ = self.volume.at(self.mesh.x, self.shares)
-        return u - u_p, traction - np.einsum("nij,nj->ni", stress, self.mesh.normal)
+        t_p = np.einsum("nij,nj->ni", stress, self.mesh.normal)
+        count = self.mesh.components
+        return u - lifted(u_p, count), traction - lifted(t_p, count)
 
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what
@@ -63,22 +66,23 @@ class InsideLoads:
     def points_at(self, x: Array) -> tuple[Array, Array]:
         """u and σ of point forces alone, which `without` leaves in: the boundary stress has them,
         the integrals have not."""
-        m, d = x.shape
+        m, d = len(x), self.mesh.components
         if not len(self.point):
             return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))
         stress = self.kernel.point_stress(x, self.point, self.force)
         moved = self.kernel.point_displacement(x, self.point, self.force)
-        return moved, stress[:, : d * (d + 1) // 2]
+        return moved, stress
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
         """The same of volume loads alone, which is what `without` leaves out on the boundary."""
-        m, d = x.shape
+        m, d = len(x), self.mesh.components
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:
             u, whole, heat = self.volume.at(x, self.shares)
+            u, whole = lifted(u, d), lifted(lifted(whole, d).swapaxes(1, 2), d)
             i, j = np.triu_indices(d, 1)
             stress = np.hstack([np.einsum("mii->mi", whole), whole[:, i, j]])
             material = self.kernel.material
-            if d == 2 and material.plane == "strain":
+            if self.mesh.dim == 2 and material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat
         return u, stress, normal

@@ -9,8 +9,9 @@ import numpy as np
 
 from ...arrays import Array
 from ...frozen import frozen
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curve_mesh import RingMesh
+from ...mesh.curve_mesh import RingMesh, TwistedRingMesh
 from ...model.expressions import evaluate
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Material, Problem
@@ -22,7 +23,7 @@ from .solution import ParticularSolution, particular_solution
 EXACT = 1e-10
 """Error of a polynomial, over the largest value, up to which it is not reported."""
 
-BOXES: dict[type, Any] = {RingMesh: RingBox}
+BOXES: dict[type, Any] = {RingMesh: RingBox, TwistedRingMesh: RingBox}
 """By the kind of a mesh, where it is not `BodyBox`."""
 
 
@@ -46,11 +47,14 @@ class VolumeSolution:
     def on(self, mesh: BoundaryMesh) -> Array:
         """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3,
         K, n, d)."""
-        known: dict[ParticularSolution | None, Array] = {None: np.zeros((2, *mesh.x.shape))}
+        known: dict[ParticularSolution | None, Array] = {
+            None: np.zeros((2, mesh.n_nodes, mesh.components))
+        }
         for state in {*self.states, *self.forces} - {None}:
             assert state is not None
             traction = np.einsum("nij,nj->ni", state.stress(mesh.x), mesh.normal)
-            known[state] = np.array([state.displacement(mesh.x), traction])
+            moved = np.array([state.displacement(mesh.x), traction])
+            known[state] = lifted(moved, mesh.components)
         pairs = zip(self.states, self.forces, strict=True)
         return np.stack(
             [np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1

@@ -12,7 +12,9 @@ What holds for `RingKernel` (two components) and `TwistedRingKernel` (three):
   ½ u_i + Σ H_ij u_j = Σ G_ij t_j/s, s = `traction_scale` = 2µ/ℓ, all entries pure numbers.
 - Forces are whole forces of rings: 2πR times the force per length of the ring, for each component
   (the torque of the third is R times it). On the axis only the force along z acts.
-- Stress has the components of `STRESS`, in the order rr, zz, rz, θθ and, with torsion, rθ, zθ.
+- Integrals of stress have the components of `STRESS`, in the order rr, zz, rz, θθ and, with
+  torsion, rθ, zθ. Fields have those of `in_fields`: rr, zz, rz, where θθ follows from u_r/r, and
+  with torsion rr, zz, θθ, rz, rθ, zθ, as space has them along r, z and θ.
 - Targets may lie on the axis: u_r = u_θ = 0, σ_θθ = σ_rr and σ_rz = σ_rθ = σ_zθ = 0 there.
 - Rigid motions: u = (0, 1) along z, and u_θ = r with torsion. For each, ½ u + Σ H u = 0 on a
   closed curve, and Σ H u = -u inside.
@@ -45,6 +47,7 @@ class RingKernel(KelvinSolution):
 
     dim = 2
     stress_components: ClassVar[tuple[tuple[int, int], ...]] = STRESS[:4]
+    in_fields: ClassVar[tuple[int, ...]] = (0, 1, 2)
 
     @property
     def poisson_ratio(self) -> float:
@@ -87,10 +90,9 @@ class RingKernel(KelvinSolution):
         """As in `Kernel`; `wound` is that of a rigid translation along z, around none at r < 0."""
         kernel_g, kernel_h = self.integrals(targets, elements)
         kernel_d, kernel_s = self.stress_integrals(targets, elements)
-        # without the hoop stress and what follows it: that is known from u_r/r
-        count = self.dim * (self.dim + 1) // 2
+        rows = list(self.in_fields)
         moved = weighted(kernel_g, -kernel_h, traction, u)
-        stress = weighted(kernel_d[:count], kernel_s[:count], traction, u)
+        stress = weighted(kernel_d[rows], kernel_s[rows], traction, u)
         wound = np.where(targets.point[:, 0] < 0.0, 0.0, -kernel_h[1, 1].sum(axis=0))
         return moved, stress, wound
 
@@ -99,8 +101,8 @@ class RingKernel(KelvinSolution):
         return self._of_forces(x, at, force)[0]
 
     def point_stress(self, x: Array, at: Array, force: Array) -> Array:
-        """Stress (n, components) of the same forces [stress]."""
-        return self._of_forces(x, at, force)[1]
+        """Stress (n, d(d+1)/2) of the same forces [stress]."""
+        return self._of_forces(x, at, force)[1][:, list(self.in_fields)]
 
     def _of_forces(self, x: Array, at: Array, force: Array) -> tuple[Array, Array]:
         u, stress = np.zeros((len(x), self.dim)), np.zeros((len(x), len(self.stress_components)))
@@ -125,3 +127,4 @@ class TwistedRingKernel(RingKernel):
 
     dim = 3
     stress_components = STRESS
+    in_fields = (0, 1, 3, 2, 4, 5)

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 from ..smoothing import smoothed
@@ -62,7 +63,7 @@ class BoundaryField:
         self._label = label
         # the position is made smooth like the displacement, so that linear fields of it can be told
         self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
-        self._u, self._x = np.hsplit(moved, 2)
+        self._u, self._x = np.hsplit(moved, [mesh.components])
         self._u = self._mesh.on_axis(self._u)
 
     @functools.cached_property
@@ -86,8 +87,10 @@ class BoundaryField:
         traction = self._mesh.basis_at(element, place) @ self._traction
         at, d = self._mesh.variables_at(element, place), self._mesh.dim
         x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
-        slopes = self._slopes.at(element, place)
-        hoop = self._mesh.hoop_strain(x, self.displacement(element, place), slopes[:, 0, 0])
+        slopes, hoop = self._mesh.strained(
+            x, self.displacement(element, place), self._slopes.at(element, place)
+        )
+        normal = lifted(normal, self._mesh.components)
         return components(hooke(traction, normal, slopes, self.material, hoop))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...arrays import Array, Mask
 from ...frozen import frozen
-from ...geometry.meridian import Meridian
+from ...geometry.meridian import Meridian, TwistedMeridian
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
@@ -21,6 +21,7 @@ from .periodic import translated_sides
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
     Outline: (side_meshes, mesh_of_sides, curve_projection),
     Meridian: (side_meshes, mesh_of_sides, curve_projection),
+    TwistedMeridian: (side_meshes, mesh_of_sides, curve_projection),
     BoxSurface: (grid_lines, mesh_of_lines, face_projection),
 }
 """Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep

@@ -88,7 +88,7 @@ def beyond_budget(
             f"{budget}; {more}"
         )
     try:
-        needed_memory(bem, meshes, *contact_sizes(problem, meshes), meshes[0].dim)
+        needed_memory(bem, meshes, *contact_sizes(problem, meshes), meshes[0].components)
     except InputError as error:
         return f"the next mesh does not fit the memory ({error})"
     return ""

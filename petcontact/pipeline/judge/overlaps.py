@@ -64,7 +64,7 @@ def overlaps(
     At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law
     says so.
     """
-    if bodies.k < bodies.dim:
+    if bodies.k < bodies.components:
         return Overlap()
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)

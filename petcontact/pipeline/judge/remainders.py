@@ -12,6 +12,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN
+from ...geometry.rotation import lifted
 from ...mesh.approximation import Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
@@ -264,8 +265,9 @@ class DataRemainders:
         if function is None:
             return np.zeros(mesh.n_elements), 0.0
         samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
-        nodal, names = np.zeros_like(mesh.x), mesh.variables(nodes)
-        at_nodes = given_values(condition, names, mesh.normal[nodes], part, otherwise=0.0)
+        nodal, names = np.zeros((mesh.n_nodes, mesh.components)), mesh.variables(nodes)
+        normal = lifted(mesh.normal[nodes], mesh.components)
+        at_nodes = given_values(condition, names, normal, part, otherwise=0.0)
         nodal[nodes] = approximated(samples, nodes, at_nodes)
         left = samples.left(nodal)
         return samples.over_elements((left**2).sum(axis=1)), samples.share(left, samples.values)

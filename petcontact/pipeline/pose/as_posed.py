@@ -27,8 +27,8 @@ def as_posed(problem: Problem) -> SolutionData:
     problem, names = discrete.problem, [body.name for body in discrete.problem.body]
     meshes = dict(zip(names, discrete.meshes, strict=True))
     steps = max(1, len(problem.step))
-    d, none = discrete.meshes[0].dim, np.zeros(0)
-    spin: Axial = axial(np.zeros(2 * d - 3))
+    d, none = discrete.meshes[0].components, np.zeros(0)
+    spin: Axial = axial(np.zeros(len(discrete.meshes[0].motions.planes)))
     step = StepResult(
         problem.step[-1].name if problem.step else "load",
         steps,
@@ -79,7 +79,7 @@ def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:
         shear,
         shear,
         np.full(len(zeros), OPEN),
-        np.zeros(mesh.dim),
+        np.zeros(mesh.components),
         spin,
         0.0,
     )

@@ -241,7 +241,7 @@ def _law_and_data(
 def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:
     """Refuse what does not fit the machine before what faces what is looked for, which of many
     panels takes long."""
-    directions = meshes[0].dim - problem.holds_normals
+    directions = meshes[0].components - problem.holds_normals
     needed_memory(resolved_bem(problem.bem), meshes, *contact_sizes(problem, meshes), directions)
 
 

@@ -28,12 +28,12 @@ def with_law(
     """The law, and interfaces that look for as many components as it has: a law of the user's may
     have the normal one."""
     if not interfaces:
-        return interfaces, Tresca(np.zeros(0), meshes[0].dim - 1)
+        return interfaces, Tresca(np.zeros(0), meshes[0].components - 1)
     if given is None:
         return interfaces, law_between(sides, interfaces, meshes)
     nodes = _contact_nodes(sides, interfaces, meshes)
     wanted = getattr(given, "k", None) if hasattr(given, "project") else given(nodes).k
-    if interfaces[0].held and wanted == meshes[0].dim:
+    if interfaces[0].held and wanted == meshes[0].components:
         interfaces = [replace(face, held=False) for face in interfaces]
         nodes = _contact_nodes(sides, interfaces, meshes)
     return interfaces, law_of(given, nodes)
@@ -85,8 +85,8 @@ def law_between(
         np.concatenate(values) for values in zip(*parts, strict=True)
     )
     if interfaces[0].held:
-        return Tresca(bound, meshes[0].dim - 1)
-    return SignoriniCoulomb(coefficient, bound, opens, meshes[0].dim, absent)
+        return Tresca(bound, meshes[0].components - 1)
+    return SignoriniCoulomb(coefficient, bound, opens, meshes[0].components, absent)
 
 
 def wear_between(

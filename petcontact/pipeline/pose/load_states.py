@@ -22,6 +22,7 @@ from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
 from ...errors import InputError
 from ...fields.interior import fields_at
+from ...geometry.rotation import lifted
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...mesh.approximation import Function, approximated, sampled
@@ -47,14 +48,15 @@ def boundary_data(
     InputError
         If data are not finite, or have another number of components than the body has dimensions.
     """
-    body, (n, d), conditions = problem.body[number], mesh.x.shape, problem.conditions(number)
+    body, conditions = problem.body[number], problem.conditions(number)
+    n, d = mesh.n_nodes, mesh.components
     frame, known, contact, places = _components(problem, number, mesh, interfaces, step)
     value = np.zeros((len(conditions) + 1, n, d))
-    points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, d), body, mesh)
+    points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim), body, mesh)
     forces = [
-        np.zeros_like(points),
+        np.zeros((len(points), d)),
         *(
-            np.array([f.force for f in state]).reshape(points.shape)
+            np.array([f.force for f in state]).reshape(-1, d)
             for state in forces_by_step(problem, number)
         ),
     ]
@@ -82,7 +84,7 @@ def _components(
     """Frames (n, d, d) of a body in a step, components (n, d) along them whose traction is known,
     contact nodes (m,), and which directions of their frames (m, d) contact takes, the normal last
     where it is held."""
-    body, (n, d) = problem.body[number], mesh.x.shape
+    body, n, d = problem.body[number], mesh.n_nodes, mesh.components
     frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
     for part, condition in problem.conditions(number)[step - 1].items():
         if isinstance(condition, Displacement):
@@ -108,7 +110,7 @@ def _components(
 def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
     """Where point forces act, if that is inside of the body."""
     if len(points):
-        nothing = np.zeros((*mesh.x.shape, 1))
+        nothing = np.zeros((mesh.n_nodes, mesh.components, 1))
         with np.errstate(all="ignore"):  # on the boundary
             found = fields_at(mesh, nothing, nothing, body.material, points, outside=np.nan)[0]
         for k in np.flatnonzero(np.isnan(found).any(axis=(1, 2)))[:1]:
@@ -178,7 +180,8 @@ def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> 
     if isinstance(boundary, CondensedSurface):
         modes = free_modes(boundary, mesh)
         return modes if data.traction_known.all() else modes[..., :0]
-    return np.zeros((*mesh.x.shape, 0)) if boundary.exterior else free_motions(data, mesh)
+    motions = free_motions(data, mesh)
+    return motions[..., :0] if boundary.exterior else motions
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
@@ -207,9 +210,9 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
 
 def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
     """Refuse a vector that has not as many components as the body has dimensions."""
-    if len(value) != mesh.dim:
+    if len(value) != mesh.components:
         raise InputError(
-            f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components"
+            f"{key}.value: the body has {mesh.components} dimensions, got {len(value)} components"
         )
 
 
@@ -221,11 +224,12 @@ def _given(
 ) -> Array:
     """What a condition says at the nodes of its part, (m, d)."""
     nodes = mesh.nodes_of(part)
-    result = np.zeros((len(nodes), mesh.dim))
+    result = np.zeros((len(nodes), mesh.components))
+    normal = lifted(mesh.normal[nodes], mesh.components)
     for one in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
         if isinstance(one, Displacement) or one.pressure is None:
             check_components(one.value or (), mesh, key)
-        nodal = given_values(one, mesh.variables(nodes), mesh.normal[nodes], key)
+        nodal = given_values(one, mesh.variables(nodes), normal, key)
         function = known_function(one, mesh, key)
         if function is not None:
             nodal = approximated(sampled(mesh, part, function, one), nodes, nodal)
@@ -248,7 +252,7 @@ def known_function(
 
     def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
         names = mesh.variables_at(element, place)
-        return given_values(condition, names, normal, key, otherwise=0.0)
+        return given_values(condition, names, lifted(normal, mesh.components), key, otherwise=0.0)
 
     return function
 

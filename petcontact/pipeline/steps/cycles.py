@@ -110,7 +110,8 @@ def _one_cycle(
                 found = with_wear(increment, increment.solved(monitor), monitor)
                 v, sigma = found[1].v, found[1].sigma
                 next_ = Earlier(
-                    np.linalg.norm(v[:, : problem.system.dim - 1], axis=1), ((v, sigma), (v, sigma))
+                    np.linalg.norm(v[:, : problem.system.components - 1], axis=1),
+                    ((v, sigma), (v, sigma)),
                 )
             tried.append(found)
             following.append(next_)

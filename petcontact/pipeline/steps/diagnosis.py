@@ -14,10 +14,15 @@ from .hulls import forces_at_corners
 from .increment import Increment, amplitudes
 
 MOTIONS = {
-    2: ("along x", "along y", "to turn"),
-    3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
+    (2, 2): ("along x", "along y"),
+    (2, 3): ("along x", "along y", "to turn"),
+    (3, 4): ("along x", "along y", "along θ", "to turn about the axis"),
+    (3, 6): (
+        *("along x", "along y", "along z"),
+        *("to turn about x", "to turn about y", "to turn about z"),
+    ),
 }
-"""Of an obstacle, by the number of dimensions."""
+"""Of an obstacle, by the components of displacements and the number of motions."""
 FAR_OFF = 1e3
 """Rigid motions over what loads and tractions strain, from which on a body is not held."""
 LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
@@ -206,7 +211,7 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
             name, way = f"body {posed.body[b].name!r}", _direction(motion, weight)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
-        names = np.array(MOTIONS[system.dim][: len(of_obstacle.free)])[of_obstacle.free]
+        names = np.array(MOTIONS[system.components, len(of_obstacle.free)])[of_obstacle.free]
         mine = push[taken : taken + len(names)]
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:

@@ -30,7 +30,11 @@ def touching(increment: Increment) -> float:
     Nothing but loads displaces the bodies before, and in proportion.
     """
     system = increment.problem.system
-    if system.k < system.dim or increment.before.sigma.any() or increment.system.modes is not None:
+    if (
+        system.k < system.components
+        or increment.before.sigma.any()
+        or increment.system.modes is not None
+    ):
         return increment.begun
     room, left = (
         -increment.to(t).system.u_0[np.isfinite(system.gap), -1] for t in (increment.begun, 1.0)
@@ -96,7 +100,7 @@ class Halves:
             float(
                 weight
                 @ dissipation(
-                    law, each.before.sigma, outcome.sigma, outcome.v[:, : system.dim - 1]
+                    law, each.before.sigma, outcome.sigma, outcome.v[:, : system.components - 1]
                 )[0]
             )
             for each, outcome, _ in (whole, first, second)

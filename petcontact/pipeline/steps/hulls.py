@@ -46,7 +46,9 @@ def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissi
     mine, which = np.nonzero(~np.isnan(mesh.corners[number, :, 0]))
     places = mesh.corners[number[mine], which]
     # relative motions of rigid bodies are rigid, and so are known at the corners by the nodes
-    moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(mesh.dim * len(nodes), -1)
+    moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(
+        mesh.components * len(nodes), -1
+    )
     rigid = mesh.motions.of(mesh.x[nodes]).reshape(len(moved), -1)
     shares = np.linalg.lstsq(rigid, moved, rcond=None)[0]
     away = np.linalg.norm(places[:, None] - mesh.x[nodes], axis=2)

@@ -175,7 +175,10 @@ class PreparedProblem:
         """The state before the first increment: unloaded."""
         system = self.system
         still = np.zeros((len(system.obstacle_modes), system.motions.components))
-        slip, alpha = np.zeros((system.size, system.dim - 1)), np.zeros(system.modes.shape[1])
+        slip, alpha = (
+            np.zeros((system.size, system.components - 1)),
+            np.zeros(system.modes.shape[1]),
+        )
         return IncrementState(
             slip,
             self.start,
@@ -257,7 +260,7 @@ class Increment:
     def system(self) -> ContactSystem:
         """v = u_0 + S σ + M α, E σ + f = 0 with the slip since the increment before, and the
         gap."""
-        system, d = self.problem.system, self.problem.system.dim
+        system, d = self.problem.system, self.problem.system.components
         base, modes, balance = self.shares @ system.base, [system.modes], [system.balance]
         resultant = [self.shares @ system.resultant]
         for motion, mode in zip(self.obstacles, system.obstacle_modes, strict=True):
@@ -364,7 +367,7 @@ class Increment:
             taken += count
             feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
             positions[k], loads[k] = position, np.where(motion.free, load, -feels)
-        slip = before.slip + outcome.v[:, : system.dim - 1]
+        slip = before.slip + outcome.v[:, : system.components - 1]
         worn = (
             before.worn
             if self.layer is None
@@ -376,7 +379,7 @@ class Increment:
                 (now - old) / (self.target - self.begun)
                 for now, old in zip(end, before.start, strict=True)
             ]
-            one[:, : system.dim - 1], trend = 0.0, (one, other)
+            one[:, : system.components - 1], trend = 0.0, (one, other)
         return IncrementState(
             slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend
         )

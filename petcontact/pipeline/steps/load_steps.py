@@ -235,7 +235,7 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment")
     )
     sigma = np.concatenate([pair.sigma_t for pair in pairs])
-    if system.k == system.dim:
+    if system.k == system.components:
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])

@@ -64,7 +64,7 @@ def _step_result(
     checked: bool,
 ) -> StepResult:
     problem = increment.problem
-    discrete, system, d = problem.discrete, problem.system, problem.system.dim
+    discrete, system, d = problem.discrete, problem.system, problem.system.components
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
     moved = [float(np.abs(u).max(initial=0.0)) for u, _ in found]
@@ -261,7 +261,11 @@ def _pairs(
     bodies: dict[str, BodyResult],
 ) -> dict[str, PairResult]:
     discrete, system = increment.problem.discrete, increment.problem.system
-    names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
+    names, d, states = (
+        [body.name for body in discrete.problem.body],
+        system.components,
+        outcome.states,
+    )
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(
         discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound
@@ -280,12 +284,12 @@ def _pairs(
         sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
             at_nodes = bodies[names[side.body]].traction[face.nodes]
-            sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.normal), np.zeros(len(x))
+            sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.across), np.zeros(len(x))
         else:
             sigma_n, open_by = sigma[:, -1], -v[:, -1]
         pressure = 0.0 - sigma_n
         gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
-        traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
+        traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.across
         given, turned = _on_primary(increment, face, traction)
         wears, share = side.law.wear_coefficient is not None, side.law.wear_share
         pairs[face.name] = PairResult(

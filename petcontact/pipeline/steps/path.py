@@ -94,7 +94,7 @@ def _growing(
     the step in one."""
     system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
     jointly = any(body.is_solved_jointly for body in system.bodies)
-    looks = system.k == system.dim and not (jointly and system.size > MOST)
+    looks = system.k == system.components and not (jointly and system.size > MOST)
     for number, step in enumerate(problem.steps if looks else (), 1):
         obstacles = [changed_obstacle(o, step) for o in obstacles]
         once = [result for result in results if result.cycle <= 1]
@@ -154,7 +154,7 @@ def _differences(
 
 def _shares(problem: PreparedProblem, change: Array, sigma: Array) -> tuple[float, float]:
     """A change of q, with wear of p and q, over these and over p, in L2."""
-    weight, tangential = problem.system.weight, problem.system.dim - 1
+    weight, tangential = problem.system.weight, problem.system.components - 1
     kept = slice(None if problem.discrete.wear.any() else tangential)
     parts = (change[:, kept], sigma[:, kept], sigma[:, tangential:])
     differs, size, p = (contact_norm(part, weight) for part in parts)

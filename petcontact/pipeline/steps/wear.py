@@ -96,4 +96,4 @@ def worn(
 
 
 def _way(increment: Increment, outcome: ContactState) -> Array:
-    return lengths(outcome.v[:, : increment.problem.system.dim - 1])
+    return lengths(outcome.v[:, : increment.problem.system.components - 1])

@@ -102,7 +102,7 @@ def check_link(file: Any, path: str, source: str) -> None:
 def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> None:
     """Refuse fields that are not one vector a node of the mesh."""
     for name, values in fields.items():
-        wanted = mesh.x.shape
+        wanted = mesh.n_nodes, mesh.components
         demand(
             values.shape == wanted,
             f"{source}: {name} has shape {values.shape}, not {wanted} as the mesh has nodes",
@@ -111,8 +111,13 @@ def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> 
 
 def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -> None:
     """Refuse contact fields that do not fit each other or the mesh."""
-    m, d = len(contact["nodes"]), mesh.dim
-    shapes = {"x": (m, d), "tangent": (m, d - 1, d), "u_t": (m, d - 1), "sigma_t": (m, d - 1)}
+    m, d = len(contact["nodes"]), mesh.components
+    shapes = {
+        "x": (m, mesh.dim),
+        "tangent": (m, d - 1, d),
+        "u_t": (m, d - 1),
+        "sigma_t": (m, d - 1),
+    }
     for name, values in contact.items():
         wanted = shapes.get(name, (m,))
         demand(

@@ -37,7 +37,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         )
     mesh, stored = read_mesh(group["mesh"], source), group["contact"]
     contact = {key: stored[key][()] for key in ContactFields.__dataclass_fields__}
-    contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.dim)
+    contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.components)
     contact["part"] = np.array([name.decode() for name in contact["part"]])
     check_contact(mesh, contact, source)
     fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}

@@ -69,8 +69,8 @@ def _of_body(case: Problem, number: int) -> Cost:
         side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)
     }
     mesh = mesh_of(body, case.outline(number))
-    n, unknowns = mesh.n_nodes, mesh.dim * mesh.n_nodes
-    m = (mesh.dim - 1) * int(
+    n, unknowns = mesh.n_nodes, mesh.components * mesh.n_nodes
+    m = (mesh.components - 1) * int(
         np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum()
     )
     if (way := compression_of(resolved_bem(case.bem), mesh)) is not None:
