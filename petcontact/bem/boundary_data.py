@@ -175,7 +175,7 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal
     went, (m, d)."""
     normal, d = mesh.smooth_normal[nodes], mesh.components
-    vectors = np.concatenate([mesh.tangents_to(normal), lifted(normal, d)[:, None]], axis=1)
+    vectors = np.concatenate([mesh.slip_directions(normal), lifted(normal, d)[:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
     orders = np.array(list(itertools.permutations(range(d))))
     along = np.abs(vectors[:, orders, np.arange(d)]).sum(axis=2)

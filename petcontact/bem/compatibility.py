@@ -9,6 +9,7 @@ from ..errors import InputError
 from ..geometry.arcs import on_arcs
 from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
+from ..geometry.rotation import lifted
 from ..model.expressions import evaluate
 from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
 from ..model.problem import Contact, Displacement, Periodic, Problem
@@ -37,11 +38,11 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
             number, moved = conditions.get(side.part, (0, None))
             _, contact = conditions.get(other.part, (0, None))
             if isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain:
-                normal = _at(other, place)[1]
+                normal = lifted(_at(other, place)[1], len(moved.value))
                 u = _displacement(moved, side, start, xi, normal)
                 if (
                     u is not None
-                    and abs(u @ normal) > SINGLE * np.hypot(*u) + 1e-12 * outline.diameter
+                    and abs(u @ normal) > SINGLE * np.linalg.norm(u) + 1e-12 * outline.diameter
                 ):
                     raise InputError(
                         f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
@@ -69,9 +70,11 @@ def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
             _check_loads(loads)
         for forces in forces_by_step(problem, number):
             for k, force in enumerate(forces):
-                if force.at[0] == 0.0 != force.force[0]:
+                across = [c for c in range(0, len(force.force), 2) if force.force[c] != 0.0]
+                if force.at[0] == 0.0 and across:
+                    c = across[0]
                     raise InputError(
-                        f"point_force[{k}].force[0]: is {force.force[0]:g} on the axis, where a "
+                        f"point_force[{k}].force[{c}]: is {force.force[c]:g} on the axis, where a "
                         f"force acts along the axis only"
                     )
     except InputError as error:
@@ -84,12 +87,14 @@ def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
         for k, end in outline.axis_ends:
             side, at = outline.sides[k], 2.0 * end - 1.0
             moved = conditions.get(side.part)
-            if isinstance(moved, Displacement) and moved.value[0] != "free":
-                u = _displacement(moved, side, outline.offsets[k], at, np.zeros(2))
-                if u is not None and abs(u[0]) > 1e-12 * outline.diameter:
+            if not isinstance(moved, Displacement):
+                continue
+            u = _displacement(moved, side, outline.offsets[k], at, np.zeros(3))
+            for c, name in zip(range(0, len(moved.value), 2), ("u_r", "u_θ"), strict=False):
+                if u is not None and abs(u[c]) > 1e-12 * outline.diameter:
                     raise InputError(
-                        f"{side.part}.value[0]: is {u[0]:g} at "
-                        f"{shown(_at(side, at)[0])}, on the axis, where u_r is 0"
+                        f"{side.part}.value[{c}]: is {u[c]:g} at "
+                        f"{shown(_at(side, at)[0])}, on the axis, where {name} is 0"
                     )
 
 

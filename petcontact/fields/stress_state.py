@@ -18,7 +18,7 @@ class StressState:
         Points and displacement [length].
     stress : (n, c) array
         xx, yy, xy, in space xx, yy, zz, xy, xz, yz, and of bodies of revolution xx, yy, zz, xy:
-        radial, axial, hoop, shear [stress].
+        radial, axial, hoop, shear; with torsion also xz, yz, z being θ [stress].
     sigma_zz : (n,) array
         Also in the plane: ν(σ_xx + σ_yy) in plane strain, 0 in plane stress; the hoop stress of
         bodies of revolution [stress].
@@ -40,7 +40,7 @@ class StressState:
     @property
     def in_plane(self) -> Array:
         """σ_xx, σ_yy, σ_xy of plane bodies and half sections, (n, 3) [stress]."""
-        return self.stress[:, [0, 1, -1]]
+        return self.stress[:, [0, 1, 3 if self.stress.shape[1] == 6 else -1]]
 
     @property
     def tensor(self) -> Array:

@@ -104,8 +104,9 @@ class CondensedSurface:
         """Whether it is a body of revolution, whose points are (r, z)."""
         return bool(self.arrays.get("axial", 0))
 
-    def demand(self, axial: bool) -> None:
-        """Refuse a body of revolution among others, and others among bodies of revolution.
+    def demand(self, axial: bool, twisted: bool = False) -> None:
+        """Refuse a body of revolution among others, and others among bodies of revolution; and
+        torsion, of which a superelement knows nothing.
 
         Raises
         ------
@@ -122,6 +123,9 @@ class CondensedSurface:
                     else 'this superelement is a body of revolution; write symmetry = "axial"'
                 )
             )
+
+        if twisted:
+            raise InputError(f"{self.source}: a superelement of revolution has no torsion")
 
     @property
     def diameter(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -127,7 +127,12 @@ class BoundaryMesh(Protocol):
         ...
 
     def tangents_to(self, normal: Array) -> Array:
-        """Orthonormal tangents (m, d-1, d) to unit vectors (m, d)."""
+        """Orthonormal tangents to unit vectors (m, d), (m, d-1, d) by the axes of points."""
+        ...
+
+    def slip_directions(self, normal: Array) -> Array:
+        """Orthonormal directions (m, d-1, d) of slip where unit vectors are normal, by the
+        components of displacements: the tangents, and with torsion θ."""
         ...
 
     def variables(self, nodes: Index) -> dict[str, Array]:
@@ -198,6 +203,7 @@ class Collocated:
     element: Index
     normal: Array
     weight: Array
+    tangents_to: Callable[[Array], Array]
 
     @property
     def measure(self) -> Array:
@@ -208,6 +214,10 @@ class Collocated:
     def functions(self) -> dict[Hashable, Any]:
         """What is known of functions on parts, by the part and the function: looked at once."""
         return {}
+
+    def slip_directions(self, normal: Array) -> Array:
+        """The tangents."""
+        return self.tangents_to(normal)
 
     @staticmethod
     def strained(x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:

@@ -362,11 +362,9 @@ class TwistedRingMesh(RingMesh):
     motions: ClassVar[Motions] = TORSION
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
 
-    @staticmethod
-    def tangents_to(normal: Array) -> Array:
-        """Along the curve, as of `CurveMesh`, and along θ, (m, 2, 3), of normals (m, 2) or (m,
-        3)."""
-        along = lifted(CurveMesh.tangents_to(normal[:, :2]), 3)
+    def slip_directions(self, normal: Array) -> Array:
+        """Along the curve and along θ, (m, 2, 3)."""
+        along = lifted(self.tangents_to(normal), 3)
         round_axis = np.broadcast_to(np.array([0.0, 0.0, 1.0]), along.shape)
         return np.concatenate([along, round_axis], axis=1)
 

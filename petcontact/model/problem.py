@@ -37,6 +37,7 @@ from .loads import PointForce, VolumeLoads, check_material
 from .shapes.files import Gmsh
 from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
+from .torsion import is_twisted, with_third_components
 
 if TYPE_CHECKING:
     from ..geometry.surface import Boundary
@@ -54,7 +55,8 @@ class Setting(Model):
         Of the problem, for verdict and figures.
     symmetry : {"plane", "axial"}, optional
         "axial": bodies of revolution, whose half sections are given by x, the distance r >= 0 from
-        the axis, and y, the height z along it. Forces are those on whole rings.
+        the axis, and y, the height z along it. Forces are those on whole rings. Vectors may have a
+        third component, round the axis by the right-hand rule about +z.
     units : Units
         Names of the units, for figures and files.
     obstacle : list of Obstacle
@@ -211,8 +213,15 @@ class Problem(Setting):
             OneBody.model_validate(data)
             raise
 
+    @functools.cached_property
+    def twisted(self) -> bool:
+        """Whether bodies of revolution turn about their axis."""
+        return is_twisted(self)
+
     @pydantic.model_validator(mode="after")
     def _bodies_of_revolution(self) -> Problem:
+        if self.twisted:
+            self.__dict__.update(with_third_components(self))
         for k, body in enumerate(self.body if self.symmetry == "axial" else ()):
             if body.material.plane == "stress":
                 key = "material" if self.is_flat else f"body[{k}].material"
@@ -279,12 +288,12 @@ class Problem(Setting):
         )
         try:
             if isinstance(boundary, CondensedSurface):
-                boundary.demand(axial)
+                boundary.demand(axial, self.twisted)
                 return boundary
             if self.symmetry is None:
                 return boundary
             outline = as_outline(boundary, f'symmetry = "{self.symmetry}"')
-            return meridian(outline) if axial else outline
+            return meridian(outline, twisted=self.twisted) if axial else outline
         except InputError as error:
             raise InputError(
                 str(error) if self.is_flat else f"body {body.name!r}: {error}"
@@ -398,7 +407,8 @@ class Problem(Setting):
         if own:
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
-        copy.__dict__.pop("interfaces", None)  # they follow from what may have changed
+        for key in ("interfaces", "twisted"):  # they follow from what may have changed
+            copy.__dict__.pop(key, None)
         return copy
 
     def ignored(self, *, adaptive: bool = False) -> list[str]:

@@ -150,7 +150,9 @@ def condensed_body(
         nodes = mesh.nodes_of(part)
         normal = mesh.smooth_normal[nodes]
         faces.append(
-            Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes)))
+            Interface(
+                part, number, nodes, normal, mesh.slip_directions(normal), np.zeros(len(nodes))
+            )
         )
     data = [
         boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)

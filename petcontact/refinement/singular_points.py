@@ -35,10 +35,13 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
 
 def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[SideKind, ...]:
     """What a side may be, seen from a corner that it leaves in a direction [rad], which says in the
-    plane what a single component that is held means."""
-    if dim > 2 or not isinstance(condition, Displacement) or len(set(_is_free(condition))) == 1:
+    plane what a single component that is held means; of torsion the half section says nothing."""
+    if dim > 2 or not isinstance(condition, Displacement):
         return kinds_of(condition)
-    axis = math.pi / 2.0 if _is_free(condition)[0] else 0.0
+    free = _is_free(condition)[:dim]
+    if len(set(free)) == 1:
+        return (FREE,) if free[0] else (CLAMPED,)
+    axis = math.pi / 2.0 if free[0] else 0.0
     held = round(math.remainder(axis - leaving, math.pi), 9)
     return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
 

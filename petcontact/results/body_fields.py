@@ -25,11 +25,11 @@ from ..round_off import SINGLE
 from .records import BodyResult
 
 
-def quantities(dim: int) -> list[str]:
-    """What `quantity` knows of a body in so many dimensions."""
+def quantities(d: int) -> list[str]:
+    """What `quantity` knows of a body whose displacements have so many components."""
     stresses = [
         f"sigma_{'xyz'[i]}{'xyz'[j]}"
-        for i, j in sorted({*COMPONENTS[dim], (2, 2)}, key=COMPONENTS[3].index)
+        for i, j in sorted({*COMPONENTS[d], (2, 2)}, key=COMPONENTS[3].index)
     ]
     return [
         "von_mises",
@@ -38,7 +38,7 @@ def quantities(dim: int) -> list[str]:
         "principal_3",
         *stresses,
         "u",
-        *(f"u{axis}" for axis in "xyz"[:dim]),
+        *(f"u{axis}" for axis in "xyz"[:d]),
     ]
 
 
@@ -50,7 +50,7 @@ def quantity(state: StressState, name: str) -> Array:
     InputError
         If there is none of that name.
     """
-    known = quantities(state.x.shape[1])
+    known = quantities(state.u.shape[1])
     if name not in known:
         raise InputError(
             f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}"

@@ -202,6 +202,12 @@ class _OfStep:
                 rows = mesh.nodes_of(part)
                 force = mesh.weight[rows] @ found.traction[rows]
                 yield self._number(f"force on {part}", body.name, force, "force", acting)
+                if mesh.components > mesh.dim:
+                    moment = mesh.motions.moment(
+                        mesh.x[rows], mesh.weight[rows, None] * found.traction[rows]
+                    )
+                    far = acting * float(np.abs(mesh.x).max())
+                    yield self._number(f"moment on {part}", body.name, moment, "moment", far)
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:

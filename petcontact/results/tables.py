@@ -41,7 +41,7 @@ def named(name: str, values: Any) -> Table:
 
 
 def along_tangents(name: str, values: Array) -> Table:
-    """Components (n, d-1) along the tangents: NAME, in space NAME_1 and NAME_2."""
+    """Components (n, d-1) along the tangents: NAME, of two NAME_1 and NAME_2."""
     several = values.shape[1] > 1
     return {f"{name}_{k}" if several else name: column for k, column in enumerate(values.T, 1)}
 
@@ -96,14 +96,22 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
 
 
 def reactions_table(solution: SolutionData, step: StepResult) -> Table:
-    """Resultant of the tractions on each part of each body."""
+    """Resultant of the tractions on each part of each body; with torsion also the moment about the
+    axis."""
     forces = solution.reactions(step)
     by_body = forces if len(solution.meshes) > 1 else {next(iter(solution.meshes)): forces}
     rows = [(body, part, force) for body, parts in by_body.items() for part, force in parts.items()]
+    turned = {
+        name: mesh.weight * mesh.x[:, 0] * step.bodies[name].traction[:, 2]
+        for name, mesh in solution.meshes.items()
+        if mesh.components > mesh.dim
+    }
+    moments = [turned[b][solution.meshes[b].nodes_of(p)].sum() for b, p, _ in rows if b in turned]
     return {
         "body": np.array([row[0] for row in rows]),
         "part": np.array([row[1] for row in rows]),
         **named("F", [row[2] for row in rows]),
+        **({"M": np.array(moments)} if moments else {}),
     }
 
 

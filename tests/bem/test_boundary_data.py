@@ -145,7 +145,9 @@ def test_contact_directions_are_ordered_by_the_axes(d):
     normal = np.random.default_rng(d).standard_normal((200, d))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     tangents = np.linalg.svd(normal[:, None])[2][:, 1:]
-    mesh = SimpleNamespace(components=d, smooth_normal=normal, tangents_to=lambda normal: tangents)
+    mesh = SimpleNamespace(
+        components=d, smooth_normal=normal, slip_directions=lambda normal: tangents
+    )
     frame, place = contact_frames(mesh, np.arange(200))
     ordered = np.take_along_axis(frame, place[:, :, None], axis=1)
     assert np.allclose(ordered[:, :-1], tangents) and np.allclose(ordered[:, -1], normal)

@@ -122,7 +122,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
-    if shown not in (known := quantities(next(iter(solution.meshes.values())).dim)):
+    if shown not in (known := quantities(next(iter(solution.meshes.values())).components)):
         others = nearest(shown, known) or "; there are " + ", ".join(known)
         raise InputError(f"--quantity: no {shown!r}{others}")
     bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
@@ -237,9 +237,9 @@ def points_table(source: str, output: Path, solution: Any, bodies: list[str] | N
         raise InputError(
             f"--points: --body must name one body; there are {', '.join(solution.meshes)}"
         )
-    dim = next(iter(solution.meshes.values())).dim
-    state = solution.state_at(read_points(source, dim), bodies[0] if bodies else None)
-    names = [name for name in quantities(dim) if name != "u"]
+    mesh = next(iter(solution.meshes.values()))
+    state = solution.state_at(read_points(source, mesh.dim), bodies[0] if bodies else None)
+    names = [name for name in quantities(mesh.components) if name != "u"]
     columns = {
         **dict(zip("xyz", state.x.T, strict=False)),
         **{name: quantity(state, name) for name in names},

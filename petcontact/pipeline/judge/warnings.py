@@ -129,17 +129,19 @@ def rolls(
 def _turned(mesh: BoundaryMesh, u: Array, place: Array) -> float:
     """How far the rotation of the rigid motion nearest to a displacement moves some places about
     the middle of the body."""
-    motions = mesh.motions.of(mesh.x).reshape(mesh.x.size, -1)
+    motions = mesh.motions.of(mesh.x).reshape(u.size, -1)
     turn = np.array(np.linalg.lstsq(motions, u.ravel(), rcond=None)[0])
     turn[: len(mesh.motions.along)] = 0.0
     middle = mesh.measure @ mesh.x / mesh.measure.sum()
-    return float(np.linalg.norm(mesh.motions.of(place, middle) @ turn, axis=1).max())
+    # what moves round the axis stays where it is in the half section
+    moved = (mesh.motions.of(place, middle) @ turn)[:, : mesh.dim]
+    return float(np.linalg.norm(moved, axis=1).max())
 
 
 def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
     """Largest rotation [rad] of the rigid motion nearest to a displacement (n, d), and the largest
     displacement over the size of the body [-]."""
-    motions, size = unit_motions(mesh).reshape(mesh.x.size, -1), half_extent(mesh)
+    motions, size = unit_motions(mesh).reshape(u.size, -1), half_extent(mesh)
     amplitudes = np.linalg.lstsq(motions.T @ motions, motions.T @ u.ravel(), rcond=None)[0]
     rotation = amplitudes[len(mesh.motions.along) :] / size
     return float(np.abs(rotation).max(initial=0.0)), float(np.abs(u).max()) / (2.0 * size)

@@ -7,6 +7,7 @@ import scipy
 
 from ...compliance.interface import Interface
 from ...errors import InputError
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.periodic import partner_nodes
@@ -109,7 +110,7 @@ def contact_interface(
         gap = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
     gap = np.where(present, gap, np.inf)
     smallest = float(gap.min(initial=np.inf))
-    tangent = mesh.tangents_to(normal)
+    tangent = mesh.slip_directions(normal)
     if facing is None:
         return (
             Interface(
@@ -165,11 +166,11 @@ def periodic_interface(problem: Problem, side: PosedInterface, mesh: BoundaryMes
         side.body,
         nodes,
         normal,
-        mesh.tangents_to(normal),
+        mesh.slip_directions(normal),
         gap,
         side.body,
         partner,
         same,
         same,
-        jump=jump,
+        jump=lifted(jump, mesh.components),
     )

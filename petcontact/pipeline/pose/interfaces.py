@@ -37,7 +37,8 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
             _check_components(f"{side.key}.direction", side.direction, d)
     for k, step in enumerate(problem.step):
         for j, force in enumerate(step.point_force):
-            _check_components(f"step[{k}].point_force[{j}].force", force.force, d)
+            key = f"step[{k}].point_force[{j}].force"
+            _check_components(key, force.force, boundaries[0].components)
     for number, boundary in enumerate(boundaries):
         _check_conditions(problem, number, boundary)
 
@@ -47,7 +48,8 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
     body, d = problem.body[number], boundary.dim
     for k, point in enumerate(body.point_force):
         _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
-        _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
+        key = f"body {body.name!r}: point_force[{k}].force"
+        _check_components(key, point.force, boundary.components)
     if not boundary.has_inside and (body.point_force or body.loads):
         key = "point_force" if body.point_force else "loads"
         raise InputError(
@@ -147,7 +149,7 @@ def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [
-        Traction(part=part, value=(0.0,) * boundary.dim)
+        Traction(part=part, value=(0.0,) * boundary.components)
         for part in boundary.parts
         if part not in named
     ]

@@ -112,7 +112,7 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         chosen = np.flatnonzero((mesh.order == order) & (curved == bent))
         # constant elements by their middle, which is where their displacement is accurate
         at, xi = everywhere if bent else everywhere[:1], everywhere if order else np.zeros(1)
-        nodal = u[mesh.first_node[chosen][:, None] + np.arange(order + 1)]
+        nodal = u[mesh.first_node[chosen][:, None] + np.arange(order + 1), :2]
         values = np.einsum("jk,ejc->ekc", lagrange(order, xi), nodal)
         number.append(np.repeat(chosen, len(at)))
         initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
@@ -146,6 +146,12 @@ def line(number: int) -> dict[str, Any]:
     return {"color": f"C{number}", "ls": LINES[number % len(LINES)], "lw": 1.2}
 
 
+def _components_on(axes: Any, s: Array, values: Array, name: str, style: dict[str, Any]) -> None:
+    """Curves of the components (m, k) along the tangents; with torsion pale the one along θ."""
+    for column, faint in zip(values.T, ({}, {"alpha": 0.45}), strict=False):
+        axes.plot(s, column, label=name + ", round the axis" * bool(faint), **style, **faint)
+
+
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement along each interface, between bodies the slip, at the end of each
     step (figures 2 and 5)."""
@@ -153,9 +159,9 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
         ends = shown_ends(solution)
         for number, step in enumerate(ends):
             pair = step.pairs[name]
-            slip = np.where(pair.state == OPEN, np.nan, pair.slip[:, 0])
+            slip = np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
             named = plain(step.title) if len(ends) > 1 else "$u_t$"
-            axes.plot(pair.arc_length[order], slip[order], label=named, **line(number))
+            _components_on(axes, pair.arc_length[order], slip[order], named, line(number))
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set_ylabel(label("tangential displacement", solution.problem.units.length))
         legend_beside(axes)
@@ -166,11 +172,11 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
     (figures 3 and 6)."""
     for axes, name, order in _panels(figure, solution):
         ends = shown_ends(solution)
-        curves = [without_noise(solution, step.pairs[name].sigma_t[:, 0]) for step in ends]
+        curves = [without_noise(solution, step.pairs[name].sigma_t) for step in ends]
         for number, (step, sigma_t) in enumerate(zip(ends, curves, strict=True)):
             pair = step.pairs[name]
             named = plain(step.title) if len(ends) > 1 else r"$\sigma_t$"
-            axes.plot(pair.arc_length[order], sigma_t[order], label=named, **line(number))
+            _components_on(axes, pair.arc_length[order], sigma_t[order], named, line(number))
         s, bound = pair.arc_length[order], pair.bound[order]
         for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
             axes.plot(

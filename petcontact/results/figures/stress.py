@@ -100,7 +100,7 @@ def deformed_figure(
     if isinstance(field, Field):
         field = {solution.only_body("field"): field}
     mesh = next(iter(solution.meshes.values()))
-    if quantity not in (known := quantities(mesh.dim)):
+    if quantity not in (known := quantities(mesh.components)):
         raise InputError(
             f"no quantity "
             f"{quantity!r}{nearest(quantity, known) or '; there are ' + ', '.join(known)}"
@@ -202,7 +202,7 @@ def _colour(
 
 def _drawn(picture: Picture, field: Field) -> Array:
     """Where the points of a field are drawn (m, 2)."""
-    return np.asarray(field.x + picture.view.factor * field.u)
+    return np.asarray(field.x + picture.view.factor * field.u[:, : field.x.shape[1]])
 
 
 def _beyond(values: Array, low: float, high: float) -> str:

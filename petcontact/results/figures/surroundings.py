@@ -48,7 +48,7 @@ def size_of(solution: SolutionData) -> float:
 def moved(solution: SolutionData, name: str, factor: float) -> Array:
     """Where the secondary's nodes of an interface are drawn (m, 2)."""
     pair, (body, _) = solution.pairs[name], solution.sides[name]
-    return np.asarray(pair.x + factor * solution.bodies[body].u[solution.nodes[name]])
+    return np.asarray(pair.x + factor * solution.bodies[body].u[solution.nodes[name], :2])
 
 
 def draw_obstacles(axes: Any, solution: SolutionData, view: View) -> None:
@@ -76,7 +76,10 @@ def draw_obstacles(axes: Any, solution: SolutionData, view: View) -> None:
 def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
     """Displacement (m, 2) of an obstacle at points."""
     about = np.broadcast_to(np.asarray(centre, dtype=float), 2)
-    return np.asarray(MOTIONS[2].every(x, about) @ np.append(found.displacement, found.rotation))
+    moved = np.append(
+        found.displacement[:2], found.rotation if len(found.displacement) < 3 else 0.0
+    )
+    return np.asarray(MOTIONS[2].every(x, about) @ moved)
 
 
 def _band(axes: Any, near: Array, far: Array, word: str) -> None:
@@ -131,7 +134,8 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
     usual = [float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in pairs.values()]
     largest = max(usual, default=0.0)
     for name, pair in pairs.items() if largest > 0.0 else ():
-        traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
+        along = pair.sigma_t[:, :1] * pair.tangent[:, 0, :2]
+        traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)
         cut = LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300)
         x, closed = moved(solution, name, view.factor), _closed(pair)
@@ -206,9 +210,9 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
                 at = curve.variables_at(rows, place)
                 basis = curve.basis_at(rows, place)
                 yield _Side(
-                    np.column_stack([at["x"], at["y"]]) + view.factor * (basis @ found.u),
+                    np.column_stack([at["x"], at["y"]]) + view.factor * (basis @ found.u[:, :2]),
                     np.column_stack([at["nx"], at["ny"]]),
-                    basis @ found.traction,
+                    basis @ found.traction[:, :2],
                     condition,
                 )
 

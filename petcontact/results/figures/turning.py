@@ -14,6 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...fields.stress_state import StressState
+from ...geometry.rotation import lifted
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
@@ -241,7 +242,7 @@ def _(
             both = {
                 key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()
             }
-        both["move"] = np.pad(both["move"], ((0, 0), (0, 1)))
+        both["move"] = lifted(both["move"][:, :2], 3)
         fields.append(both)
     flat = np.pad(x, ((0, 0), (0, 1)))
     return _geometry(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), cells, rims), fields

@@ -77,7 +77,11 @@ def view_of(
     x = {name: mesh.x for name, mesh in solution.meshes.items()}
     every = np.vstack(list(x.values()))
     size = float(np.linalg.norm(np.ptp(every, axis=0)))
-    u = [(name, body.u) for step in steps or [solution.last] for name, body in step.bodies.items()]
+    u = [
+        (name, body.u[:, : every.shape[1]])
+        for step in steps or [solution.last]
+        for name, body in step.bodies.items()
+    ]
     largest = max(float(np.linalg.norm(values, axis=1).max()) for _, values in u)
     if factor is None:
         factor = round_number(share * size, largest)

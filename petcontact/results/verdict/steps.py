@@ -144,7 +144,8 @@ def law_words(posed: Any) -> str:
 def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[str]]:
     """Line by line."""
     pair = step.pairs[name]
-    yield list(tell.items(step, name, {"force": "force", **MOMENT} if tell.verbose else FORCE))
+    told = tell.verbose or len(pair.force) > pair.x.shape[1]  # with torsion the torque
+    yield list(tell.items(step, name, {"force": "force", **MOMENT} if told else FORCE))
     if tell.verbose and pair.force_primary is not None:
         yield [*tell.items(step, name, PRIMARY), f"imbalance {pair.imbalance:.1e}"]
     stresses = {"largest p": "largest p"}

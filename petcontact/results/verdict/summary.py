@@ -169,13 +169,18 @@ def _zones_and_forces(tell: Teller) -> list[str]:
 
 def _held(tell: Teller) -> list[str]:
     """What holds the parts of bodies beside their contacts."""
-    lines, words = list[str](), "force on "
+    lines = list[str]()
     for number in tell.numbers.values():
-        if number.name.startswith(words):
-            part = printable(number.name.removeprefix(words))
+        what, on, part = number.name.partition(" on ")
+        if what in HELD and on:
+            part = printable(part)
             name = part if number.of == ONE_BODY else f"{printable(number.of)}.{part}"
-            lines += wrapped(f"  {name}: ", [f"held by {tell.number(number)}"])
+            lines += wrapped(f"  {name}: ", [f"{HELD[what]} {tell.number(number)}"])
     return lines
+
+
+HELD = {"force": "held by", "moment": "held by the moment"}
+"""What holds a part, in words."""
 
 
 def _displaced(tell: Teller) -> list[str]:

@@ -10,8 +10,10 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
+from ...contact.friction_law import project_ball
 from ...fields.stress_state import StressState
 from ...frozen import frozen
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
@@ -51,8 +53,9 @@ def write_boundary_vtu(
     elements of higher order and arcs are cut into short lines, in space panels that are curved or
     of order 2 or more are cells of the second order (6-node triangles, 9-node quadrilaterals).
     Point data: displacement, traction, stress, von_mises; in the plane also normal, sigma_n,
-    sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and
-    arc_length. Cell data: the number of the part, traction_error, estimated (`panels.tail`), and
+    sigma_t (along the tangent, the normal turned by +90°; with torsion also sigma_theta),
+    friction_bound (0 off the contact) and arc_length. Cell data: the number of the part,
+    traction_error, estimated (`panels.tail`), and
     contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear
     between the nodes of a contact element is cut at the bound, which a polynomial may pass there.
     Names of parts, states and units are those of the arrays of the field data (ParaView's
@@ -168,11 +171,13 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     touches = np.ones(mesh.n_elements, dtype=bool)
     touches[lines[cell_state < 0]] = False
     touching = touches[element]
-    u, traction, bound = along[:, :2], along[:, 2:4], np.maximum(along[:, 4], 0.0)
-    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    sigma_n, sigma_t = np.sum(traction * normal, axis=1), np.sum(traction * tangent, axis=1)
-    sigma_t = np.where(touching, np.clip(sigma_t, -bound, bound), sigma_t)
-    traction = sigma_n[:, None] * normal + sigma_t[:, None] * tangent
+    u, traction, bound = np.split(along, [mesh.components, -1], axis=1)
+    bound, tangent = np.maximum(bound[:, 0], 0.0), mesh.slip_directions(normal)
+    across = lifted(normal, mesh.components)
+    sigma_n = np.sum(traction * across, axis=1)
+    sigma_t = np.einsum("qtd,qd->qt", tangent, traction)
+    sigma_t[touching] = project_ball(sigma_t[touching], bound[touching])
+    traction = sigma_n[:, None] * across + np.einsum("qt,qtd->qd", sigma_t, tangent)
     return meshio.Mesh(
         in_space(x),
         [
@@ -188,7 +193,7 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
             "traction": in_space(traction),
             "normal": in_space(normal),
             "sigma_n": sigma_n,
-            "sigma_t": sigma_t,
+            **dict(zip(("sigma_t", "sigma_theta"), sigma_t.T, strict=False)),
             "friction_bound": np.where(touching, bound, 0.0),
             "arc_length": at["s"],
             **_stress_data(stress),

@@ -59,10 +59,10 @@ def inside_cells(field: Field) -> meshio.Mesh:
     if field.x.shape[1] == 3:
         kind, points, data["stress"] = "hexahedron", field.x, field.stress[:, [0, 1, 2, 3, 5, 4]]
     else:
-        kind, points, (x, y, xy) = "triangle", in_space(field.x), field.in_plane.T
+        kind, points = "triangle", in_space(field.x)
         data |= {
             "displacement": in_space(field.u),
-            "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
+            "stress": field.components[:, [0, 1, 2, 3, 5, 4]],
             "principal_1": field.principal_in_plane[:, 0],
             "principal_2": field.principal_in_plane[:, 1],
         }

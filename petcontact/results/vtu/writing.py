@@ -6,9 +6,9 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import meshio
-import numpy as np
 
 from ...arrays import Array
+from ...geometry.rotation import lifted
 from ...model.bodies import Units
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
@@ -23,7 +23,7 @@ def unit_notes(units: Units | None) -> dict[str, int]:
 
 def in_space(values: Array) -> Array:
     """VTK knows three components only."""
-    return np.column_stack([values, np.zeros(len(values))])
+    return lifted(values, 3)
 
 
 def write_mesh(
