@@ -61,14 +61,18 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
 
 
 def resultants(solution: Solution) -> dict[str, float]:
-    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y; of several parts
-    or interfaces with their names, force_x_bottom."""
-    single = len(solution.pairs) == 1
-    return {
-        f"force_{axis}" + ("" if single else f"_{name}"): float(value)
+    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y, and with torsion
+    the moment about the axis; of several parts or interfaces with their names, force_x_bottom."""
+    found = {
+        (key, name): value
         for name, pair in solution.pairs.items()
-        for axis, value in zip("xyz", pair.force, strict=False)
+        for key, value in (
+            *((f"force_{axis}", value) for axis, value in zip("xyz", pair.force, strict=False)),
+            *((("moment", pair.moment),) if len(pair.force) > pair.x.shape[1] else ()),
+        )
     }
+    single = len(solution.pairs) == 1
+    return {key if single else f"{key}_{name}": float(v) for (key, name), v in found.items()}
 
 
 def wear(solution: Solution) -> dict[str, float]:
@@ -199,7 +203,7 @@ def users(
 def is_column(name: str) -> bool:
     """Whether the table of any sweep has, or may have, such a column of its own."""
     own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error"}
-    return name in own or name.startswith(("force_", "von_mises_", "history_", "worn_"))
+    return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
 
 
 def row_of(

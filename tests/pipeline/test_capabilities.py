@@ -30,7 +30,8 @@ SOFT, HARD = (
 @dataclass(frozen=True)
 class Kind:
     """How a problem that is drawn in x and z is posed: as it is, as a box of depth 1, or as a ring
-    whose x is the height and whose z is the distance from the middle radius.
+    whose x is the height and whose z is the distance from the middle radius. Of one that turns what
+    acts along x acts round the axis.
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class Kind:
     sides : tuple of str
         Below, beside at both ends, above.
     areas : (float, float)
-        Of the side that is pushed, and above.
+        Of the side that is pushed, and above; moments of areas where they turn.
     more : dict
         Keys at the top of the problem.
     """
@@ -47,8 +48,11 @@ class Kind:
     sides: tuple[str, ...]
     areas: tuple[float, float]
     more: dict
+    turns: bool = False
 
     def vector(self, x, z):
+        if self.turns:
+            return [z, 0.0, x]
         if self.more:
             return [z, x]
         return [x, *([0.0] if self.dim == 3 else []), z]
@@ -61,7 +65,12 @@ class Kind:
     @property
     def along(self):
         """The component of x."""
-        return self.vector(0, 1).index(0)
+        return self.vector(1, 0).index(1)
+
+    @property
+    def components(self):
+        """Of displacements."""
+        return 3 if self.turns else self.dim
 
     def body(self, lower, upper, size, material, *conditions):
         names = ("lower_left", "upper_right") if self.dim == 2 else ("lower", "upper")
@@ -79,6 +88,8 @@ PLANE = Kind(2, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
 SPACE = Kind(3, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
 AREAS = np.pi * (4.0**2 - 3.0**2), 2.0 * np.pi * 4.0 * 2.0
 AXIAL = Kind(2, ("left", "bottom", "top", "right"), AREAS, {"symmetry": "axial"})
+OF_AREAS = 2.0 * np.pi * (4.0**3 - 3.0**3) / 3.0, 2.0 * np.pi * 4.0**2 * 2.0
+TORSION = Kind(2, ("left", "bottom", "top", "right"), OF_AREAS, {"symmetry": "axial"}, turns=True)
 
 
 def condition(part, kind, value):
@@ -125,7 +136,7 @@ def bodies(kind):
 
 KINDS = {
     f"{name}, {what}": (make, kind)
-    for name, kind in (("plane", PLANE), ("axial", AXIAL), ("space", SPACE))
+    for name, kind in (("plane", PLANE), ("axial", AXIAL), ("torsion", TORSION), ("space", SPACE))
     for what, make in (("one body", one_body), ("bodies and steps", bodies))
 }
 STEPPED = [kind for kind in KINDS if "steps" in kind]
@@ -290,7 +301,7 @@ def method_of_ones_own(case, tmp_path):
 
     assert_alike(case.solution, solve(case.problem(), method=method), 1e-12)
     nodes = sum(len(pair.x) for pair in case.solution.pairs.values())
-    assert set(seen) == {(nodes, case.kind.dim - 1 if case.single else case.kind.dim)}
+    assert set(seen) == {(nodes, case.kind.components - case.single)}
 
 
 def held_by_friction_only(case, tmp_path):
@@ -302,13 +313,16 @@ def held_by_friction_only(case, tmp_path):
     )
     solution = solve(problem)
     assert solution.converged and sum(solution.provenance.motions.values()) > 0
-    along = [pair.force[case.kind.along] for pair in solution.pairs.values()]
+    along = [
+        pair.moment if case.kind.turns else pair.force[case.kind.along]
+        for pair in solution.pairs.values()
+    ]
     start, above = case.kind.areas
     assert along == pytest.approx([-0.5 * start if case.single else -0.1 * above], rel=1e-9)
     table = case.swept(tmp_path, problem)
-    assert list(table.status) == ["converged"] * 2 and table.numbers(
-        f"force_{'xyz'[case.kind.along]}"
-    ) == pytest.approx(along * 2, rel=1e-9)
+    column = "moment" if case.kind.turns else f"force_{'xyz'[case.kind.along]}"
+    assert list(table.status) == ["converged"] * 2
+    assert table.numbers(column) == pytest.approx(along * 2, rel=1e-9)
 
 
 def frictionless_start(case, tmp_path):
@@ -410,7 +424,7 @@ YET_TO_COME = {
             kind,
         ): 'compresses boundaries of plane bodies; choose "auto" or "dense"'
         for kind in KINDS
-        if "axial" in kind
+        if "axial" in kind or "torsion" in kind
     },
     **{
         (full_formulation, kind): '"full" is the paper\'s, for one body that is held'

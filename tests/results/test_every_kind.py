@@ -13,6 +13,7 @@ from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
+from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load, parse_problem
 from petcontact.results.figures.turning import scene
 from petcontact.results.peaks import stress_peaks
@@ -32,9 +33,42 @@ def config(name, overrides):
     return load(CONFIGS / f"{name}.toml", overrides)
 
 
+TURNED = """
+symmetry = "axial"
+[[obstacle]]
+name = "chuck"
+rotation = 2e-3
+displacement = [0.0, -1e-3]
+[[contact]]
+name = "turned"
+secondary = "body.top"
+primary = "chuck"
+friction_coefficient = 0.5
+[material]
+young_modulus = 1.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [0.0, 0.0]
+upper_right = [1.0, 1.0]
+[mesh]
+element_size = 0.25
+order = 2
+[[boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0.0, 0.0, 1e-4]
+"""
+
+
 PROBLEMS = {
     "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
     "plane, bodies": lambda: parse_problem(tomllib.loads(LARGER), "larger", {}, Path()),
+    "torsion": lambda: parse_problem(tomllib.loads(TURNED), "turned", {}, Path()),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": lambda: config(
         "space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}
@@ -76,6 +110,7 @@ def test_a_table_and_the_rich_display(solution):
     ) == set(solution.pairs)
     force = sum(pair.force for pair in solution.pairs.values())
     normal = np.concatenate([pair.normal for pair in solution.pairs.values()])
+    normal = lifted(normal, len(force))
     along = np.concatenate([pair.tangent for pair in solution.pairs.values()])
     shear = table[[name for name in table.columns if name.startswith("sigma_t")]].to_numpy()
     traction = table.sigma_n.to_numpy()[:, None] * normal + np.einsum("mt,mtc->mc", shear, along)
@@ -85,7 +120,14 @@ def test_a_table_and_the_rich_display(solution):
 
 def test_views_of_one_body_are_refused_of_several(solution):
     if len(solution.meshes) == 1:
-        assert solution.u.shape == solution.traction.shape == solution.mesh.x.shape
+        assert (
+            solution.u.shape
+            == solution.traction.shape
+            == (
+                solution.mesh.n_nodes,
+                solution.mesh.components,
+            )
+        )
         assert set(solution.reactions()) == set(solution.mesh.part_names)
         assert np.all(np.diff(solution.contact.nodes) > 0)
         return
@@ -119,8 +161,9 @@ def test_stress_on_the_boundary(solution, tmp_path):
         )
         size = np.abs(stress).max()
         assert np.abs(solution.stress_at(mesh.x[some], name) - stress[some]).max() < 1e-9 * size
-        tensor = solution.state_at(mesh.x[some], name).tensor[:, : mesh.dim, : mesh.dim]
-        traction = np.einsum("nij,nj->ni", tensor, mesh.normal[some])
+        d = mesh.components
+        tensor = solution.state_at(mesh.x[some], name).tensor[:, :d, :d]
+        traction = np.einsum("nij,nj->ni", tensor, lifted(mesh.normal[some], d))
         assert np.abs(traction - solution.bodies[name].traction[some]).max() < 1e-9 * size
         with h5py.File(tmp_path / "r.h5") as file:
             assert np.array_equal(file[f"steps/{count}/body/{name}/stress"], stress)
@@ -129,7 +172,7 @@ def test_stress_on_the_boundary(solution, tmp_path):
         table["sigma_xy"],
         np.concatenate(
             [
-                solution.stress_on_boundary(name)[:, 2 if mesh.dim == 2 else 3]
+                solution.stress_on_boundary(name)[:, 2 if mesh.components == 2 else 3]
                 for name, mesh in solution.meshes.items()
             ]
         ),

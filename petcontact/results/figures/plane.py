@@ -187,7 +187,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
                 label=r"$\pm$ bound" if sign > 0 else None,
             )
         axes.margins(y=0.08)
-        end_at_corners(axes, solution, name, curves)
+        end_at_corners(axes, solution, name, [column for curve in curves for column in curve.T])
         axes.set_ylabel(label("tangential traction", solution.problem.units.stress))
         legend_beside(axes)
 
