@@ -11,7 +11,8 @@ from .load_steps import BoundaryChange, Obstacle, ObstacleChange, PointForceChan
 from .loads import PointForce
 
 VECTORS: dict[type[Model], tuple[str, ...]] = {
-    **dict.fromkeys((Displacement, Traction, BoundaryChange), ("value",)),
+    Traction: ("value",),
+    **dict.fromkeys((Displacement, BoundaryChange), ("value", "traction")),
     **dict.fromkeys((PointForce, PointForceChange), ("force",)),
     **dict.fromkeys((Obstacle, ObstacleChange), ("displacement", "force")),
 }
