@@ -18,7 +18,7 @@ from petcontact import (
     SideBySide,
     Traction,
 )
-from petcontact.mesh.curve_mesh import build_mesh
+from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise

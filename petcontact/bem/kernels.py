@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Material
 from .column_fillers import PlainFiller

@@ -13,7 +13,8 @@ from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
-from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.ring_mesh import RingMesh
 from ..model.problem import Material
 from .joints import Joints
 from .smoothing import smoothed

@@ -4,8 +4,6 @@ normals."""
 from __future__ import annotations
 
 import functools
-import itertools
-from collections.abc import Sequence
 from dataclasses import field
 from typing import Any, ClassVar
 
@@ -16,9 +14,8 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
-from ..geometry.meridian import Meridian, TwistedMeridian
-from ..geometry.outline import Outline, Side, hull_scale, round_loops
-from ..geometry.rotation import PLANE, REVOLUTION, TORSION, Motions, lifted
+from ..geometry.outline import hull_scale, round_loops
+from ..geometry.rotation import PLANE, Motions
 from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh, Collocated
 from .elements import Elements, Targets
@@ -286,114 +283,6 @@ class CurveMesh(Collocated):
         return points.reshape(shape), normals.reshape(shape)
 
 
-@frozen
-class RingMesh(CurveMesh):
-    """A mesh of the generating curve of a body of revolution, x being r and y being z.
-
-    Weights are those of the whole rings, 2πr times those of the curve [length²]. A chain of
-    elements that begins and ends on the axis has no neighbours there.
-    """
-
-    weight_power: ClassVar[int] = 2
-    motions: ClassVar[Motions] = REVOLUTION
-    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "weight", self.around(self.x) * self.weight)
-
-    @staticmethod
-    def around(x: Array) -> Array:
-        """The circumference of rings at points (q, 2) [length]."""
-        return 2.0 * np.pi * x[:, 0]
-
-    @functools.cached_property
-    def measure(self) -> Array:
-        """Weights of integrals over the curve alone, (n,) [length]."""
-        return self.weight / self.around(self.x)
-
-    @staticmethod
-    def with_hoop(stress: Array, across: Array) -> Array:
-        """rr, zz, rz with the hoop stress as third component."""
-        return np.insert(stress, 2, across, axis=1)
-
-    @staticmethod
-    def images(x: Array) -> list[Array]:
-        """Points (m, 2), and their images beyond the axis."""
-        return [x, x * [-1.0, 1.0]]
-
-    def over_radius(self, x: Array, u: Array, slope: Array) -> Array:
-        """u/r (m,) of a component (m,) at points (m, 2) that is 0 on the axis; there, where it has
-        no digits, the `slope` (m,) along r, which it is [-]."""
-        off = x[:, 0] > AXIS * np.abs(self.x[:, 0]).max()
-        return np.where(off, u / np.where(off, x[:, 0], 1.0), slope)
-
-    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """The gradients, and the hoop strain u_r/r."""
-        return gradient, self.over_radius(x, u[:, 0], gradient[:, 0, 0])
-
-    def on_axis(self, u: Array) -> Array:
-        """Nodal displacements (n, k) whose components across the axis are 0 where elements begin
-        or end on it: by polynomials u_r is that but for their error, which u_r/r does not bear."""
-        result, across = u.copy(), np.array(self.motions.across)
-        for ends, at in ((self.start, -1.0), (self.end, 1.0)):
-            for e in np.flatnonzero(ends[:, 0] == 0.0).tolist():
-                nodes = np.arange(self.first_node[e], self.first_node[e + 1])[:, None]
-                left = lagrange(int(self.order[e]), np.array([at]))[:, 0] @ result[nodes, across]
-                result[nodes, across] -= 0.5 * (1.0 + at * self.xi[nodes]) * left
-        return result
-
-    def neighbours(self) -> tuple[Index, Index]:
-        """As of `CurveMesh`; an element that begins or ends on the axis is its own neighbour."""
-        before, after = super().neighbours()
-        own = np.arange(self.n_elements)
-        return (
-            np.where(self.start[:, 0] == 0.0, own, before),
-            np.where(self.end[:, 0] == 0.0, own, after),
-        )
-
-
-@frozen
-class TwistedRingMesh(RingMesh):
-    """A `RingMesh` of a body that turns about its axis, too: displacements and tractions have the
-    components r, z and θ, the latter by the right-hand rule about +z."""
-
-    components: ClassVar[int] = 3
-    motions: ClassVar[Motions] = TORSION
-    stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
-
-    def slip_directions(self, normal: Array) -> Array:
-        """Along the curve and along θ, (m, 2, 3)."""
-        along = lifted(self.tangents_to(normal), 3)
-        round_axis = np.broadcast_to(np.array([0.0, 0.0, 1.0]), along.shape)
-        return np.concatenate([along, round_axis], axis=1)
-
-    @staticmethod
-    def with_hoop(stress: Array, across: Array) -> Array:
-        """All components with this hoop stress."""
-        result = stress.copy()
-        result[:, 2] = across
-        return result
-
-    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """The gradients (m, 3, 3): round the axis what is displaced turns as the directions do."""
-        whole = lifted(gradient, 3)
-        whole[:, 0, 2] = -self.over_radius(x, u[:, 2], gradient[:, 2, 0])
-        whole[:, 2, 2] = self.over_radius(x, u[:, 0], gradient[:, 0, 0])
-        return whole, np.zeros(len(x))
-
-
-AXIS = 1e-5
-"""Distance from the axis over the largest one, below which u_r/r is u_r' there: that is off by the
-square of it, u_r/r by the error of integrals, 1e-9, over it."""
-MESHES: dict[type, type[CurveMesh]] = {
-    Outline: CurveMesh,
-    Meridian: RingMesh,
-    TwistedMeridian: TwistedRingMesh,
-}
-"""By the kind of an outline."""
-
-
 def corner_node(power: Any) -> Any:
     """Distance of the node from the corner where an element has the power λ, over its length:
     λ^(1/(1-λ)), where r^(λ-1) is its own mean over the element."""
@@ -411,86 +300,3 @@ def as_curve(mesh: BoundaryMesh) -> CurveMesh:
     if not isinstance(mesh, CurveMesh):
         raise InputError(f"this is for plane bodies, the mesh has {mesh.dim} dimensions")
     return mesh
-
-
-def build_mesh(
-    outline: Outline,
-    breaks: Sequence[Array],
-    orders: Sequence[Index],
-    powers: Sequence[tuple[float, float]] = (),
-) -> CurveMesh:
-    """The mesh with given break points on each side.
-
-    Parameters
-    ----------
-    outline : Outline
-    breaks : list of (n_k + 1,) arrays, one a side
-        Fractions of the side's arc length, increasing from 0 to 1.
-    orders : list of (n_k,) arrays
-        Orders of the elements of each side.
-    powers : list of pairs of float, one a side, optional
-        λ of the first and the last element, where they are powers (and constant), else 0.
-    """
-    names = outline.parts
-    start, end, side_start, direction = [], [], [], []
-    travelled = dict.fromkeys(names, 0.0)
-    counts = [len(fractions) - 1 for fractions in breaks]
-    order, power = np.concatenate(list(orders)).astype(np.int64), np.zeros(sum(counts))
-    for side, fractions in zip(outline.sides, breaks, strict=True):
-        points = side.point(fractions)
-        start.append(points[:-1])
-        end.append(points[1:])
-        direction.append(side.tangents(0.5 * (fractions[1:] + fractions[:-1])))
-        side_start.append(travelled[side.part] + side.length * fractions[:-1])
-        travelled[side.part] += side.length
-    for last, count, pair in zip(itertools.accumulate(counts), counts, powers, strict=False):
-        for place, exponent in ((last - count, pair[0]), (last - 1, -pair[1])):
-            power[place] = exponent if exponent and order[place] == 0 else power[place]
-    curvature, part = (
-        [side.curvature for side in outline.sides],
-        [names.index(side.part) for side in outline.sides],
-    )
-    return MESHES[type(outline)](
-        start=np.concatenate(start),
-        end=np.concatenate(end),
-        curvature=np.repeat(curvature, counts),
-        order=order,
-        part=np.repeat(part, counts),
-        line=np.repeat(line_numbers(outline), counts),
-        side_start=np.concatenate(side_start),
-        part_names=names,
-        unit_length=outline.log_length,
-        direction=np.concatenate(direction),
-        power=power,
-    )
-
-
-def line_numbers(outline: Outline) -> list[int]:
-    """Number of the straight line of each side, -1 for arcs; consecutive collinear sides lie on one
-    line."""
-    numbers: list[int] = []
-    for loop in outline.loops:
-        reference = None
-        for side in loop:
-            if side.curvature != 0.0:
-                numbers.append(-1)
-                reference = None
-            elif reference is not None and _collinear(reference, side):
-                numbers.append(numbers[-1])
-            else:
-                numbers.append(len(numbers))
-                reference = side
-    return numbers
-
-
-def _collinear(first: Side, later: Side) -> bool:
-    """Whether the later side runs on along the first one, to round-off."""
-    direction, chord = first.end - first.start, later.end - later.start
-    offset = later.end - first.start
-    off_line = abs(direction[0] * offset[1] - direction[1] * offset[0])
-    return bool(
-        off_line
-        <= 1e-13 * float(direction @ direction)
-        + 4e-16 * np.abs(later.end).max() * np.hypot(*direction)
-        and direction @ chord > 0.0
-    )

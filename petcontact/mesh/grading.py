@@ -16,7 +16,8 @@ from ..geometry.outline import Outline, Side
 from ..geometry.same_place import TOLERANCE, distinct
 from ..model.solver_options import MeshOptions
 from ..round_off import SOLVED, least_pieces, whole
-from .curve_mesh import CurveMesh, build_mesh
+from .curve_building import build_mesh
+from .curve_mesh import CurveMesh
 
 T = TypeVar("T")
 CORNER = math.radians(10.0)

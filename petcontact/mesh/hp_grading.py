@@ -19,7 +19,8 @@ from ..arrays import Array, Index
 from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..linalg.nearest import FEW, squares
-from .curve_mesh import CurveMesh, build_mesh
+from .curve_building import build_mesh
+from .curve_mesh import CurveMesh
 from .grading import largest_turn
 
 NEIGHBOUR = 4.0

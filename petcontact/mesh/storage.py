@@ -11,8 +11,9 @@ import numpy as np
 
 from ..errors import ResultError
 from .boundary_mesh import BoundaryMesh
-from .curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
+from .curve_mesh import CurveMesh
 from .panels import HIGHEST_ORDER
+from .ring_mesh import RingMesh, TwistedRingMesh
 from .surface_mesh import SurfaceMesh
 
 CURVE_ARRAYS, CURVE_OPTIONAL = ("curvature", "order", "part", "line", "side_start"), ("power",)

@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh, TwistedRingMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
 from ..model.solver_options import Bem

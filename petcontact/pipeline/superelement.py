@@ -13,7 +13,8 @@ from ..contact.laws import Tresca
 from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import as_surface
 from ..model.base import nearest
 from ..results.data import SolutionData

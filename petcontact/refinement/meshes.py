@@ -17,10 +17,11 @@ from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurfa
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh, RingMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
 from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
+from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
 from ..model.solver_options import MeshOptions

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from petcontact import Circle, InputError, MeshOptions, Polygon, Rectangle, SideBySide
-from petcontact.mesh.curve_mesh import line_numbers
+from petcontact.mesh.curve_building import line_numbers
 from petcontact.mesh.grading import mesh_outline
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0))

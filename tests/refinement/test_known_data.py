@@ -106,7 +106,7 @@ def test_smooth_peaks_of_any_width_are_resolved(text, width):
     )
     assert np.all(np.diff(breaks) > 0.0) and orders.min() >= 1 and orders.max() <= 5
     # the integral of the polynomials through the nodes against the analytic one
-    from petcontact.mesh.curve_mesh import build_mesh
+    from petcontact.mesh.curve_building import build_mesh
 
     outline = problem.geometry.outline()
     one = [np.array([0.0, 1.0])] * 4

@@ -29,7 +29,7 @@ from petcontact import (
 )
 from petcontact.commands.main import main
 from petcontact.fields.boundary.places import best_places
-from petcontact.mesh.curve_mesh import build_mesh
+from petcontact.mesh.curve_building import build_mesh
 from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane

@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...frozen import frozen
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curve_mesh import RingMesh, TwistedRingMesh
+from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ...model.expressions import evaluate
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Material, Problem

@@ -11,7 +11,8 @@ from ...arrays import Array, Index
 from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE
-from ..curve_mesh import CurveMesh, build_mesh
+from ..curve_building import build_mesh
+from ..curve_mesh import CurveMesh
 from .common_breakpoints import SideMesh
 from .curves import Curves
 from .ray_casting import along

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...errors import PetcontactError
 from ...geometry.outline import Outline, as_outline
-from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...mesh.curve_building import build_mesh
+from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
 from ...refinement.singular_points import corner_exponents

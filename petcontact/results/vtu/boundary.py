@@ -172,12 +172,8 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     touches[lines[cell_state < 0]] = False
     touching = touches[element]
     u, traction, bound = np.split(along, [mesh.components, -1], axis=1)
-    bound, tangent = np.maximum(bound[:, 0], 0.0), mesh.slip_directions(normal)
-    across = lifted(normal, mesh.components)
-    sigma_n = np.sum(traction * across, axis=1)
-    sigma_t = np.einsum("qtd,qd->qt", tangent, traction)
-    sigma_t[touching] = project_ball(sigma_t[touching], bound[touching])
-    traction = sigma_n[:, None] * across + np.einsum("qt,qtd->qd", sigma_t, tangent)
+    bound = np.where(touching, np.maximum(bound[:, 0], 0.0), np.inf)
+    sigma_n, sigma_t, traction = _within(bound, traction, normal, mesh)
     return meshio.Mesh(
         in_space(x),
         [
@@ -209,6 +205,17 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
 def _stress_data(stress: StressState) -> dict[str, Array]:
     """Point data of stresses; VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz."""
     return {"stress": stress.components[:, [0, 1, 2, 3, 5, 4]], "von_mises": stress.von_mises}
+
+
+def _within(
+    bound: Array, traction: Array, normal: Array, mesh: CurveMesh
+) -> tuple[Array, Array, Array]:
+    """σ_n (q,), σ_t (q, d-1) of tractions (q, d), cut at a bound (q,), and the tractions of
+    both."""
+    across, along = lifted(normal, mesh.components), mesh.slip_directions(normal)
+    sigma_n = np.sum(traction * across, axis=1)
+    sigma_t = project_ball(np.einsum("qtd,qd->qt", along, traction), bound)
+    return sigma_n, sigma_t, sigma_n[:, None] * across + np.einsum("qt,qtd->qd", sigma_t, along)
 
 
 def _nearest(mesh: CurveMesh, element: Index, place: Array) -> Index:
