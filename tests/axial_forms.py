@@ -102,7 +102,7 @@ def indented(name: str, scale: float = 1e-2) -> Problem:
                 "name": "pair",
                 "secondary": "top",
                 "primary": "indenter",
-                "gap": f"{scale!r}*({known.gap})",
+                "gap": f"{scale}*({known.gap})",
             }
         ],
     }

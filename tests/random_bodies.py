@@ -155,37 +155,37 @@ def _conditions(
 
 def _bound(rng: np.random.Generator, bound: float, length: float) -> float | str:
     """g >= 0: constant, linear, kinked, jumping, or with a bump."""
-    at, b = rng.uniform(0.1, 0.9) * length, f"{bound!r}"
+    at, b = rng.uniform(0.1, 0.9) * length, f"{bound}"
     return [
         bound,
         bound,
         bound,
-        f"{b}*(1 + s/{length!r})",
-        f"{b}*(0.3 + abs(s - {at!r})/{length!r})",
-        f"{b}*where(s < {at!r}, 1, {rng.uniform(0.2, 4.0)!r})",
-        f"max({0.2 * bound!r}, {b}*(1 - 2*s/{length!r}))",
-        f"{b}*(0.5 + exp(-((s - {at!r})/{_width(rng, length)!r})**2))",
-        f"{b}*(1 + 0.5*sin({rng.uniform(2.0, 20.0) / length!r}*s))",
+        f"{b}*(1 + s/{length})",
+        f"{b}*(0.3 + abs(s - {at})/{length})",
+        f"{b}*where(s < {at}, 1, {rng.uniform(0.2, 4.0)})",
+        f"max({0.2 * bound}, {b}*(1 - 2*s/{length}))",
+        f"{b}*(0.5 + exp(-((s - {at})/{_width(rng, length)})**2))",
+        f"{b}*(1 + 0.5*sin({rng.uniform(2.0, 20.0) / length}*s))",
     ][rng.integers(9)]
 
 
 def _load(rng: np.random.Generator, load: float, length: float) -> float | str:
     """A traction: constant, linear, a wave, a step, a hat, or a narrow peak of the same
     resultant."""
-    at, t = rng.uniform(0.1, 0.9) * length, f"{load!r}"
+    at, t = rng.uniform(0.1, 0.9) * length, f"{load}"
     width = _width(rng, length)
     peak = load * min(length / width, 1e3)
     return [
         load,
         load,
         load,
-        f"{t}*(1 - s/{length!r})",
-        f"{t}*sin({rng.uniform(2.0, 20.0) / length!r}*s)",
-        f"{t}*(s > {at!r})",
-        f"{t}*max(0, 1 - abs(s - {at!r})/{0.2 * length!r})",
-        f"{peak!r}*exp(-((s - {at!r})/{width!r})**2)",
-        f"{peak!r}/(1 + ((s - {at!r})/{width!r})**2)",
-        f"{t}*sqrt(abs(s - {at!r})/{length!r})",
+        f"{t}*(1 - s/{length})",
+        f"{t}*sin({rng.uniform(2.0, 20.0) / length}*s)",
+        f"{t}*(s > {at})",
+        f"{t}*max(0, 1 - abs(s - {at})/{0.2 * length})",
+        f"{peak}*exp(-((s - {at})/{width})**2)",
+        f"{peak}/(1 + ((s - {at})/{width})**2)",
+        f"{t}*sqrt(abs(s - {at})/{length})",
     ][rng.integers(10)]
 
 
@@ -196,11 +196,11 @@ def _width(rng: np.random.Generator, length: float) -> float:
 def _displacement(rng: np.random.Generator, alone: bool, size: float, length: float) -> tuple:
     """Clamped or a roller; other than zero in between where a neighbour holds the body, too, so
     that nothing is torn."""
-    along = "" if alone else f"*s*({length!r} - s)/{0.25 * length**2!r}"
+    along = "" if alone else f"*s*({length} - s)/{0.25 * length**2}"
     value: list = [0.0, 0.0]
     for c in range(2):
         if rng.random() < 0.5:
-            value[c] = f"{size * rng.normal()!r}*(1 + {rng.normal()!r}*s/{length!r}){along}"
+            value[c] = f"{size * rng.normal()}*(1 + {rng.normal()}*s/{length}){along}"
     if rng.random() < 0.3:
         value[int(rng.integers(2))] = "free"
     return tuple(value)
@@ -291,7 +291,7 @@ def random_contact(seed, number):
             "body": bodies[:1],
             "obstacle": [{"name": "floor"}],
             "contact": [
-                {**contact, "primary": "floor", "gap": f"y + {0.5 * bend!r}*(x - {place!r})**2"}
+                {**contact, "primary": "floor", "gap": f"y + {0.5 * bend}*(x - {place})**2"}
             ],
         }
     return parse(Problem, data, f"contact {number}")

@@ -23,7 +23,7 @@ def random_revolution(seed, number):
         body["material"] = {"young_modulus": float(e), "poisson_ratio": float(nu), **more}
     if random.random() < 0.25:
         drawn["body"][0]["loads"] = [
-            {"temperature": f"{random.uniform(1.0, 10.0)!r}*(1 + 0.3*y)"},
+            {"temperature": f"{random.uniform(1.0, 10.0)}*(1 + 0.3*y)"},
             {"angular_velocity": float(0.05 * np.sqrt(modulus[0]))},
         ][random.integers(2)]
     steps = [{}] + [{"boundary": [drawn.pop("then")]}] * (random.random() < 0.5)
@@ -96,7 +96,7 @@ def _fitted(random):
     shaft = [[inner, -half], [r, -half], [r, half], [inner, half]]
     hub = [[r, -long], [r + thick, -long], [r + thick + lean, long], [r, long]]
     overlap = random.uniform(1e-3, 1e-2)
-    bent = f"{-overlap!r}*(1 + {random.uniform(-0.3, 0.3)!r}*y/{long!r})"
+    bent = f"{-overlap}*(1 + {random.uniform(-0.3, 0.3)}*y/{long})"
     pair = {"name": "pair", "secondary": "hub.left", "primary": "shaft.right", "gap": bent}
     pushed = random.uniform(-2e-2, 2e-2)
     return {
@@ -154,7 +154,7 @@ def _on_floor(random):
                 "name": "pair",
                 "secondary": "ring.bottom",
                 "primary": "floor",
-                "gap": f"y + {0.5 * bend!r}*(x - {place!r})**2",
+                "gap": f"y + {0.5 * bend}*(x - {place})**2",
             }
         ],
         "then": _changed("ring", "top", across, down * random.uniform(0.4, 1.5)),
