@@ -3,6 +3,7 @@ of them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..errors import InputError
 from ..frozen import frozen
 from ..model.base import nearest
 from ..results.data import SolutionData
+from ..results.numbers import stress_name
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
 from .parameters import PARAMETERS, Constants
 from .ruiz import ruiz_sites
@@ -46,11 +48,20 @@ class Fatigue:
         Of the cycle.
     found : tuple of Found
         By body, or side of an interface; at least one.
+    error : float
+        Of the largest value, by the errors of mesh and path that the solution's stresses, q and
+        slip have; nan where these are not known.
     """
 
     parameter: str
     increments: int
     found: tuple[Found, ...]
+    error: float = np.nan
+
+    @property
+    def places(self) -> int:
+        """How many there are."""
+        return sum(len(one.value) for one in self.found)
 
     @property
     def largest(self) -> tuple[Found, int]:
@@ -126,7 +137,41 @@ def fatigue(
             if parts
             else "fatigue: nothing is in contact"
         )
-    return Fatigue(parameter, len(increments), tuple(found))
+    result = Fatigue(parameter, len(increments), tuple(found))
+    return replace(result, error=_error(solution, result, sensitivity))
+
+
+def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -> float:
+    """What the largest value changes by where the stress there is larger by the largest error of
+    stresses in its body, and q and slip by theirs."""
+    found, k = result.largest
+    stress, value = found.sites.stress[:, k : k + 1], float(found.value[k])
+    size = float(np.abs(np.linalg.eigvalsh(stress)).max())
+    larger = 1.0 + _largest_error(solution, found.sites.body) / (size or 1.0)
+    if result.parameter in RUIZ:
+        of_stress = larger if result.parameter == "ruiz-2" else 1.0
+        return (of_stress * _work(solution) - 1.0) * value
+    if not np.isfinite(larger):
+        return np.nan
+    (material,) = [b.material for b in solution.problem.body if b.name == found.sites.body]
+    constants = Constants(material.young_modulus, material.poisson_ratio, sensitivity or 0.0)
+    return float(PARAMETERS[result.parameter][0](larger * stress, constants).value[0]) - value
+
+
+def _largest_error(solution: SolutionData, body: str) -> float:
+    """Of the largest stresses of a body; nan where none is known [stress]."""
+    errors = [n.error for n in solution.numbers if stress_name(n) and n.of == body]
+    return max(filter(np.isfinite, errors), default=np.nan)
+
+
+def _work(solution: SolutionData) -> float:
+    """How many times as large q times slip may be; nan where this is not known."""
+    times = 1.0
+    for name in ("largest q", "largest slip"):
+        known = [n for n in solution.numbers if n.name == name and np.isfinite(n.error)]
+        size = max((n.size for n in known), default=np.nan)
+        times *= 1.0 + max((n.error for n in known), default=np.nan) / (size or 1.0)
+    return times
 
 
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:

@@ -32,7 +32,7 @@ from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.path import path_errors
+from .steps.path import with_paths
 from .steps.start import finished_before, first_iterate
 
 
@@ -120,7 +120,7 @@ def run(
 
 def with_report(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution of a prepared problem with all that is to be said of it."""
-    return with_paths(problem, reported(problem, solution))
+    return with_paths(problem, reported(problem, solution), None)
 
 
 def unreported(
@@ -194,14 +194,6 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     )
     findings = findings_of(problem, solution)
     return replace(solution, provenance=provenance, findings=tuple(findings))
-
-
-def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
-    """A solution that is reported of, with what is to be said of the path of its loads; the
-    operators are still needed."""
-    error, findings = path_errors(problem, solution)
-    accuracy = replace(solution.accuracy, path=error)
-    return replace(solution, accuracy=accuracy).with_findings(findings)
 
 
 def petsc_options_of(table: Mapping[str, Any]) -> str:

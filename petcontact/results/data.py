@@ -59,6 +59,9 @@ class SolutionData(Evaluated):
         Particular solutions for volume loads, where they are known already.
     coarser : SolutionData, optional
         The solution on another mesh that says what errors numbers have; files do not hold it.
+    paths : tuple of (float, SolutionData)
+        Solutions with other increments, each with the error of the one before over what the two
+        differ by; files do not hold them.
     written : tuple of Number, optional
         The numbers that a file holds.
     """
@@ -78,6 +81,7 @@ class SolutionData(Evaluated):
     wear: WearHistory | None = None
     volumes: dict[str, VolumeSolution | None] | None = None
     coarser: SolutionData | None = field(default=None, repr=False, compare=False)
+    paths: tuple[tuple[float, SolutionData], ...] = field(default=(), repr=False, compare=False)
     written: tuple[Number, ...] | None = field(default=None, repr=False, compare=False)
 
     @functools.cached_property

@@ -35,6 +35,7 @@ class Evaluated:
     volumes: dict[str, VolumeSolution | None] | None
     accuracy: Accuracy
     coarser: Evaluated | None
+    paths: tuple[tuple[float, Any], ...]
 
     @property
     def tried(self) -> list[StepResult]:

@@ -18,7 +18,6 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..refinement.levels import MOST_GAIN
-from ..round_off import SOLVED
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
 from .records import PairResult, StepResult
@@ -30,6 +29,8 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
+Key = tuple[str, str, int, int]
+"""Of a number, as `Number.key`."""
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
@@ -42,20 +43,36 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
         numbers = _compared(solution, coarser, numbers)
     elif not np.isnan(solution.accuracy.resultants):
         numbers = [_by_tails(solution, number) for number in numbers]
-    path = solution.accuracy.path
-    if not path > SOLVED:
-        return numbers
-    # the error of the increments is a share of the largest tractions and slip that there were
-    most: dict[tuple[str, str], float] = {}
-    for number in numbers:
-        size = number.scale if number.unit == "force" else number.size
-        most[number.key[:2]] = max(size, most.get(number.key[:2], 0.0))
-    return [
-        number.known_to(number.error + path * most[number.key[:2]])
-        if np.isfinite(most[number.key[:2]])
-        else number
-        for number in numbers
-    ]
+    by_path = path_errors(solution, numbers)
+    return [number.known_to(number.error + by_path[number.key]) for number in numbers]
+
+
+def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, float]:
+    """How far numbers of a solution may be off by its increments: what they differ by on other
+    paths, step end by step end; infinite where a number has no bound."""
+    now, last = {number.key: number for number in numbers}, solution
+    errors = dict.fromkeys(now, 0.0)
+    for factor, other in solution.paths:
+        there = {number.key: number for number in numbers_of(other, peaks=False)}
+        ends = {(step.step, step.cycle) for step in other.steps}
+        for key, error in errors.items():
+            number = now[key]
+            if not np.isinf(number.error):
+                change = np.nan if key[2:] not in ends else _path_change(last, other, number, there)
+                errors[key] = error + factor * change
+        now, last = now | there, other
+    return errors
+
+
+def _path_change(
+    solution: Evaluated, other: Evaluated, number: Number, there: dict[Key, Number]
+) -> float:
+    """What a number differs by on another path; a maximum by what its function does anywhere."""
+    if number.name not in FUNCTIONS or number.key not in there:
+        return _change(solution, other, number, there.get(number.key))
+    pairs = [_end(each, number).pairs[number.of] for each in (solution, other)]
+    one, two = (FUNCTIONS[number.name](pair) for pair in pairs)
+    return float(np.abs(one - two)[pairs[0].state != OPEN].max(initial=0.0))
 
 
 def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:
@@ -87,7 +104,6 @@ def _change(
     if number.name in FUNCTIONS:
         return _function_change(solution, coarser, number)
     apart = float(np.abs(number.value - before.value).max())
-    # increments leave an error of energies, too
     return max(apart, number.alone) if number.name == "dissipated energy" else apart
 
 

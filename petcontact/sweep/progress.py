@@ -34,6 +34,7 @@ class Progress:
 
     def __init__(self, counters: Counters, cases: int, *, enabled: bool) -> None:
         self._counters, self._cases, self._began = counters, cases, time.monotonic()
+        self._first: tuple[float, int] | None = None
         self._over = threading.Event()
         self._status = StatusLine(enabled and on_terminal())
         self._thread = (
@@ -59,9 +60,15 @@ class Progress:
                 print(line, file=sys.stderr, flush=True)
 
     def line(self, elapsed: float) -> str:
-        """Cases on the disk, failed ones among them, and the time left at the pace so far."""
-        done, failed = self._counters.look(DONE), self._counters.look(FAILED)
-        left = f", {_duration(elapsed * (self._cases / done - 1.0))} left" if done > 0 else ""
+        """Cases on the disk, failed ones among them, and the time left at the pace since the first
+        of them were there: they wait for what all share, such as meshes and eliminations."""
+        done, failed, left = self._counters.look(DONE), self._counters.look(FAILED), ""
+        if self._first is None and done > 0:
+            self._first = elapsed, done
+        began, before = self._first or (elapsed, done)
+        if done > before:
+            pace = (elapsed - began) / (done - before)
+            left = f", {_duration(pace * (self._cases - done))} left"
         return f"{done} of {self._cases} cases done, {failed} failed{left}"
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline import run
+from petcontact.pipeline.adapt import loop
 from petcontact.pipeline.judge.findings import new_finding
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
@@ -113,10 +113,10 @@ def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
 def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
     monkeypatch.setattr(
-        run,
-        "path_errors",
-        lambda problem, solution: (
-            looked.append(problem) or (0.0, [new_finding("path", "looked at")])
+        loop,
+        "with_paths",
+        lambda problem, solution, wanted: (
+            looked.append(problem) or solution.with_findings([new_finding("path", "looked at")])
         ),
     )
     data = {

@@ -40,10 +40,8 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     ]
     status, printed = main(words), capfd.readouterr()
     assert status == 0, printed.err + printed.out
+    assert "converged:" in printed.out
     # meshes of a solve that takes seconds, as on a loaded machine, are announced
-    assert "converged:" in printed.out and "depends on the path: q" not in " ".join(
-        printed.out.split()
-    )
     assert [
         line for line in printed.err.splitlines() if not line.startswith("petcontact: mesh ")
     ] == []

@@ -124,6 +124,7 @@ SMALLEST = {
     "verify_axial": "--number 1 --accuracy 5e-2",
     "verify_contact": "--pairs 1 --floors 0",
     "verify_jams": "--number 4",
+    "verify_paths": "--number 1",
     "verify_processors": "--problems 2 --space 1 --processors Prescott",
     "mutate": "--list",
     "verification": "B10",

@@ -66,9 +66,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate, print and write; needs no PETSc."""
-    from ...fatigue.evaluate import cycles_to_failure, fatigue, table
+    from ...fatigue.evaluate import fatigue, table
     from ...fatigue.figure import fatigue_figure
+    from ...results.numbers import Number
     from ...results.tables import csv_text
+    from ...results.verdict.text import told
     from ...runtime.atomic_write import check_target, write_text
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
@@ -96,14 +98,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     )
     found, k = result.largest
     sites, value = found.sites, float(found.value[k])
-    places = sum(len(one.value) for one in result.found)
-    print(f"{result.parameter}: {result.increments} increments, {places} places")
+    print(f"{result.parameter}: {result.increments} increments, {result.places} places")
     where = ", ".join(
         f"{c:.6g}"
         for c in np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k])
     )
     deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
-    print(f"  largest {value:.6g} at ({where}), {sites.body}.{sites.part[k]}{deep}")
+    largest = told(Number("", "", 0, 0, found.value[k : k + 1], "", error=result.error))
+    print(f"  largest {largest} at ({where}), {sites.body}.{sites.part[k]}{deep}")
     if found.normal is not None:
         n = found.normal[k]
         print(f"  critical plane: normal ({', '.join(f'{c + 0.0:.4f}' for c in n.round(4))})")
@@ -111,13 +113,26 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         print(f"  over the limit {limit:g}: {value / limit:.4g}")
     if life is not None:
         material = next(body.material for body in solution.problem.body if body.name == sites.body)
-        print(f"  cycles to failure: {cycles_to_failure(value, material.young_modulus, life):.4g}")
+        print(_cycles(value, result.error, material.young_modulus, life))
     if arguments.output:
         write_text(arguments.output, csv_text(table(result)))
         print(arguments.output)
     if arguments.figure:
         print(fatigue_figure(solution, result, arguments.figure))
     return 0
+
+
+def _cycles(
+    value: float, error: float, modulus: float, life: tuple[float, float, float, float]
+) -> str:
+    """The line on cycles to failure, with what the error of the value leaves of them."""
+    from ...fatigue.evaluate import cycles_to_failure
+
+    off = 0.0 if math.isnan(error) else error
+    damages = value, value + off, max(value - off, 0.0)
+    count, least, most = (cycles_to_failure(each, modulus, life) for each in damages)
+    known = "" if math.isnan(error) else f" ({least:.2g} to {most:.2g})"
+    return f"  cycles to failure: {count:.4g}{known}"
 
 
 def _number(arguments: argparse.Namespace, key: str) -> float | None:

@@ -26,8 +26,9 @@ from ...runtime.world import world
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
-from ..run import prepare, reported, run, with_paths
+from ..run import prepare, reported, run
 from ..steps.increment import Monitor
+from ..steps.path import with_paths
 from .budget import USELESS, Reached, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -139,8 +140,8 @@ class AdaptiveSolve:
         problem, solution = self.solver.kept, self.solutions[-1]
         if problem is not None:
             solution = solution if solution.provenance.versions else reported(problem, solution)
-            solution = with_paths(problem, solution)
             first, wanted = self.solutions[0].meshes, self.strategy.wanted
+            solution = with_paths(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
         return replace(solution, problem=self.solver.problem)

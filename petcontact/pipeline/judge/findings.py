@@ -85,9 +85,7 @@ KINDS = {
     "roll": Kind("warning", 0.1),
     "rolled off": Kind("not converged", 1.0),
     "slip": Kind("warning", 1.0),
-    # change of q over p in L2. One increment is off by .7 to 1.4 times as much as it differs from
-    # two (a sphere, rollers and discs, a rounded pin), several by half as much as they differ from
-    # half as many
+    # error of q over p in L2, where no accuracy is wanted
     "path": Kind("warning", 0.03),
     # what is out of scale: linear elasticity leaves out squares of the strain; 5e-9 is 1 kPa on
     # steel; dry pairs have coefficients of 0.05 to 1.5; overlap over the size of the body

@@ -56,10 +56,11 @@ def later_cycles(
         rows.append(_row(done[-1].cycle, state))
     size, earlier, passed = 1, list[Earlier](), list[Tried]()
     while (reached := rows[-1][0]) < cycle.count:
-        jump = min(size, cycle.count - reached)
+        known = [end for end in problem.factors.get(0, ()) if end > reached]
+        jump = int(known[0]) - reached if known else min(size, cycle.count - reached)
         tried, following = _one_cycle(problem, done, state, reached + jump, jump, earlier, monitor)
         if not tried[-1][1].converged:
-            if jump > 1 and not tried[-1][1].stopped:
+            if jump > 1 and not (known or tried[-1][1].stopped):
                 size = max(1, jump // 2)
                 continue
             passed += tried

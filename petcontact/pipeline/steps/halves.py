@@ -57,7 +57,8 @@ class Halves:
     Attributes
     ----------
     error : float
-        Of the last increment that was tried, over the largest error that is allowed.
+        Of the last increment that was tried, over the largest error that is allowed; nan where it
+        was not solved.
     """
 
     def __init__(self, monitor: Monitor | None) -> None:
@@ -67,6 +68,7 @@ class Halves:
     def __call__(self, increment: Increment) -> list[Tried] | None:
         """Both halves; the whole increment or what there is of them where a monitor stops it; None
         where it is too large."""
+        self.error = np.nan
         known = [each for each in self._first if abs(each[0].target - increment.target) < SOLVED]
         whole = known[0] if known else self._solved(increment)
         self._first = []

@@ -115,8 +115,8 @@ class PreparedProblem:
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
     factors : dict of int to list of float
-        Load factors by number of a step at which `increments = "auto"` is known to have increments
-        end.
+        Load factors by number of a step at which increments are known to end; under 0, cycles at
+        which jumps do.
     named : dict of str to str
         Names of a method and a rule that are not the problem's own.
     halvings : int

@@ -14,7 +14,7 @@ from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
 from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
-from ...model.load_steps import changed_obstacle
+from ...model.load_steps import Step, changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
@@ -137,7 +137,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     # at all of it
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     halves = Halves(monitor) if step.increments == "auto" else None
-    whole = 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
+    whole = _first_share(step)
     if (
         halves
         and not known
@@ -154,11 +154,13 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         target = known[0] if known else min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
-        hopeless = doubt and is_unbalanced(following)
-        if hopeless:
+        # what nothing holds needs no solve, and where halves differ they are there
+        halved = doubt and is_unbalanced(following)
+        if halved:
             tried = None
         elif halves and not known:
             tried = halves(following)
+            halved = halves.error > 1.0
         else:
             tried = _unless_failed(with_wear(following, following.solved(monitor), monitor))
         if tried is None and known:
@@ -167,7 +169,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         if tried is None:
             doubt = True
             size *= 0.5
-            if size >= whole * 0.5 ** max(problem.halvings, HALVINGS * hopeless) and (
+            if size >= whole * 0.5 ** max(problem.halvings, HALVINGS * halved) and (
                 divisible or is_unbalanced(following)
             ):
                 continue
@@ -187,8 +189,12 @@ def _unless_failed(tried: Tried) -> list[Tried] | None:
 def first_increment(problem: PreparedProblem) -> Increment:
     """The contact problem that a problem begins with: of its first step the first increment, the
     whole step if "auto"."""
-    increments = problem.steps[0].increments
-    return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
+    return whole_step(problem, 1).to(_first_share(problem.steps[0]))
+
+
+def _first_share(step: Step) -> float:
+    """Of a step, that its first increment is."""
+    return 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
 
 
 def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:

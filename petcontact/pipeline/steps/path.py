@@ -1,161 +1,223 @@
-"""How much friction and wear at the end of a step depend on its number of increments.
+"""How much friction and wear depend on the number of increments, and of jumps over cycles.
 
-An increment takes all tangential motion of a node for slip in contact, whenever in the increment
-the node touches. Friction is otherwise of the first order in the size of the increments, and wear
-of the second. So what a number of increments leaves is about what half as many differ by.
+The steps are solved again with half as many increments, and cycles with half as many jumps. Where a
+step has one increment, or cycles have one jump, they are then solved with two; so are all where
+half as many have no solution.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from ...arrays import Array
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import OPEN
-from ...model.load_steps import changed_obstacle
+from ...contact.law_protocol import friction_bound
+from ...errors import SolverError
 from ...results.records import StepResult
-from ...results.report import Finding
 from ...results.solution import Solution
 from ...round_off import SOLVED
+from ...runtime.petsc import options
+from ...runtime.signals import BrokenOff
 from ..judge.findings import limit_of, new_finding
-from .halves import PATH_ERROR, touching
-from .increment import Increment, ObstacleMotion, PreparedProblem
-from .load_steps import data_from, state_after
-from .wear import with_wear
+from .cycles import Row, wear_history
+from .halves import touching
+from .increment import PreparedProblem
+from .load_steps import increments, state_after, whole_step
 
 CARRIES = 1e-3
 """Shear over pressure, in L2, from which on the path is looked at: an error of it that is a tenth
 as large is below all that is wanted of meshes."""
-MOST, PATIENT = 2000, 10
-"""Contact nodes and iterations of a step up to which it is looked at with bodies on H-matrices:
-there it costs as much as the step."""
+MOST = 2000
+"""Contact nodes up to which it is looked at with bodies on H-matrices, where a step costs more than
+the assembly of the bodies."""
+FEWER, MORE = 1.0 / (2.0**0.5 - 1.0), 1.0 / (1.0 - 0.5**0.5)
+"""The error of a solution over what it differs by from one with half, and twice, as many
+increments, where it falls like √h at least: of a contact that grows from a point the first
+increment takes a share √h, and what it leaves there stays."""
 
 
-def path_errors(problem: PreparedProblem, solution: Solution) -> tuple[float, list[Finding]]:
-    """The error that increments leave in p and q at the ends of steps, over p in L2, of the worst
-    step in which a contact with friction grows or wears; and findings of it. Increments that the
-    path chose leave what `Halves` allows.
+ADVICE = (
+    'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
+    "come one after the other need a [[step]] each, which is another path"
+)
 
-    One increment is compared with two, more with half as many, each started from its own solution.
-    Where contact begins on the way those before do not count. The error is 0 where the path does
-    not matter, and nan where one of the two is not solved.
+
+def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | None) -> Solution:
+    """A solution with those on other paths, the error that its increments leave in p and q at the
+    ends of steps, over p in L2, and a finding where it is larger than a wanted accuracy.
+
+    The error is 0 where the path does not matter, and nan where others are not solved.
     """
-    findings, worst = list[Finding](), _of_chosen(problem, solution)
-    for ends, whole in _growing(problem, solution.steps if solution.converged else []):
-        begins = touching(whole)
-        later = _after(begins, ends)
-        count = 2 if later == 1 else later // 2
-        change, share = _differences(problem, ends, whole, begins, count)
-        worst = share if math.isnan(share) else max(worst, share)
-        if share > limit_of("path"):
-            name = "p and q differ" if problem.discrete.wear.any() else "q differs"
-            what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
-            touch = " after the bodies touch" if begins else ""
-            text = (
-                f"{what} depends on the path: {name} by {change:.0%} ({share:.0%} of p) "
-                f"between {len(ends)} and {count} increments{touch}"
-            )
-            advice = (
-                f"if all loads grow together, {_auto(problem)}; if they really come one after "
-                "the other, give each a [[step]], which is another path"
-            )
-            findings.append(new_finding("path", text, advice=advice, measured=share))
-    return worst, findings
+    number = _first_that_matters(problem, solution)
+    if number is None:
+        return solution
+    jointly = any(body.is_solved_jointly for body in problem.system.bodies)
+    with options(problem.discrete.problem.petsc):
+        costly = jointly and problem.system.size > MOST
+        paths = None if costly else _other_paths(problem, solution, number)
+    solution = replace(solution, paths=paths or ())
+    error, text = (np.nan, "") if paths is None else _largest(problem, solution, number)
+    limit = wanted or limit_of("path")
+    large = [new_finding("path", text, advice=ADVICE, measured=error, limit=limit)]
+    solution = replace(solution, accuracy=replace(solution.accuracy, path=error))
+    return solution.with_findings(large if error > limit else [])
 
 
-def _of_chosen(problem: PreparedProblem, solution: Solution) -> float:
-    """What increments leave where the path chose them: more than one in a step."""
-    many = {result.step for result in solution.steps if result.load_factor < 1.0}
-    chosen = any(problem.steps[number - 1].increments == "auto" for number in many)
-    return PATH_ERROR if chosen else 0.0
+def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
+    """Of `_change` at the ends of steps from one on, those that all paths have."""
+    there = {(each.step, each.cycle) for each in solution.paths[0][1].steps}
+    ends = {at: each for each in solution.steps if (at := (each.step, each.cycle)) in there}
+    return max(_change(problem, solution, end) for at, end in ends.items() if at[0] >= number)
 
 
-def _auto(problem: PreparedProblem) -> str:
-    """Advice to let the path choose the increments."""
-    interfaces = problem.discrete.sides
-    turning = any(i.direction is None and i.law.gap == "geometry" for i in interfaces)
-    along = "; round bodies need the direction of approach of their pair for it"
-    return f'take [[step]] increments = "auto"{along if turning else ""}'
+def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | None:
+    """The first step in which something wears, or in which friction carries what is not in
+    proportion to the loads from the unloaded state on; None where there is none."""
+    system, law, wears = problem.system, problem.discrete.law, problem.discrete.wear.any()
+    if system.k < system.components or not solution.converged:
+        return None
+    gap = np.where(np.isfinite(system.gap), system.gap, 0.0)
+    for end in solution.steps:
+        sigma = state_after(problem, [end]).sigma
+        whole, half = friction_bound(law, sigma), friction_bound(law, 0.5 * sigma)
+        slides = np.where(np.isinf(whole), 0.0, system.weight)
+        q, p = (contact_norm(part, slides) for part in (sigma[:, :-1], sigma[:, -1:]))
+        grows = end.step > 1 or gap[sigma.any(axis=1)].any() or (half != 0.5 * whole).any()
+        if wears or (grows and q > CARRIES * p):
+            return end.step
+    return None
 
 
-def _after(begins: float, ends: Sequence[StepResult]) -> int:
-    """How many increments end after contact begins."""
-    return sum(end.load_factor > begins + SOLVED for end in ends)
+def _other_paths(
+    problem: PreparedProblem, solution: Solution, number: int
+) -> tuple[tuple[float, Solution], ...] | None:
+    """Solutions on other paths from a step on, each with the error of the one before over what the
+    two differ by; None where one is not solved."""
+    own = _own(problem, solution, number)
+    fewer = {key: (before, _halved(ends)) for key, (before, ends) in own.items()}
+    found, last = list[tuple[float, Solution]](), solution if fewer == own else None
+    if last is None and (last := _along(problem, solution, fewer)) is not None:
+        found.append((FEWER, last))
+    whole = own if last is None else {key: fewer[key] for key in own if len(own[key][1]) == 1}
+    if whole:
+        divided = {key: (before, _divided(before, ends)) for key, (before, ends) in whole.items()}
+        last = _along(problem, solution, fewer | divided)
+        found.append((MORE, last or solution))
+    return tuple(found) if last is not None else None
 
 
-def _growing(
-    problem: PreparedProblem, results: Sequence[StepResult]
-) -> Iterator[tuple[list[StepResult], Increment]]:
-    """The results of steps in which nodes with a gap close that carry friction, or that wear, and
-    the step in one."""
-    system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
-    jointly = any(body.is_solved_jointly for body in system.bodies)
-    looks = system.k == system.components and not (jointly and system.size > MOST)
-    for number, step in enumerate(problem.steps if looks else (), 1):
-        obstacles = [changed_obstacle(o, step) for o in obstacles]
-        once = [result for result in results if result.cycle <= 1]
-        before, own = [r for r in once if r.step < number], [r for r in once if r.step == number]
-        if jointly and sum(r.iterations for r in own) > PATIENT:
-            continue
-        if step.increments == "auto" or not own or not _grows(problem, [*before[-1:], own[-1]]):
-            continue
-        if any(data_from(problem, earlier, before) is not None for earlier in range(2, number + 1)):
-            return  # bodies are held in another way than those of the first step
-        begun = state_after(problem, before)
-        motions = [ObstacleMotion.of(o, begun, k, system.motions) for k, o in enumerate(obstacles)]
-        whole = Increment(problem, step, number, motions, begun, 1.0)
-        if _after(touching(whole), own):
-            yield own, whole
+def _along(
+    problem: PreparedProblem, solution: Solution, parts: dict[int, Parts]
+) -> Solution | None:
+    """The solution on another path from the first step that it has on; None where there is none."""
+    first, rows = min(step for step in parts if step), list[Row]()
+    done = [result for result in solution.steps if result.step < first]
+    try:
+        later = list(increments(_posed(problem, parts), done, None, checked=False, rows=rows))
+    except (SolverError, BrokenOff):
+        return None
+    wear = wear_history(problem, rows)
+    other = replace(solution, steps=[*done, *later], wear=wear, coarser=None, paths=())
+    return other if later[-1].status == "converged" else None
 
 
-def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
-    """Whether nodes with a gap that are open at the first of some ends are not at the last, in a
-    contact with friction; or something wears."""
-    if problem.discrete.wear.any():
-        return True
-    friction = pressure = 0.0
-    for face in problem.system.interfaces:
-        first, pair = ends[0].pairs[face.name], ends[-1].pairs[face.name]
-        opened = (first.state == OPEN) | (first is pair)
-        closes = np.isfinite(face.gap) & (face.gap != 0.0) & opened & (pair.state != OPEN)
-        friction += float(closes.any() * (pair.weight @ np.sum(pair.sigma_t**2, axis=1)))
-        pressure += float(pair.weight @ pair.pressure**2)
-    return friction > CARRIES**2 * pressure
+def _posed(problem: PreparedProblem, parts: dict[int, Parts]) -> PreparedProblem:
+    """A problem whose increments and jumps end where a path has them end, none of them halved."""
+    posed = problem.discrete.problem
+    steps = tuple(each.model_copy(update={"increments": 1}) for each in posed.step)
+    cycle = posed.cycle and posed.cycle.model_copy(update={"jump": 1})
+    posed = posed.model_copy(update={"step": steps, "cycle": cycle})
+    factors = {key: [*before, *ends] for key, (before, ends) in parts.items()}
+    discrete = replace(problem.discrete, problem=posed)
+    return replace(problem, discrete=discrete, factors=factors, halvings=0)
 
 
-def _differences(
-    problem: PreparedProblem, ends: list[StepResult], whole: Increment, begins: float, count: int
-) -> tuple[float, float]:
-    """How much q, with wear p and q, at the end of a step differ from those after another number of
-    increments from where contact begins, over themselves and over p, in L2; nan where one of them
-    fails."""
-    state, reached = whole.before, 0.0
-    last = state_after(problem, ends)
-    for target in np.append(
-        [begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count
-    ):
-        near = [r for r in ends if abs(r.load_factor - target) < SOLVED]
-        near_to, share = (state_after(problem, near), 1.0) if near else (last, target)
-        assert near_to.start is not None
-        v, sigma = near_to.start
-        start = share * v, share * sigma + (1.0 - share) * whole.before.sigma
-        state = replace(state, start=start, trend=None)
-        part = replace(whole, target=target, begun=reached, before=state)
-        _, outcome, state = with_wear(part, part.solved(), None)
-        if not outcome.converged:
-            return math.nan, math.nan
-        reached = target
-    return _shares(problem, outcome.sigma - last.sigma, last.sigma)
+Parts = tuple[list[float], list[float]]
+"""Where increments of a step end, as load factors, or jumps, as cycles: first those that are kept
+on all paths, then those that are not."""
 
 
-def _shares(problem: PreparedProblem, change: Array, sigma: Array) -> tuple[float, float]:
-    """A change of q, with wear of p and q, over these and over p, in L2."""
-    weight, tangential = problem.system.weight, problem.system.components - 1
-    kept = slice(None if problem.discrete.wear.any() else tangential)
-    parts = (change[:, kept], sigma[:, kept], sigma[:, tangential:])
-    differs, size, p = (contact_norm(part, weight) for part in parts)
-    return (differs / size, differs / p) if size * p > 0.0 else (0.0, 0.0)
+def _own(problem: PreparedProblem, solution: Solution, number: int) -> dict[int, Parts]:
+    """Of a solution from a step on; under 0, of its cycles."""
+    own = {step: _parts(problem, solution, step) for step in range(number, len(problem.steps) + 1)}
+    if solution.wear is not None:
+        own[0] = _jumps([float(each) for each in solution.wear.cycle])
+    return own
+
+
+def _parts(problem: PreparedProblem, solution: Solution, step: int) -> Parts:
+    """Of a step; where contact begins on the way the increments before do not count."""
+    ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
+    before = [r for r in solution.steps if r.step < step][-1:]
+    untouched = not any(pair.size.any() for each in before for pair in each.pairs.values())
+    begins = touching(whole_step(problem, step)) if untouched else 0.0
+    later = [end for end in ends if end > begins + SOLVED]
+    return ([begins], later) if begins > 0.0 and later else ([], ends)
+
+
+def _halved(ends: list[float]) -> list[float]:
+    """Every second one of some ends, the last one too.
+
+    >>> _halved([0.2, 0.4, 0.6, 0.8, 1.0]), _halved([0.5, 1.0]), _halved([1.0])
+    ([0.6, 1.0], [1.0], [1.0])
+    """
+    return ends[::-1][: max(1, len(ends) - 1) : 2][::-1]
+
+
+def _divided(before: list[float], ends: list[float]) -> list[float]:
+    """Ends with the middles before them; cycles are whole ones.
+
+    >>> _divided([], [0.5, 1.0]), _divided([1.0, 2.0], [7.0])
+    ([0.25, 0.5, 0.75, 1.0], [4.0, 7.0])
+    """
+    begins = [*(before[-1:] or [0.0]), *ends][: len(ends)]
+    pairs = [
+        (0.5 * (a + b) if b <= 1.0 else (a + b) // 2.0, b)
+        for a, b in zip(begins, ends, strict=True)
+    ]
+    return sorted({each for pair in pairs for each in pair} - {*before})
+
+
+def _jumps(cycles: list[float]) -> Parts:
+    """Those of cycles that were solved: first come some that are solved one by one."""
+    count = next((k for k, (a, b) in enumerate(pairwise(cycles), 1) if b - a > 1.0), len(cycles))
+    return cycles[:count], cycles[count:]
+
+
+def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tuple[float, str]:
+    """The error of q, with wear of p and q, at the end of a step over p, in L2; and in words by how
+    much they differ on the path that says most."""
+    q, p = _sizes(problem, state_after(problem, [end]).sigma)
+    found, last, sigma = list[tuple[float, str]](), solution, state_after(problem, [end]).sigma
+    for factor, other in solution.paths:
+        (*_, there) = [r for r in other.steps if (r.step, r.cycle) == (end.step, end.cycle)]
+        before, sigma = sigma, state_after(problem, [there]).sigma
+        apart = _sizes(problem, sigma - before)[0] if q * p > 0.0 else 0.0
+        text = (
+            f"{'p and q differ' if problem.discrete.wear.any() else 'q differs'} by "
+            f"{apart / (q or 1.0):.0%} ({apart / (p or 1.0):.0%} of p) between {_count(last, end)} "
+            f"and {_count(other, end)} {'jumps' if end.cycle > 1 else 'increments'}"
+        )
+        found.append((factor * apart / (p or 1.0), text))
+        last = other
+    where = f"step {end.name!r}" if problem.discrete.problem.step else "the load"
+    return sum(error for error, _ in found), f"{where} depends on the path: {max(found)[1]}"
+
+
+def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
+    """Of q, with wear of p and q, and of p, in L2."""
+    d = problem.system.components - 1
+    kept = slice(None if problem.discrete.wear.any() else d)
+    return contact_norm(sigma[:, kept], problem.system.weight), contact_norm(
+        sigma[:, d:], problem.system.weight
+    )
+
+
+def _count(solution: Solution, end: StepResult) -> int:
+    """How many increments the end of a step took, in later cycles how many jumps."""
+    if end.cycle > 1 and solution.wear is not None:
+        return len(solution.wear.cycle) - 1
+    return sum((each.step, each.cycle) == (end.step, end.cycle) for each in solution.steps)

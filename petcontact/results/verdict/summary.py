@@ -133,7 +133,7 @@ def _steps(tell: Teller) -> list[str]:
 def _path(error: float) -> list[str]:
     """The error that the increments leave in p and q, where they leave one."""
     if np.isnan(error):
-        return ["  error of the path not known: other increments are not solved"]
+        return ["  error of the path not known: compare with more increments"]
     line = f"  error of the path: {error:.1e} of p, against another number of increments"
     return [line] * bool(error > SOLVED)
 

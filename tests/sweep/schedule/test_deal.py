@@ -142,6 +142,8 @@ def test_the_progress_line_counts_what_is_on_the_disk(tmp_path):
     counters = Counters(tmp_path)
     progress = Progress(counters, 8, enabled=False)
     assert progress.line(1.0) == "0 of 8 cases done, 0 failed"
-    counters.count({DONE: 2, FAILED: 1})
-    assert progress.line(10.0) == "2 of 8 cases done, 1 failed, 30 s left"
-    assert progress.line(3600.0).endswith("3 h 00 min left")
+    counters.count({DONE: 2, FAILED: 1})  # they waited for what all cases share
+    assert progress.line(600.0) == "2 of 8 cases done, 1 failed"
+    counters.count({DONE: 2})
+    assert progress.line(620.0) == "4 of 8 cases done, 1 failed, 40 s left"
+    assert progress.line(4200.0).endswith("2 h 00 min left")
