@@ -73,11 +73,15 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
         )
     facets, owner = _divided(points, np.vstack(cells))
     numbers, part = np.unique(np.concatenate(parts)[owner], return_inverse=True)
-    numbered = tuple(names.get(int(n), str(n)) for n in numbers)
+    whole = FacetSurface(
+        points,
+        facets[:, :4],
+        part,
+        tuple(names.get(int(tag), str(tag)) for tag in numbers),
+        facets[:, 4:],
+    )
     try:
-        found = checked_surface(
-            FacetSurface(points, facets[:, :4], part, numbered, facets[:, 4:]), file
-        )
+        whole = checked_surface(whole, file)
     except InputError as error:
         if not nameless:
             raise
@@ -85,9 +89,9 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
             f"{error}; {nameless} triangles and quadrilaterals are in no physical surface, and "
             f"left out"
         ) from None
-    points, facets = found.points, np.column_stack([found.facets, found.middles])
-    curved = _bent(points, facets) | _crooked(points, facets)
-    return replace(found, middles=np.where(curved[:, None], found.middles, -1))
+    points, facets = whole.points, np.column_stack([whole.facets, whole.middles])
+    curved = (_bent(points, facets) | _crooked(points, facets))[:, None]
+    return replace(whole, middles=np.where(curved, whole.middles, -1))
 
 
 def _crooked(points: Array, cells: Index) -> Mask:

@@ -163,11 +163,11 @@ class QuadraticCells:
         """
         walls, bounds = WALLS[self.n_corners]
         grid = samples(self.n_corners)
-        apart = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2)
-        foot = grid[apart.argmin(axis=1)]
+        away = self.at(self.each(grid))[0] - x[:, None]
+        foot = grid[np.linalg.norm(away, axis=2).argmin(axis=1)]
         for _ in range(20):
-            y, along = (part[:, 0] for part in self.at(foot[:, None]))
-            away = y - x
+            y, along = self.at(foot[:, None])
+            away, along = y[:, 0] - x, along[:, 0]
             slope = np.einsum("nik,nk->ni", along, away)
             metric = np.einsum("nik,njk->nij", along, along)
             hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)

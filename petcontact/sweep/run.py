@@ -87,8 +87,9 @@ def run_sweep(
     place, name = SweepFolder(folder), f"{shared(world, time.time_ns):x}"
     identity = shared(world, lambda: identify(sweep, given_options(), more))
     running, remarks = shared(world, lambda: place.open(name))
-    finished = set() if force else _finished(sweep, identity, place, world)
-    to_do = np.array(sorted({*chosen} - finished), np.int64)
+    to_do = np.array(chosen, np.int64)
+    if not force:
+        to_do = np.setdiff1d(to_do, _finished(sweep, identity, place, world))
     costs = _costs(sweep, groups, world, team) if len(to_do) else []
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
@@ -96,15 +97,15 @@ def run_sweep(
         counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
         for line in [*describe(sweep, here, counts, team.count, ranks_per_case), *remarks]:
             say(line)
-    log = Log(place.logs / f"{name}-{world.Get_rank():05d}.log")
-    worker = _Worker(sweep, groups, costs, team, log, identity, more)
+    path = place.logs / f"{name}-{world.Get_rank():05d}.log"
+    worker = _Worker(sweep, groups, costs, team, Log(path), identity, more)
     worker.work(
         make_parts(to_do, groups.of_case, costs, team.count),
         Counters(running),
         world,
     )
     every = world.gather(
-        (log.path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
+        (path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
     )
 
     def conclude() -> Summary:
@@ -163,7 +164,7 @@ def _chosen(places: list[int], groups: Groups, part: tuple[int, int] | None) -> 
     return [place for place in places if shares[place] % part[1] == part[0] - 1]
 
 
-def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> set[int]:
+def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> list[int]:
     """Places of the cases that need not be computed again; the ranks share the look at the logs."""
     logs = shared(world, folder.log_files)
     mine = {}
@@ -174,12 +175,12 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
         }
     every = world.gather(mine)
 
-    def places() -> set[int]:
+    def places() -> list[int]:
         by_log = {number: ends for some in every for number, ends in some.items()}
         usable = {
             digest: end for number in sorted(by_log) for digest, end in by_log[number].items()
         }
-        return {place for place in range(len(sweep)) if usable.get(identity.digest(place))}
+        return [place for place in range(len(sweep)) if usable.get(identity.digest(place))]
 
     return shared(world, places)
 
