@@ -24,7 +24,8 @@ from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
 cap_blas_threads()
-settings.register_profile("untimed", deadline=None)  # a loaded machine is no counterexample
+# a loaded machine is no counterexample; each run draws other examples, so that few a run are many
+settings.register_profile("untimed", deadline=None, max_examples=30)
 settings.load_profile("untimed")
 
 
@@ -42,6 +43,13 @@ def told(monkeypatch):
     """Options of a problem that nothing used are told by the next command in the process: not by
     that of the next test."""
     monkeypatch.setattr("petcontact.runtime.petsc._from_tables", {})
+
+
+@pytest.fixture
+def unestimated(monkeypatch):
+    """Fixed meshes are solved on once: of tests that do not look at the estimated error, for which
+    the problem is solved again on half as many elements."""
+    monkeypatch.setattr("petcontact.pipeline.solve.with_estimate", lambda solution, *_: solution)
 
 
 @pytest.fixture(scope="session")

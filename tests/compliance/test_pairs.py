@@ -18,6 +18,8 @@ from petcontact.pipeline import choice, run
 from petcontact.pipeline.pose import facing
 from petcontact.pipeline.run import prepare
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 TOLERANCE = 1e-5
 
 

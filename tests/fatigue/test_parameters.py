@@ -47,7 +47,7 @@ def test_cycles_that_press_on_every_plane_open_none():
     assert smith_watson_topper(stress, STEEL).value[0] == 0.0
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(mean=st.floats(-3.0, 3.0), amplitude=st.floats(0.1, 3.0), seed=st.integers(0, 10**6))
 def test_uniaxial_cycles_with_a_mean(mean, amplitude, seed):
     q, stress = turned(seed, along(X, (mean - amplitude, mean + amplitude)))
@@ -123,7 +123,7 @@ def test_out_of_phase_tension_and_torsion():
         assert crossland(stress, STEEL).value[0] == pytest.approx(wanted, rel=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(
     seed=st.integers(0, 10**6), moments=st.integers(2, 6), name=st.sampled_from(sorted(PARAMETERS))
 )
@@ -145,7 +145,7 @@ def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name)
     assert parameter(between, STEEL).value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 12), size=st.integers(1, 6))
 def test_smallest_balls(seed, count, size):
     """All points are inside, and whichever way the centre moves, it moves away from a point on the

@@ -83,7 +83,6 @@ def test_a_rank_that_is_killed_ends_the_job(tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--set", "method.rho=-1"], "method.rho: must be greater than 0"),
         (["-ksp_type", "gmress"], "Unable to find requested KSP type gmress"),
         (
             ["-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2"],

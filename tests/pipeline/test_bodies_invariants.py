@@ -12,6 +12,8 @@ from problems import block, contact_pair, load_step, obstacle, posed
 from petcontact import InputError, Problem, solve
 from petcontact.model.base import parse
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 USUAL = {
     "e": 1.0,
     "e2": 3.0,

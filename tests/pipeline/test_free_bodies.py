@@ -11,6 +11,8 @@ import pytest
 from petcontact import Problem, solve
 from petcontact.model.base import parse
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
 

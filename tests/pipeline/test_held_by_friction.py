@@ -10,6 +10,8 @@ import pytest
 
 from petcontact.commands.main import main
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 BLOCK = """
 material = { young_modulus = 1e4, poisson_ratio = 0.3 }
 geometry = { shape = "rectangle", lower_left = [0.0, 0.0], upper_right = [8.0, 4.0] }

@@ -23,6 +23,8 @@ from petcontact.contact.rho_rules import make_rule
 from petcontact.pipeline.run import prepare
 from petcontact.pipeline.steps.load_steps import first_increment
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11
 

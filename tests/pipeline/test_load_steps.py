@@ -27,6 +27,8 @@ from petcontact.commands.main import main
 from petcontact.model.base import parse
 from petcontact.model.summary import condition_text
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 ROOT = Path(__file__).resolve().parents[2]
 FIXED = [0.0, 0.0]
 PUNCH = (

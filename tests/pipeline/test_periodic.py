@@ -13,6 +13,8 @@ from petcontact.model.case import parse_problem
 from petcontact.reference.hertz import contact_modulus
 from petcontact.reference.westergaard import WavyContact
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 E_STAR, HEIGHT = contact_modulus(1.0, 0.3), 0.01
 SIDES = {"part": "left", "condition": "periodic", "partner": "right"}
 

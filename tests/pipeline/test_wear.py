@@ -14,6 +14,8 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.sweep.problems import run_case
 from petcontact.sweep.quantities import row_of
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 NU = 0.499
 LOAD = np.pi / (4.0 * (1.0 - NU**2))
 """Pi E*/4: contact on |x| < 1 for a parabola of radius 1."""

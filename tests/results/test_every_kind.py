@@ -71,7 +71,7 @@ PROBLEMS = {
     "torsion": lambda: parse_problem(tomllib.loads(TURNED), "turned", {}, Path()),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": lambda: config(
-        "space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}
+        "space_stack", {"body.1.mesh": {"element_size": 1.0, "order": 1}}
     ),
 }
 
@@ -137,16 +137,10 @@ def test_views_of_one_body_are_refused_of_several(solution):
     assert set(solution.reactions()) == set(solution.meshes)
 
 
-def test_every_command_takes_the_file(solution, tmp_path, monkeypatch, capsys):
+def test_figures_of_the_file(solution, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     solution.save("r.h5")
     assert main(["plot", "r.h5"]) == 0 and len(list(tmp_path.glob("r-*.png"))) >= 4
-    grid = "x".join(["4"] * next(iter(solution.meshes.values())).dim)
-    assert (
-        main(["field", "r.h5", "--grid", grid, "--boundary", "b.vtu", "--figure", "f.png"]) == 0
-    ), capsys.readouterr().err
-    assert Path("f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(solution.meshes)
-    assert list(tmp_path.glob("r*.vtu"))
 
 
 def test_stress_on_the_boundary(solution, tmp_path):
@@ -187,14 +181,6 @@ def test_stress_on_the_boundary(solution, tmp_path):
         for peak in filter(None, (peaks[name].inside, peaks[name].surface)):
             found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part or None)
             assert peak.value == pytest.approx(getattr(found, values)[0], rel=1e-6)
-
-
-def test_pictures_on_given_axes(solution):
-    from matplotlib.figure import Figure
-
-    projection = "3d" if next(iter(solution.meshes.values())).dim == 3 else None
-    axes = Figure().add_subplot(projection=projection)
-    assert solution.plot(axes) is axes and axes.get_xlabel() == "x"
 
 
 def test_a_page_that_turns_the_bodies(solution, tmp_path):

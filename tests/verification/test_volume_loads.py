@@ -29,6 +29,8 @@ from petcontact import (
     solve,
 )
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 E, NU, RHO, ALPHA = 1000.0, 0.3, 2.0, 1e-3
 M = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
 G = 10.0

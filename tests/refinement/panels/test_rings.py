@@ -26,7 +26,7 @@ def axes(a, b, angle):
     return turn * [a, b]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(
     st.floats(0.05, 0.7),
     st.floats(0.6, 1.0),
