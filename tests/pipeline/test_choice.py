@@ -35,8 +35,16 @@ GRADED = {"order": 3, "grading": 0.5, "levels": 30}
         (BOX, {"element_size": 0.015}, True),  # 1600
         (PLATE, {"element_size": 0.03}, False),  # 1440: 1.2 s compressed, 0.5 s dense
         (PLATE, {"element_size": 0.01}, True),  # 4300
-        (Rectangle(upper_right=(400, 30)), {"element_size": 1.0, "order": 2}, True),  # 1.2 s
-        (Rectangle(upper_right=(400, 4)), {"element_size": 1.0, "order": 2}, False),  # over 10 s
+        (
+            Rectangle(lower_left=(0, 0), upper_right=(400, 30)),
+            {"element_size": 1.0, "order": 2},
+            True,
+        ),  # 1.2 s
+        (
+            Rectangle(lower_left=(0, 0), upper_right=(400, 4)),
+            {"element_size": 1.0, "order": 2},
+            False,
+        ),  # over 10 s
         (
             BOX,
             {"order": 3, "grading": 0.5, "levels": 38},
