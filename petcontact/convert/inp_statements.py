@@ -136,7 +136,7 @@ class Statements:
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
 
     def _gather(self) -> None:
-        """Nodes that are held one by one, as sets of those that are held alike."""
+        """Nodes that are held one by one, as sets of those that are held in the same way."""
         alike: dict[tuple[int, tuple[float | None, ...]], list[int]] = {}
         for word in [word for word in self.held[-1] if word.isdecimal()]:
             steps = [step.pop(word, {}) for step in self.held]

@@ -155,11 +155,15 @@ class Displacement(Model):
                 )
         return self
 
-    @functools.cached_property
+    @property
     def apart(self) -> tuple[Displacement | Traction, ...]:
         """The displacement alone, and the traction of its free components."""
-        loads = (Traction(self.part, self.traction),) if self.traction is not None else ()
-        return (Displacement(self.part, self.value), *loads) if loads else (self,)
+        return (self,) if self.traction is None else self.two
+
+    @functools.cached_property
+    def two(self) -> tuple[Displacement | Traction, ...]:
+        """The displacement and the traction, the same objects at each call."""
+        return (Displacement(self.part, self.value), Traction(self.part, self.traction))
 
 
 class Traction(Model):
@@ -412,9 +416,9 @@ class Pair(Model):
     normal : {"unilateral", "bilateral", "bonded"}
         May open, stays closed but may slip, or neither.
     gap : "geometry" or expression
-        Initial gap [length]: the distance along the direction, or an expression in the secondary's
-        x, y, nx, ny, s, in space x, y, z, nx, ny, nz. "geometry" is 0 against an obstacle, and
-        where the contact is bilateral or bonded.
+        Initial gap [length]. "geometry" is the distance along the direction; it is 0 against an
+        obstacle, and where the contact is bilateral or bonded. An expression is in the secondary's
+        x, y, nx, ny, s, in 3D x, y, z, nx, ny, nz.
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
     friction_coefficient : expression, optional

@@ -562,6 +562,9 @@ def test_a_face_that_is_held_sideways_is_pressed():
     young, ratio = 1000.0, 0.25
     stiff = young * (1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
     pressed = Displacement("top", (0, "free"), (0, "2*ny*x/x"))
+    alone = Displacement("top", (0, 0))
+    assert alone.apart == (alone,) and alone == Displacement("top", (0, 0))  # also if looked at
+    assert pressed.apart[1].value == pressed.traction and pressed.apart[0] is pressed.apart[0]
     assert condition_text(pressed) == "u = [0, free], t = [0, 2*ny*x/x]"
     problem = Problem(
         material=Material(young, ratio),

@@ -25,7 +25,7 @@ NEXT = 2.0
 
 
 def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
-    """All that is found of a solve that ended, what several increments have alike once."""
+    """All that is found of a solve that ended; what several increments share stands once."""
     results, tried = solution.steps, solution.tried
     findings = [
         *problem.discrete.findings,

@@ -51,7 +51,8 @@ class Case:
     """One page of the manual. `unposed` says why a case has no problem, `quick` whether the tests
     solve it.
 
-    `accuracy` solves on adaptive meshes to it, as `--accuracy` does.
+    `accuracy` solves on adaptive meshes to it, as `--accuracy` does. `curve` has closed forms of
+    "pressure" and "shear" that are drawn where they have no norm.
     """
 
     name: str
@@ -68,6 +69,7 @@ class Case:
     accuracy: float | None = None
     quick: bool = False
     values: tuple[Value, ...] = ()
+    curve: dict[str, str] = field(default_factory=dict)
 
     @property
     def config(self) -> Path | None:

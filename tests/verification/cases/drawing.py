@@ -31,7 +31,7 @@ def contact_picture(case, solution, path: Path) -> Path:
     pressure on its panels."""
     mesh = next(iter(solution.meshes.values()))
     if isinstance(mesh, CurveMesh):
-        return _small(path, draw_curves, solution, case.values)
+        return _small(path, draw_curves, solution, case.values, case.curve)
     return _small(path, space.draw_normal, solution)
 
 
@@ -44,7 +44,7 @@ def _small(path, draw, *arguments):
     return path
 
 
-def draw_curves(figure, solution, values):
+def draw_curves(figure, solution, values, curve):
     """Pressure and shear, the exact curves of values that are errors, and tested points."""
     name = list(solution.pairs)[-1]
     pair, axes = solution.pairs[name], figure.add_subplot()
@@ -60,11 +60,11 @@ def draw_curves(figure, solution, values):
         if key in found:
             axes.plot(s, found[key][order], label=f"{'|q|' if key == 'shear' else letter} computed")
     references = [value for value in values if value.keys.get("pair") == name and not value.set]
-    exact = {value.keys["of"]: value for value in references if value.measure == "error"}
-    for key, value in exact.items():
+    exact = {v.keys["of"]: v.keys["exact"] for v in references if v.measure == "error"} | curve
+    for key, function in exact.items():
         axes.plot(
             s,
-            exact_values(pair.x, value.keys["exact"])[order],
+            exact_values(pair.x, function)[order],
             ls="--",
             color="black",
             lw=0.9,

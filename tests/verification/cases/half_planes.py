@@ -131,6 +131,14 @@ def adhesive_load(x):
     )
 
 
+def adhesive_pressure(x):
+    return adhesive_load(x[:, 0]).real
+
+
+def adhesive_shear(x):
+    return np.abs(adhesive_load(x[:, 0]).imag)
+
+
 def adhesive_punch():
     """Rough: nothing slips."""
     return _punched("Flat punch, bonded", "bonded", adhesive_load, (0.0, "free"))

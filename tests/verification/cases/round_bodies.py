@@ -20,6 +20,7 @@ from petcontact import (
     Pair,
     Problem,
 )
+from petcontact.reference import persson
 
 from .half_spaces import half_space
 
@@ -87,6 +88,12 @@ def arc(centre, radius, first, last):
 
 PUNCH = {"young": 1.0, "nu": 0.3, "far": 6.0, "shear": 1.0 / 2.6}
 """Material and radius of the half ball; a = 1."""
+
+
+def persson_pressure(x):
+    """Of a pin in a hole at (0, 0) under a force 1 along -y, a contact of 60 degrees to either
+    side."""
+    return persson.pressure(np.arctan2(x[:, 0], -x[:, 1]), np.radians(60.0))
 
 
 def round_punch(kind="frictionless"):
