@@ -45,24 +45,36 @@ def compared(problem, number, accuracy):
         return None
     if not (solution.converged and best.converged):
         return None
-    known = {each.key: each for each in best.numbers}
-    found = []
+    return differences(number, numbers, best.numbers), (solved - began, asked - solved)
+
+
+def differences(problem, numbers, best):
+    """The numbers of a problem whose errors are known beside more accurate ones; of bodies of
+    revolution these have two components, of which the one along the axis counts."""
+    known, found = {each.key: each for each in best}, []
     for each in numbers:
         other = known.get(each.key)
         if other is None or np.isinf(each.error) or np.isnan(each.error) or np.isinf(other.error):
             continue
-        true = float(np.abs(each.value - other.value).max())
+        one, two = each.value, other.value
+        true = float(np.abs(one - two if len(one) == len(two) else one[-1:] - two[-1:]).max())
         # what the reference is off by itself is not counted
         true = max(0.0, true - np.nan_to_num(other.error))
-        found.append(Compared(number, each.key, each.size, true, each.error))
-    return found, (solved - began, asked - solved)
+        found.append(Compared(problem, each.key, each.size, true, each.error))
+    return found
 
 
 def table(draw, seed, first, count, accuracy):
-    """Lines of a table, and how many numbers of all are off by more than they say."""
+    """Lines of a table of random problems, and how many numbers are off by more than they say."""
+    numbers = range(first, first + count)
+    return listed((number, compared(draw(seed, number), number, accuracy)) for number in numbers)
+
+
+def listed(problems):
+    """The lines for numbers of problems and what `compared` found for each."""
+    yield "| problem | number | value | true error | reported |\n|---|---|---|---|---|"
     every, times = [], np.zeros(2)
-    for number in range(first, first + count):
-        result = compared(draw(seed, number), number, accuracy)
+    for number, result in problems:
         if result is None:
             yield f"| {number} | not solved | | | |"
             continue

@@ -32,6 +32,40 @@ def random_revolution(seed, number):
     return parse(Problem, data, f"revolution {number}")
 
 
+def random_punch(seed, number):
+    """A rounded rigid punch on a cylinder with friction or without, as a problem in space and as a
+    body of revolution."""
+    random = np.random.default_rng([seed, number, 29])
+    wide, tall, radius = random.uniform([1.0, 0.8, 3.0], [1.5, 1.5, 8.0])
+    depth = (random.uniform(0.25, 0.6) * wide) ** 2 / radius
+    material = {"young_modulus": 1.0, "poisson_ratio": random.uniform(0.0, 0.45)}
+    friction = float(random.choice([0.0, random.uniform(0.1, 0.8)]))
+    corners = {
+        "bottom": [wide, -tall],
+        "side": [wide, 0.0],
+        "top": [0.0, 0.0],
+        "axis": [0.0, -tall],
+    }
+    loop = [{"part": part, "to": to} for part, to in corners.items()]
+
+    def posed(shape, squared, **more):
+        body = {
+            "name": "block",
+            "material": material,
+            "geometry": {"shape": shape, "loops": [loop]},
+        }
+        pair = {"name": "pair", "secondary": "block.top", "primary": "punch"}
+        pair |= {
+            "gap": f"({squared})/{2.0 * radius!r} - {depth!r}",
+            "friction_coefficient": friction,
+        }
+        body["boundary"] = [_moved("bottom", *[0.0] * (3 if shape == "revolved" else 2))]
+        data = {"body": [body], "obstacle": [{"name": "punch"}], "contact": [pair], **more}
+        return parse(Problem, data, f"punch {number}")
+
+    return posed("revolved", "x**2 + y**2"), posed("outline", "x**2", symmetry="axial")
+
+
 def _part(name, vertices, parts, *conditions):
     shape = {"shape": "polygon", "vertices": np.asarray(vertices).tolist(), "parts": list(parts)}
     return {"name": name, "geometry": shape, "boundary": list(conditions)}

@@ -83,7 +83,7 @@ def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
     found = list[Number]()
     for number in numbers:
         old = before.get(number.key)
-        error = _change(solution, coarser, number, old)
+        error = max(_change(solution, coarser, number, old), number.alone)
         if old is not None and number.key in last_but_one:
             apart = float(np.abs(old.value - last_but_one[number.key]).max())
             error = max(error, apart / MOST_GAIN)
@@ -101,10 +101,10 @@ def _change(
         return _stress_change(solution, coarser, number)
     if before is None:
         return np.nan
-    if number.name in FUNCTIONS:
-        return _function_change(solution, coarser, number)
     apart = float(np.abs(number.value - before.value).max())
-    return max(apart, number.alone) if number.name == "dissipated energy" else apart
+    within = number.name in FUNCTIONS and _function_change(solution, coarser, number)
+    # increments leave an error of energies, too
+    return max(apart, within, number.alone if number.name == "dissipated energy" else 0.0)
 
 
 def _end(solution: Evaluated, number: Number) -> StepResult:
@@ -119,11 +119,15 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
         FUNCTIONS[number.name](_end(each, number).pairs[number.of]) for each in (solution, coarser)
     )
     rows = _end(solution, number).pairs[number.of].state != OPEN
-    nodes, mesh = solution.nodes[number.of][rows], solution.meshes[solution.sides[number.of][0]]
-    change = np.abs(_carried(coarser, number.of, before, mesh.x[nodes]) - now[rows])
+    body, part = solution.sides[number.of]
+    nodes, mesh = solution.nodes[number.of][rows], solution.meshes[body]
+    # at its place, too, which may lie between nodes
+    x, now = np.vstack([mesh.x[nodes], number.place]), np.append(now[rows], number.value)
+    change = np.abs(_carried(coarser, number.of, before, x) - now)
     if not np.isfinite(change).any():
         return float(now.max(initial=0.0))
-    return _of_maximum(now[rows], np.nan_to_num(change), mesh.element[nodes])
+    at = located(mesh, x[-1:], part, within=sizes(mesh))[0]
+    return _of_maximum(now, np.nan_to_num(change), np.append(mesh.element[nodes], at))
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
@@ -152,10 +156,12 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     """What a largest stress changes by where it lies and around it."""
     if number.place is None or number.size == 0.0:
         return 0.0
-    x = _around(solution, number)
-    one, other = (_stress_at(each, number, x) for each in (solution, coarser))
-    change = np.abs(one - other)
-    return float(np.nanmax(change)) if np.isfinite(change).any() else np.nan
+    x, change = _around(solution, number), np.nan
+    meshes = [solution, coarser, *filter(None, [coarser.coarser])]
+    stress = [_stress_at(each, number, x) for each in meshes]
+    for one, other, gain in zip(stress, stress[1:], (1.0, MOST_GAIN), strict=False):
+        change = np.fmax(change, np.nan_to_num(np.abs(one - other), nan=-1.0).max() / gain)
+    return float(change) if change >= 0.0 else np.nan
 
 
 def _around(solution: Evaluated, number: Number) -> Array:
