@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -34,6 +35,14 @@ SECONDS = "iterate_seconds"
 @pytest.fixture
 def small(tmp_path):
     return read_sweep(sweep_file(tmp_path))
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory):
+    """The folder of that sweep, all of it computed: once, each test changes a copy."""
+    folder = tmp_path_factory.mktemp("computed")
+    quietly(read_sweep(sweep_file(folder)), folder / "out")
+    return folder / "out"
 
 
 def table_of(folder) -> dict:
@@ -209,26 +218,24 @@ def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(
         )
 
 
-def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path):
-    quietly(small, tmp_path / "whole")
+def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path, computed):
     for pattern in ("*modified-rho1e3-h0.4", "*-rho1-*", "*"):
         quietly(small, tmp_path / "bits", only=[pattern])
-    assert table_of(tmp_path / "bits") == table_of(tmp_path / "whole")
+    assert table_of(tmp_path / "bits") == table_of(computed)
     for id_ in small.ids:
-        a, b = load_case(tmp_path / "bits", id_), load_case(tmp_path / "whole", id_)
+        a, b = load_case(tmp_path / "bits", id_), load_case(computed, id_)
         assert np.array_equal(a.contact.u_t, b.contact.u_t) and np.array_equal(
             a.traction, b.traction
         )
 
 
-def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, tmp_path):
-    quietly(small, tmp_path / "out")
-    with h5py.File(tmp_path / "out" / "results.h5") as file:
+def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, computed):
+    with h5py.File(computed / "results.h5") as file:
         columns = {name: column[()] for name, column in file["cases"].items()}
     assert [id_.decode() for id_ in columns["id"]] == small.ids
     pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
     assert pandas.DataFrame(columns).shape == polars.DataFrame(columns).shape == (8, len(columns))
-    frame = load_sweep(tmp_path / "out")
+    frame = load_sweep(computed)
     assert list(frame["id"]) == small.ids and frame["iterations"].dtype == np.int64
     assert set(frame["rule"]) == {"self-adaptive", "modified"}
 
@@ -277,15 +284,14 @@ def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):
     assert read_case_table(tmp_path / "out").status.count("missing") == 2
 
 
-def test_parts_share_a_folder_and_its_table(small, tmp_path):
+def test_parts_share_a_folder_and_its_table(small, tmp_path, computed):
     parts = [quietly(small, tmp_path / "out", part=(k, 3)) for k in (1, 2, 3)]
     assert sum(part.computed for part in parts) == 8
     with h5py.File(tmp_path / "out" / "results.h5") as file:
         assert file["cases/status"][()].tolist() == 8 * [b"converged"]
     last = quietly(small, tmp_path / "out")
     assert (last.computed, last.reused) == (0, 8)
-    quietly(small, tmp_path / "whole")
-    assert table_of(tmp_path / "out") == table_of(tmp_path / "whole")
+    assert table_of(tmp_path / "out") == table_of(computed)
 
 
 # -- what does not count is computed again
@@ -299,8 +305,8 @@ def log_of(folder) -> tuple[Path, list[Record]]:
 
 
 @pytest.mark.parametrize("damage", ["truncated", "inverted", "gone", "a row"])
-def test_damaged_records_are_computed_again(small, tmp_path, damage):
-    quietly(small, tmp_path / "out")
+def test_damaged_records_are_computed_again(small, tmp_path, computed, damage):
+    shutil.copytree(computed, tmp_path / "out")
     before = table_of(tmp_path / "out")
     path, found = log_of(tmp_path / "out")
     content, record, lost = bytearray(path.read_bytes()), found[5], 1
@@ -327,8 +333,8 @@ def test_damaged_records_are_computed_again(small, tmp_path, damage):
 
 
 @pytest.mark.parametrize("damage", ["no HDF5", "gone"])
-def test_a_damaged_table_costs_nothing(small, tmp_path, damage):
-    quietly(small, tmp_path / "out")
+def test_a_damaged_table_costs_nothing(small, tmp_path, computed, damage):
+    shutil.copytree(computed, tmp_path / "out")
     before, path = table_of(tmp_path / "out"), tmp_path / "out" / "results.h5"
     with h5py.File(path) as file:
         iterations = file["cases/iterations"][()]
@@ -342,7 +348,7 @@ def test_a_damaged_table_costs_nothing(small, tmp_path, damage):
         assert np.array_equal(file["cases/iterations"][()], iterations)
 
 
-def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
+def test_two_runs_at_once_end_with_one_right_table(small, tmp_path, computed):
     """The same command twice: each computes, one of them remarks it, and the table has every case
     once."""
     said, inner = [], []
@@ -356,8 +362,7 @@ def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
     assert (outer.computed, inner[1].computed) == (8, 8)
     assert any("another run is at work here" in line for line in said)
     assert len(list((tmp_path / "out" / "log").iterdir())) == 2
-    quietly(small, tmp_path / "whole")
-    assert table_of(tmp_path / "out") == table_of(tmp_path / "whole")
+    assert table_of(tmp_path / "out") == table_of(computed)
     with h5py.File(tmp_path / "out" / "results.h5") as file:
         assert file["cases/id"][()].tolist() == [id_.encode() for id_ in small.ids]
     last = quietly(small, tmp_path / "out", say=lambda line: said.append("alone: " + line))
@@ -365,8 +370,8 @@ def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
     assert not list((tmp_path / "out").glob(".run-*"))
 
 
-def test_another_tolerance_is_another_case(small, tmp_path):
-    quietly(small, tmp_path / "out")
+def test_another_tolerance_is_another_case(small, tmp_path, computed):
+    shutil.copytree(computed, tmp_path / "out")
     file, data, problems = read_files(tmp_path / "small.toml")
     data["set"] = {"tolerance": 1e-5}
     assert quietly(build_sweep(file, data, problems), tmp_path / "out").computed == 8
