@@ -20,9 +20,6 @@ from ..mesh.curve_mesh import CurveMesh
 from ..mesh.elements import Elements
 
 SMOOTH = np.cos(np.radians(10.0))
-REACH = 0.2
-"""Radius of a joint's neighbourhood over the length of its shorter element; the data are brought
-together in half of it."""
 KEPT_JUMP, KEPT_SHARE = 0.5, 0.1
 """A traction that jumps by more than these fractions of its range on both elements and of its mean
 size on the boundary is taken to jump in truth: an error of the data is smaller."""
@@ -69,7 +66,8 @@ class Joints:
         self._mesh = mesh
         _, after = mesh.neighbours()
         self._after, self._tree = after, scipy.spatial.cKDTree(mesh.end)
-        self._reach = REACH * np.minimum(mesh.length, mesh.length[after])
+        # the neighbourhood of a joint is a fifth of its shorter element
+        self._reach = 0.2 * np.minimum(mesh.length, mesh.length[after])
         first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
         runs_on = np.sum(last * first[after], axis=1) > SMOOTH
         runs_on &= ~_own(after)[:, 0, 0]

@@ -14,8 +14,6 @@ from ...round_off import WRITTEN
 NONE = np.empty(0, dtype=np.int64)
 COMPARED = 8
 """Elements at both ends of a stretch whose entries are compared."""
-SHORTEST = 2 * COMPARED
-"""Elements up to which a stretch is none."""
 
 
 def repeated(mesh: CurveMesh) -> Mask:
@@ -28,14 +26,15 @@ def repeated(mesh: CurveMesh) -> Mask:
 
 
 def runs(mesh: CurveMesh, same: Mask) -> list[tuple[int, int]]:
-    """First and last elements (exclusive) of more than `SHORTEST` of one size, each like the next
-    and evenly spaced."""
+    """First and last elements (exclusive) of more than twice `COMPARED` of one size, each like
+    the next and evenly spaced."""
     ends = np.flatnonzero(~same) + 1
     pairs = zip(np.append(0, ends).tolist(), np.append(ends, mesh.n_elements).tolist(), strict=True)
+    # shorter ones are none
     return [
         (first, last)
         for first, last in pairs
-        if last - first > SHORTEST and _even(mesh, first, last)
+        if last - first > 2 * COMPARED and _even(mesh, first, last)
     ]
 
 

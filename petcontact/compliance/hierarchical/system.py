@@ -18,9 +18,7 @@ from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .joint import JointBodies
 
 FORCING = 0.05
-"""Residual of an inner solve of Newton's method over that before it ..."""
-INNER = 0.1
-"""... and over the tolerance of the criterion, or of the compression, at last."""
+"""Residual of an inner solve of Newton's method over that before it."""
 
 
 class _SolvedCompliance(ContactCompliance):
@@ -175,6 +173,7 @@ class MonolithicSystem(ComposedSystem):
         exact = changed == 0 or changed >= self._exchanged
         self._states, self._exchanged = linearised.states, changed
         wanted = min(tolerance, self._joint.tolerance)
+        # a tenth of the tolerance of the criterion, or of the compression
         state = self._joint.related(
             n_v,
             n_sigma,
@@ -183,7 +182,7 @@ class MonolithicSystem(ComposedSystem):
             offset=self._offset,
             shares=self._shares,
             balance=self._joint.balance(self.modes, constraint),
-            rtol=INNER * wanted,
+            rtol=0.1 * wanted,
             forcing=FORCING**2 if exact else FORCING,
             soft=self._soft,
         )

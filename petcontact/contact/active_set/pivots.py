@@ -42,9 +42,6 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
-FADED = 1e-60
-"""σ over the largest so far below which its pieces are those of loads that vanish, and no step
-finds them."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it
 slips the other way."""
@@ -157,7 +154,8 @@ def pivots(
             return "a body that contact holds moves away"
         if modes is not None and not modes.load.any() and size < ROUNDED * largest:
             sigma, push = np.zeros_like(sigma), np.zeros_like(push)
-        elif 0.0 < size < FADED * largest:
+        # σ this small is that of loads that vanish, whose pieces no step finds
+        elif 0.0 < size < 1e-60 * largest:
             return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha

@@ -41,9 +41,6 @@ from ..system import ContactSystem, is_monolithic
 from .prediction import LOOSE, Foresight, first_guess, prediction
 from .starts import Guess, everywhere, frictionless, tau_of
 
-TRIES = 3
-"""Times that nodes are made to stick or to close because the loads are not in equilibrium."""
-
 
 @frozen
 class SemismoothNewton:
@@ -261,7 +258,9 @@ class _Run:
                 assert state is not None
                 return self._failed(state, self.ended)
             tries += 1
-            touched = None if tries > TRIES or self._overloaded else self._touching(step)
+            # nodes are made to stick or to close so often because the loads are not in
+            # equilibrium
+            touched = None if tries > 3 or self._overloaded else self._touching(step)
             if touched is None:
                 return self._failed(
                     state, "no equilibrium: the loads move a body that contact does not hold"

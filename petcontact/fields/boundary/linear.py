@@ -22,13 +22,6 @@ from ...mesh.curve_mesh import CurveMesh
 from ...round_off import HALF, SUMMED
 from .places import middles
 
-NEAREST = 5
-"""Nodes that are looked at, over the coefficients of a linear field; those of the element come on
-top."""
-OPPOSITE = -0.5
-"""Cosine of the angle between normals, below which nodes are of the other side of a slit or of a
-thin part."""
-
 
 def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     """Slopes A of linear fields through nodal values, each fitted to the nodes of an element and to
@@ -55,14 +48,16 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     counts = np.diff(mesh.first_node)[elements]
     at = mesh.variables_at(elements, middles(mesh)[1][elements])
     middle, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
-    count = min(NEAREST * (d + 1), mesh.n_nodes)
+    # five nodes for each coefficient; those of the element come on top
+    count = min(5 * (d + 1), mesh.n_nodes)
     near = scipy.spatial.cKDTree(mesh.x).query(middle, k=count)[1].reshape(len(elements), -1)
     own = np.arange(int(counts.max(initial=0)))
     nodes = np.hstack(
         [mesh.first_node[elements][:, None] + np.minimum(own, counts[:, None] - 1), near]
     )
+    # nodes of the other side of a slit or of a thin part have a normal that turns by more
     weight = np.hstack(
-        [own < counts[:, None], np.einsum("qcd,qd->qc", mesh.normal[near], normal) > OPPOSITE]
+        [own < counts[:, None], np.einsum("qcd,qd->qc", mesh.normal[near], normal) > -0.5]
     )[..., None]
     far, change = (
         field[nodes]

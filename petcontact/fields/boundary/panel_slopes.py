@@ -12,9 +12,6 @@ from .places import best_places, middles, sizes
 
 SAMPLES = 2.0
 """Samples over coefficients of a fit."""
-CANDIDATES = 4
-"""Samples looked at, over those that are used: the nearest ones, in the lengths of the panel,
-are."""
 SOFT = 0.3
 """A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
 AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
@@ -104,8 +101,9 @@ class PanelSlopes:
         panels that these do not determine."""
         exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
         count = min(len(of), int(np.ceil(SAMPLES * len(exponents))))
+        # the nearest ones, in the lengths of the panel, out of four times as many
         near = scipy.spatial.cKDTree(self._x[of]).query(
-            self._middle[mine], k=min(len(of), CANDIDATES * count)
+            self._middle[mine], k=min(len(of), 4 * count)
         )[1]
         near = of[near.reshape(len(mine), -1)]
         local = self._local(mine, self._x[near])

@@ -17,9 +17,6 @@ from ..outline import Outline, Side, shown
 TURN = 0.25 * math.pi
 """Largest angle of a panel, around the axis or along an arc: its area factor varies by less than 2
 [rad]."""
-TIP = 1.5
-"""Length of pieces that begin on the axis over that of the others: the ones after them do not
-double their radius."""
 
 
 @frozen
@@ -76,8 +73,10 @@ def _fractions(side: Side, count: int, small: float) -> Array:
     """Ends and middles of pieces (2 count + 1,); those that begin or end on the axis are longer."""
     share = np.ones(count)
     for end, (piece, place) in enumerate(((0, side.start), (-1, side.end))):
+        # pieces that begin on the axis are longer, so that those after them do not double their
+        # radius
         share[piece] *= (
-            TIP if place[0] <= small and (side.start, side.end)[1 - end][0] > small else 1.0
+            1.5 if place[0] <= small and (side.start, side.end)[1 - end][0] > small else 1.0
         )
     ends = np.concatenate([[0.0], np.cumsum(share) / share.sum()])
     ends[-1] = 1.0

@@ -24,12 +24,6 @@ from .sag import SMOOTH
 LARGEST = 1.0
 """Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees
 stays where it is."""
-STABLE = 0.02
-"""Least ratio of sums of squares with signs and without; polynomials that pieces do not determine
-so well are left out."""
-WHOLE = 0.9
-"""Share of an element that faces something from which on all its polynomials are determined there;
-below, affine ones."""
 
 
 def projection(
@@ -63,8 +57,10 @@ def projection(
         np.diff(np.append(start, len(element))),
         np.diff(secondary.first_node)[element[start]],
     )
+    # on an element that faces something almost whole all polynomials are determined, else affine
+    # ones
     whole = (
-        np.add.reduceat(weight, start) >= WHOLE * size[element[start]]
+        np.add.reduceat(weight, start) >= 0.9 * size[element[start]]
         if len(start)
         else np.zeros(0, dtype=bool)
     )
@@ -117,7 +113,8 @@ def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
         known = size > SOLVED * size[0]
         along, across = along[:, known], across[known].T / size[known]
         gram = along.T @ (sign[:, None] * along)
-        if np.linalg.eigvalsh(gram)[0] >= STABLE:
+        # polynomials that pieces determine worse are left out
+        if np.linalg.eigvalsh(gram)[0] >= 0.02:
             return np.asarray(trial @ across @ np.linalg.solve(gram, along.T * sign))
     return np.zeros(factor.T.shape)
 
