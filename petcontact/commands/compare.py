@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             cases.append((label, case))
     first = comm.getRank() == 0
 
-    status = StatusLine(first and sys.stderr.isatty())
+    status = StatusLine(first and sys.stderr.isatty(), first)
 
     def say(row: Trial) -> None:
         rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"

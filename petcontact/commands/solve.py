@@ -99,7 +99,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     from ..pipeline.solve import adapts_itself
     from ..results.hdf5 import write_solution
 
-    status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
+    status, tolerance = StatusLine(first and sys.stderr.isatty(), first), case.method.tolerance
     meshes = Meshes(status, output, replaces=arguments.force)
     with stopping(comm) as stop:
 

@@ -4,8 +4,10 @@ looks at it."""
 from __future__ import annotations
 
 import io
+import math
 import os
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,16 +72,20 @@ def silence_output() -> None:
 
 
 class StatusLine:
-    """One line on standard error that is overwritten, for a terminal; nothing where it is not
-    enabled."""
+    """One line on standard error that is overwritten, for a terminal. Where that is not enabled a
+    line after 3 s of processor time, and then each time ten times as long, if `elsewhere`."""
 
-    def __init__(self, enabled: bool) -> None:
-        self.enabled = enabled
+    def __init__(self, enabled: bool, elsewhere: bool = False) -> None:
+        self.enabled, self._began = enabled, time.process_time()
+        self._next = 3.0 if elsewhere else math.inf
         self._status: Status | None = None
 
     def show(self, text: str) -> None:
         """Write over what stands there."""
         if not self.enabled:
+            if (spent := time.process_time() - self._began) > self._next:
+                self._next *= 10.0
+                print(f"petcontact: {text}, {spent:.0f} s", file=sys.stderr, flush=True)
             return
         if self._status is None:
             from rich.console import Console

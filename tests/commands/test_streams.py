@@ -14,7 +14,7 @@ import forked
 import pytest
 
 from petcontact.runtime.figure_style import plain
-from petcontact.runtime.terminal import printable
+from petcontact.runtime.terminal import StatusLine, printable
 from petcontact.runtime.text_table import aligned, as_csv
 
 ROOT = Path(__file__).parents[2]
@@ -179,3 +179,14 @@ def test_petsc_files_that_can_be(folder):
         f"ascii:view.txt",
     )
     assert done.returncode == 0 and "type: gmres" in (folder / "view.txt").read_text()
+
+
+def test_long_work_off_a_terminal_says_how_far_it_is(monkeypatch, capsys):
+    """A line after 3 s of processor time and one after 30, and none on other ranks."""
+    spent = iter([0.0, 1.0, 3.5, 5.0, 31.0, 0.0, 100.0])
+    monkeypatch.setattr("time.process_time", lambda: next(spent))
+    line = StatusLine(False, elsewhere=True)
+    for share in (1, 4, 5, 31):
+        line.show(f"{share} of 100")
+    StatusLine(False).show("another rank")
+    assert capsys.readouterr().err == "petcontact: 4 of 100, 4 s\npetcontact: 31 of 100, 31 s\n"

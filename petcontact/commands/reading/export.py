@@ -133,7 +133,7 @@ def _fields(arguments: argparse.Namespace, solution: Any) -> None:
     from ...runtime.terminal import StatusLine
     from .field import grid
 
-    status = StatusLine(sys.stderr.isatty())
+    status = StatusLine(sys.stderr.isatty(), True)
     resolution = grid(arguments.grid) if arguments.grid else None
     try:
         write_vtkhdf(

@@ -178,7 +178,7 @@ def _write_fields(
 
     bodies = arguments.body or list(solution.meshes)
     only_one = len(bodies) == 1 and (arguments.step is not None or len(solution.tried) == 1)
-    status = StatusLine(sys.stderr.isatty())
+    status = StatusLine(sys.stderr.isatty(), True)
     try:
         if only_one:
             return one_field(
