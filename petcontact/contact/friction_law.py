@@ -22,6 +22,20 @@ def lengths(x: Array) -> Array:
     )
 
 
+def main_direction(x: Array) -> Array:
+    """Unit vector (k,) along the longest of some vectors (m, k); in the plane +1."""
+    size = lengths(x)
+    if x.shape[1] == 1 or not size.any():
+        return np.eye(1, x.shape[1])[0]
+    k = int(np.argmax(size))
+    return np.asarray(x[k] / size[k])
+
+
+def signed(x: Array, direction: Array) -> Array:
+    """Lengths (m,) of vectors (m, k), negative of those against a direction (k,)."""
+    return np.asarray(np.where(x @ direction < 0.0, -lengths(x), lengths(x)))
+
+
 def project_ball(x: Array, radius: Array) -> Array:
     """[x]_α, each vector pulled back to the ball of its radius.
 

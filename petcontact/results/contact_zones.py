@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import spread_places
 from ..frozen import frozen
@@ -34,13 +35,14 @@ def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -
     order = np.argsort(pair.arc_length)
     order = order[np.isfinite(pair.gap[order])]
     order, s, period = _from_an_open_place(pair, order)
+    way = main_direction(pair.sigma_t)
     found = edges(
         s,
         pair.pressure[order],
-        pair.sigma_t[order, 0],
+        signed(pair.sigma_t[order], way),
         pair.bound[order],
         pair.gap[order],
-        pair.slip_increment[order, 0],
+        signed(pair.slip_increment[order], way),
         pair.state[order].astype(np.int64),
         smallest,
         finest,

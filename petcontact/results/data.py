@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution
+from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
@@ -266,7 +267,9 @@ class SolutionData(Evaluated):
         for name, pair in sorted(
             self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))
         ):
-            way = np.sign(pair.slip_increment[:, 0] - 1e-300 * pair.sigma_t[:, 0])
+            along = main_direction(pair.sigma_t)
+            slips, pulls = (signed(x, along) for x in (pair.slip_increment, pair.sigma_t))
+            way = np.sign(slips - 1e-300 * pulls)
             found += zones_of(mesh, self.nodes[name], np.where(pair.state == SLIP, way, pair.state))
         return [zone for zone in found if zone.sign != OPEN]
 

@@ -132,7 +132,7 @@ INLINE void ring_kernels(const Rings *p, double nu, int with_h, Vector *g, Vecto
     h[RZ] = 3.0 * dz * (dr * both - R * next) - k * (nz * radial - dz * nr * flat);
     h[ZR] = 3.0 * dz * (dr * both + r * next) - k * (dz * nr * m[0][1] - nz * ring);
     h[ZZ] = k * (dn * m[0][1] + lift * m[1][1]) + 3.0 * dz * dz * both;
-    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[1][1] - m[2][1]) + nr * turned / R);
+    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[1][1] - m[2][1]) + nr * turned / (R + 1e-300)); /* 0 on the axis */
 }
 
 /* The same of plane strain and, for the third component, of a plane that slides out of itself; ln(ℓ²) is `log_unit`. */

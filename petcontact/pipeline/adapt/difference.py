@@ -174,8 +174,8 @@ def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
 
 
 def _tractions(pair: PairResult) -> Array:
-    """p and q, (m, 2)."""
-    return np.column_stack([pair.pressure, pair.sigma_t[:, 0]])
+    """p and the components of q, (m, d)."""
+    return np.column_stack([pair.pressure, pair.sigma_t])
 
 
 def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:

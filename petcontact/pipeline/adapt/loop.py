@@ -56,7 +56,8 @@ def strategy_for(problem: Problem) -> Strategy:
         )
     if problem.boundaries[0].dim > 2:
         return PanelTails(problem)
-    return Slip() if problem.kind == "bilateral" else Tractions(problem)
+    scalar = problem.kind == "bilateral" and not problem.twisted
+    return Slip() if scalar else Tractions(problem)
 
 
 class AdaptiveSolve:

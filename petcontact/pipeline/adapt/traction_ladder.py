@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...contact.friction_law import main_direction, signed
 from ...contact.law_protocol import OPEN, SLIP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
@@ -265,11 +266,15 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
     first = before.steps[0]
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         pair = first.pairs[side.name]
-        way = np.where(pair.state == SLIP, -np.sign(pair.sigma_t[:, 0]), 0.0).astype(np.int64)
+        along = main_direction(pair.sigma_t)
+        way = np.where(pair.state == SLIP, -np.sign(signed(pair.sigma_t, along)), 0.0)
         s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]
         own, state = pair_edges(pair), pair.state.astype(np.int64)
-        state, way = (zone_at(pair.arc_length, values, own, s) for values in (state, way))
-        open_, slip = 1.0 * (state == OPEN), np.where(state == SLIP, np.where(way == 0, 1, way), 0)
+        state, way = (
+            zone_at(pair.arc_length, values, own, s) for values in (state, way.astype(np.int64))
+        )
+        slip = np.outer(np.where(state == SLIP, np.where(way == 0, 1, way), 0), along)
+        open_ = 1.0 * (state == OPEN)
         columns = (
             ([slip], [-slip * OUTSIDE])
             if interface.held

@@ -1,0 +1,134 @@
+"""Torsion of bodies of revolution against closed forms: shafts, press fits and their limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import InputError, Material, solve
+from petcontact.bem.kernels import kernel_for
+from petcontact.mesh.ring_mesh import TwistedRingMesh
+from petcontact.model.case import parse_problem
+
+STEEL = {"young_modulus": 200.0, "poisson_ratio": 0.3}
+SHEAR = 200.0 / 2.6
+FREE, TWIST = [0.0, 0.0], 0.01
+
+
+def part(name, kind, value):
+    return {"part": name, "condition": kind, "value": value}
+
+
+def posed(**keys):
+    return parse_problem({"symmetry": "axial", **keys}, "torsion", {}, None)
+
+
+def ring(inner, outer, height, *conditions):
+    corners = {"lower_left": [inner, 0.0], "upper_right": [outer, height]}
+    return {
+        "material": STEEL,
+        "geometry": {"shape": "rectangle", **corners},
+        "mesh": {"element_size": 0.5, "order": 2},
+        "boundary": list(conditions),
+    }
+
+
+def pressed(value, outer=None, **law):
+    """A hub on a shaft between smooth plates, pressed on, and then moved at its outside."""
+    smooth = ["free", 0.0, "free"]
+    held = [part("bottom", "displacement", ["free", 0.0, 0.0])]
+    hub = [part(name, "displacement", smooth) for name in ("bottom", "top")]
+    start = [0.0 if isinstance(v, float) else v for v in outer or value]
+    bodies = [
+        {"name": "shaft", **ring(0.0, 1.0, 2.0, *held, part("top", "displacement", smooth))},
+        {"name": "hub", **ring(1.0, 2.0, 2.0, *hub, part("right", "displacement", start))},
+    ]
+    pair = {"name": "fit", "secondary": "hub.left", "primary": "shaft.right", "gap": -1e-3}
+    turn = [{"body": "hub", "part": "right", "value": value}]
+    steps = [{"name": "press"}, {"name": "turn", "boundary": turn}]
+    return posed(body=bodies, contact=[pair | law], step=steps)
+
+
+@pytest.mark.parametrize("inner", [0.0, 0.5])
+def test_a_shaft_is_twisted(inner):
+    """T = G J φ/L; σ_zθ = G φ r/L inside and on the boundary, and nothing else."""
+    sides = ("right",) if inner == 0.0 else ("left", "right")
+    shaft = ring(
+        inner,
+        1.0,
+        3.0,
+        part("bottom", "displacement", [0.0, 0.0, 0.0]),
+        part("top", "displacement", ["free", "free", f"{TWIST}*x"]),
+        *(part(side, "traction", FREE) for side in sides),
+    )
+    solution = solve(posed(**shaft))
+    mesh, rate = solution.mesh, SHEAR * TWIST / 3.0
+    top = mesh.nodes_of("top")
+    torque = mesh.motions.moment(mesh.x[top], mesh.weight[top, None] * solution.traction[top])
+    assert torque == pytest.approx(0.5 * np.pi * (1.0 - inner**4) * rate, rel=1e-9)
+    x = np.array([[0.7, 1.0], [0.999, 2.0], [0.6, 2.9999]])
+    wanted = np.zeros((3, 6))
+    wanted[:, 5] = rate * x[:, 0]
+    assert np.allclose(solution.state_at(x).stress, wanted, rtol=0.0, atol=1e-9 * rate)
+    assert np.allclose(solution.von_mises_at(x), np.sqrt(3.0) * wanted[:, 5], rtol=1e-9)
+    assert np.allclose(solution.stress_on_boundary()[:, 5], rate * mesh.x[:, 0], atol=1e-9 * rate)
+
+
+def test_limit_torque_of_a_press_fit():
+    """All of the fit slips: T = µ p 2π a² L."""
+    solution = solve(pressed(["free", "free", 6e-3], friction_coefficient=0.2))
+    pair = solution.pairs["fit"]
+    assert solution.converged and np.all(pair.state == 1)
+    lame = 1e-3 * 200.0 * 3.0 / (2.0 * 4.0 * (1.0 - 0.3**2))
+    assert -pair.moment == pytest.approx(0.2 * lame * 2.0 * np.pi * 2.0, rel=1e-3)
+    assert pair.moment == pytest.approx(-pair.moment_primary, rel=1e-12)
+
+
+def test_one_bound_for_both_directions():
+    """A hub that is pulled and turned: the shear has the size µ p, against the slip."""
+    pulled = pressed(["free", 4e-3, 4e-3], ["free", 0.0, 0.0], friction_coefficient=0.1)
+    for body in ("bottom", "top"):
+        pulled = pulled.model_copy(
+            update={"body": tuple(_without(each, body) for each in pulled.body)}
+        )
+    pair = solve(pulled).pairs["fit"]
+    slips = pair.state == 1
+    assert slips.sum() > 10
+    size = np.linalg.norm(pair.sigma_t, axis=1)
+    assert np.allclose(size[slips], 0.1 * pair.pressure[slips], rtol=1e-6)
+    assert np.all(np.abs(pair.sigma_t[slips]).min(axis=0) > 0.0)
+    unit = pair.slip_increment / np.linalg.norm(pair.slip_increment, axis=1)[:, None]
+    assert np.allclose(pair.sigma_t[slips], -size[slips, None] * unit[slips], atol=1e-6)
+
+
+def _without(body, name):
+    """The hub without what holds an end along the axis."""
+    kept = tuple(c for c in body.boundary if body.name != "hub" or c.part != name)
+    return body.model_copy(update={"boundary": kept})
+
+
+def test_tresca_and_bonded_fits():
+    """A given bound limits the torque whatever the pressure is; what is bonded is one body."""
+    pair = solve(pressed(["free", "free", 6e-3], friction_bound=1e-3)).pairs["fit"]
+    assert np.all(pair.state == 1) and -pair.moment == pytest.approx(4e-3 * np.pi, rel=1e-6)
+    bonded = pressed(["free", "free", 6e-3], normal="bonded", gap=0.0)
+    pair = solve(bonded).pairs["fit"]
+    assert pair.moment == pytest.approx(-pair.moment_primary, rel=1e-9)
+    assert np.abs(pair.slip).max() < 1e-15
+
+
+def test_an_element_on_the_axis():
+    """Quadrature points on the axis itself have no part in u_θ."""
+    zeros, whole = np.zeros(1), np.zeros(1, dtype=int)
+    ends = np.array([[0.05, 0.0]]), np.array([[0.0, 0.0]])
+    mesh = TwistedRingMesh(*ends, zeros, whole + 2, whole, whole, zeros, ("top",), 1.0)
+    kernel = kernel_for(mesh, Material(1.0, 0.3))
+    for part_of in kernel.integrals(mesh.targets(slice(None)), mesh.elements(whole)):
+        assert np.isfinite(part_of).all()
+
+
+def test_what_is_refused():
+    free = part("right", "traction", FREE)
+    body = ring(0.0, 1.0, 1.0, part("bottom", "displacement", [0.0, 0.0, 0.1]), free)
+    with pytest.raises(InputError, match=r"bottom.value\[2\]: is 0.1 .* where u_θ is 0"):
+        solve(posed(**{**body, "boundary": [*body["boundary"], part("top", "traction", FREE)]}))
