@@ -274,11 +274,10 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
             zone_at(pair.arc_length, values, own, s) for values in (state, way.astype(np.int64))
         )
         slip = np.outer(np.where(state == SLIP, np.where(way == 0, 1, way), 0), along)
-        open_ = 1.0 * (state == OPEN)
         columns = (
             ([slip], [-slip * OUTSIDE])
             if interface.held
-            else ([slip, -open_], [-slip * OUTSIDE, open_ - 1.0])
+            else ([slip, -1.0 * (state == OPEN)], [-slip * OUTSIDE, -1.0 * (state != OPEN)])
         )
         parts.append(tuple(np.column_stack(values) for values in columns))
     v, sigma = (np.concatenate(values).astype(np.float64) for values in zip(*parts, strict=True))
