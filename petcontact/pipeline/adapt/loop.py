@@ -142,7 +142,11 @@ class AdaptiveSolve:
         if problem is not None:
             solution = solution if solution.provenance.versions else reported(problem, solution)
             first, wanted = self.solutions[0].meshes, self.strategy.wanted
-            solution = with_paths(problem, solution, wanted)
+            if self.broken_off:  # whoever ends a solve waits for nothing more
+                accuracy = replace(solution.accuracy, path=math.nan)
+                solution = replace(solution, accuracy=accuracy)
+            else:
+                solution = with_paths(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
         return replace(solution, problem=self.solver.problem)
