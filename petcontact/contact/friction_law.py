@@ -26,7 +26,7 @@ def main_direction(x: Array) -> Array:
     """Unit vector (k,) along the longest of some vectors (m, k); in the plane +1."""
     size = lengths(x)
     if x.shape[1] == 1 or not size.any():
-        return np.eye(1, x.shape[1])[0]
+        return np.asarray(np.eye(1, x.shape[1])[0])
     k = int(np.argmax(size))
     return np.asarray(x[k] / size[k])
 

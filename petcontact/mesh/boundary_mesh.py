@@ -219,8 +219,7 @@ class Collocated:
         """The tangents."""
         return self.tangents_to(normal)
 
-    @staticmethod
-    def strained(x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
         """The gradients, and no strain across."""
         return gradient, np.zeros(len(x))
 

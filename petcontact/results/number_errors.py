@@ -122,6 +122,7 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
     body, part = solution.sides[number.of]
     nodes, mesh = solution.nodes[number.of][rows], solution.meshes[body]
     # at its place, too, which may lie between nodes
+    assert number.place is not None
     x, now = np.vstack([mesh.x[nodes], number.place]), np.append(now[rows], number.value)
     change = np.abs(_carried(coarser, number.of, before, x) - now)
     if not np.isfinite(change).any():

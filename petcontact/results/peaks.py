@@ -119,11 +119,11 @@ def stress_peaks(
 def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     """The largest of one stress over bodies and steps."""
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
-    surface, top = (
+    largest = (
         max((each for each in peaks if bool(each[0].part) == on), key=_value, default=None)
         for on in (True, False)
     )
-    surface, top = (each and each[1].top(key, each[0]) for each in (surface, top))
+    surface, top = (each and each[1].top(key, each[0]) for each in largest)
     if top and surface and top.value <= (1.0 + MORE) * surface.value:
         top = None
     unbounded = {

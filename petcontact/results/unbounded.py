@@ -127,11 +127,13 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if body.exponent(corner, sides, partner) < 1.0:
                 places[name].append(Unbounded(corner.x, corner.elements, corner.parts))
-                free = partner and (FREE,) in sides
-                under = partner.facing(corner.x, closed[0].normal)[1] if free else None
+                if partner is None or (FREE,) not in sides:
+                    continue
+                under = partner.facing(corner.x, closed[0].normal)[1]
                 if under is not None:
-                    under = Unbounded(*under, f"under a corner of {name}")
-                    places[closed[0].partner].append(under)
+                    x, elements = under
+                    there = Unbounded(x, elements, f"under a corner of {name}")
+                    places[closed[0].partner].append(there)
     return places
 
 

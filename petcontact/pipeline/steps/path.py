@@ -16,6 +16,7 @@ from ...arrays import Array
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import friction_bound
 from ...errors import SolverError
+from ...results.data import SolutionData
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...round_off import SOLVED
@@ -191,7 +192,8 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
     """The error of q, with wear of p and q, at the end of a step over p, in L2; and in words by how
     much they differ on the path that says most."""
     q, p = _sizes(problem, state_after(problem, [end]).sigma)
-    found, last, sigma = list[tuple[float, str]](), solution, state_after(problem, [end]).sigma
+    found, sigma = list[tuple[float, str]](), state_after(problem, [end]).sigma
+    last: SolutionData = solution
     for factor, other in solution.paths:
         (*_, there) = [r for r in other.steps if (r.step, r.cycle) == (end.step, end.cycle)]
         before, sigma = sigma, state_after(problem, [there]).sigma
@@ -216,7 +218,7 @@ def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
     )
 
 
-def _count(solution: Solution, end: StepResult) -> int:
+def _count(solution: SolutionData, end: StepResult) -> int:
     """How many increments the end of a step took, in later cycles how many jumps."""
     if end.cycle > 1 and solution.wear is not None:
         return len(solution.wear.cycle) - 1
