@@ -98,8 +98,9 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
         vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
     )
     if isinstance(mesh, CurveMesh) and group.attrs.get("symmetry") == "axial":
-        ring = TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh
-        return ring(**{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init})
+        return (TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh)(
+            **{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init}
+        )
     return mesh
 
 

@@ -39,6 +39,11 @@ MARGIN = 1e-3
 """Of an interval, by which the next one reaches beyond its parts: a jump may lie at their end."""
 DIGITS = 1e3 * np.finfo(float).eps
 """Change of slope times the interval over the size of the function that is round-off."""
+NEXT = 8.0 * TOLERANCE
+"""Width of neighbouring samples between which a function changes its slope by its noise only
+(J. J. Moré and S. M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
+NOISE = 16.0
+"""The largest of thousands of changes by noise over their median; of normal ones it is 7."""
 SMOOTH = 0.75
 """Power of the interval with which the change of slope falls from which on a function is smooth: it
 is 1 where there is a curvature, 0 at a kink, -1 at a jump."""
@@ -105,8 +110,11 @@ def kinks(
     samples, sampled = samples[apart], sampled[apart]
     change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
     far = float(DIGITS * max(1.0, far))
+    width = samples[2:] - samples[:-2]
     size = float(np.abs(sampled).max(initial=0.0)) * far
-    here = _candidates(change, samples[2:] - samples[:-2], size)
+    if (width < NEXT).any():  # of what cancels, the digits of what it is a difference of
+        size = max(size, NOISE * float(np.median((change * width)[width < NEXT])))
+    here = _candidates(change, width, size)
     if not 0 < len(here) <= MOST_KINKS:
         return np.empty(0), np.empty(0)
     low, width = samples[here], samples[here + 2] - samples[here]

@@ -229,9 +229,7 @@ def monitor_ends_the_solve(case, tmp_path):
 
 def pictures_and_tables(case, tmp_path):
     axes = Figure().add_subplot(projection="3d" if case.kind.dim == 3 else None)
-    assert case.solution.plot(axes) is axes and axes.get_xlabel() == (
-        "r" if case.kind.more else "x"
-    )
+    assert case.solution.plot(axes) is axes and axes.get_xlabel() == "x"
     assert len(case.solution.to_dataframe()) == sum(
         len(pair.x) for pair in case.solution.pairs.values()
     )
