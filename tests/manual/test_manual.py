@@ -72,28 +72,24 @@ def check(line: str, fails: bool, folder: Path) -> None:
     assert (done.returncode != 0) == fails, f"{line}\n{done.stdout}{done.stderr}"
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem
-)
-def test_every_fenced_command_runs(page, tmp_path):
-    """On one rank; on those of its own each is run by the next test."""
-    shutil.copytree(ROOT / "configs", tmp_path / "configs")
-    for line, fails in commands(page):
-        check(RANKS.sub("", line), fails, tmp_path)
+def on_ranks(page: Path) -> bool:
+    return any(RANKS.match(line) for line, _ in commands(page))
 
 
-@pytest.mark.mpi
 @pytest.mark.parametrize(
     "page",
-    [page for page in PAGES if any(RANKS.match(line) for line, _ in commands(page))],
+    [
+        pytest.param(page, marks=[pytest.mark.mpi] * on_ranks(page))
+        for page in PAGES
+        if commands(page)
+    ],
     ids=lambda page: page.stem,
 )
-def test_every_fenced_command_on_ranks_runs(page, tmp_path):
-    """And those that write the files for it."""
+def test_every_fenced_command_runs(page, tmp_path):
+    """As it stands: a page that has commands on ranks is run with them, once."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
     for line, fails in commands(page):
-        if RANKS.match(line) or line.startswith("petcontact init"):
-            check(line, fails, tmp_path)
+        check(line, fails, tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ GRADED = {"order": 3, "grading": 0.5, "levels": 30}
             Rectangle(lower_left=(0, 0), upper_right=(400, 4)),
             {"element_size": 1.0, "order": 2},
             False,
-        ),  # over 10 s
+        ),
         (
             BOX,
             {"order": 3, "grading": 0.5, "levels": 38},
