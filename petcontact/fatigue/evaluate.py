@@ -147,7 +147,7 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
     found, k = result.largest
     stress, value = found.sites.stress[:, k : k + 1], float(found.value[k])
     size = float(np.abs(np.linalg.eigvalsh(stress)).max())
-    larger = 1.0 + _largest_error(solution, found.sites.body) / (size or 1.0)
+    larger = 1.0 + _largest_error(solution) / (size or 1.0)
     if result.parameter in RUIZ:
         of_stress = larger if result.parameter == "ruiz-2" else 1.0
         return (of_stress * _work(solution) - 1.0) * value
@@ -158,9 +158,9 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
     return float(PARAMETERS[result.parameter][0](larger * stress, constants).value[0]) - value
 
 
-def _largest_error(solution: SolutionData, body: str) -> float:
-    """Of the largest stresses of a body; nan where none is known [stress]."""
-    errors = [n.error for n in solution.numbers if stress_name(n) and n.of == body]
+def _largest_error(solution: SolutionData) -> float:
+    """Of the largest stresses of all bodies: digits choose between equal ones [stress]."""
+    errors = [n.error for n in solution.numbers if stress_name(n)]
     return max(filter(np.isfinite, errors), default=np.nan)
 
 
