@@ -71,9 +71,11 @@ def test_ranks_agree():
     """By LU of all ranks, by GMRES on their rows, by an LU of each, and with an elastic solve that is iterative; two
     formulations each."""
     options = [{}, GMRES, LAPACK, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]
-    one_rank, found = solutions(1, "[{}]")[0], solutions(3, json.dumps(options))
+    # MPICH's ranks spin: Krylov methods of more ranks than cores take minutes
+    one_rank, found = solutions(1, "[{}]")[0], solutions(2, json.dumps(options))
+    found += solutions(3, "[{}]")
     scale = max(abs(value) for value in one_rank)
-    assert len(found) == 2 * len(options)
+    assert len(found) == 2 * len(options) + 2
     for values in found:
         assert max(abs(a - b) for a, b in zip(values, one_rank, strict=True)) <= 1e-9 * scale
 
