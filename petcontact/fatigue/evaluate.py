@@ -143,7 +143,7 @@ def fatigue(
 
 def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -> float:
     """What the largest value changes by where the stress there is larger by the largest error of
-    stresses in its body, and q and slip by theirs."""
+    a largest stress, and q and slip by theirs."""
     found, k = result.largest
     stress, value = found.sites.stress[:, k : k + 1], float(found.value[k])
     size = float(np.abs(np.linalg.eigvalsh(stress)).max())

@@ -115,10 +115,8 @@ def _curve_seconds(mesh: CurveMesh) -> float:
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
     curves = 1 + np.count_nonzero(steps > 3.0 * around)
     even = mesh.measure.max() <= RATIO * mesh.measure.min() and curves <= CURVES
-    length, inside = (
-        float(mesh.weight.sum()),
-        0.5 * float(mesh.weight @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1)),
-    )
+    length = float(mesh.weight.sum())
+    inside = 0.5 * float(mesh.weight @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1))
     slender = length**2 / (4.0 * abs(inside)) if inside else 0.0
     return max(EVEN if even else UNEVEN, SLENDER * slender) * mesh.n_nodes
 

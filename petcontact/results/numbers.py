@@ -203,9 +203,7 @@ class _OfStep:
                 force = mesh.weight[rows] @ found.traction[rows]
                 yield self._number(f"force on {part}", body.name, force, "force", acting)
                 if mesh.components > mesh.dim:
-                    moment = mesh.motions.moment(
-                        mesh.x[rows], mesh.weight[rows, None] * found.traction[rows]
-                    )
+                    moment = found.moment_on(mesh, part)
                     far = acting * float(np.abs(mesh.x).max())
                     yield self._number(f"moment on {part}", body.name, moment, "moment", far)
 

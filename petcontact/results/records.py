@@ -14,6 +14,7 @@ from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
+from ..mesh.boundary_mesh import BoundaryMesh
 from .report import Finding
 
 
@@ -165,6 +166,12 @@ class BodyResult:
 
     u: Array
     traction: Array
+
+    def moment_on(self, mesh: BoundaryMesh, part: str) -> Axial:
+        """Moment about the origin of the tractions on a part; with torsion about the axis
+        [force times length]."""
+        nodes = mesh.nodes_of(part)
+        return mesh.motions.moment(mesh.x[nodes], mesh.weight[nodes, None] * self.traction[nodes])
 
 
 @frozen

@@ -101,12 +101,11 @@ def reactions_table(solution: SolutionData, step: StepResult) -> Table:
     forces = solution.reactions(step)
     by_body = forces if len(solution.meshes) > 1 else {next(iter(solution.meshes)): forces}
     rows = [(body, part, force) for body, parts in by_body.items() for part, force in parts.items()]
-    turned = {
-        name: mesh.weight * mesh.x[:, 0] * step.bodies[name].traction[:, 2]
-        for name, mesh in solution.meshes.items()
-        if mesh.components > mesh.dim
-    }
-    moments = [turned[b][solution.meshes[b].nodes_of(p)].sum() for b, p, _ in rows if b in turned]
+    moments = [
+        step.bodies[body].moment_on(solution.meshes[body], part)
+        for body, part, _ in rows
+        if solution.meshes[body].components > solution.meshes[body].dim
+    ]
     return {
         "body": np.array([row[0] for row in rows]),
         "part": np.array([row[1] for row in rows]),

@@ -150,8 +150,8 @@ class ElasticBody(abc.ABC):
         return float(np.abs(defect).max()) / (max(self.displaced(u, traction), least) or 1.0)
 
     def displaced(self, u: Array, traction: Array) -> float:
-        """The largest displacement, at least `HELD` of what the mean traction would do: where all
-        nodes are held, u = 0.
+        """The largest displacement, at least a thousandth of what the mean traction would do:
+        where all nodes are held, u = 0.
 
         Parameters
         ----------

@@ -136,10 +136,8 @@ class _Complementarity:
         """y with v = v_0 + matrix y, and where nodes slip (m,); None where the pivots end
         without."""
         spread, held, given = self._spread(len(root)), self._held, root * self._given.ravel()
-        inner, of_held = (
-            np.column_stack([matrix @ spread, v_0 + matrix @ given]),
-            matrix @ self._columns,
-        )
+        inner = np.column_stack([matrix @ spread, v_0 + matrix @ given])
+        of_held = matrix @ self._columns
         at_held = np.linalg.solve(of_held[held], inner[held])
         inner -= of_held @ at_held
         both = spread.T @ inner

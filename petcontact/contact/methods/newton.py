@@ -200,9 +200,8 @@ class _Run:
         yield False, first
         pivoted, near, law = False, np.zeros(len(first[0]), dtype=bool), self.law
         if type(law) is SignoriniCoulomb:
-            for _ in range(
-                3
-            ):  # nodes whose sets cycle are pivoted on alone, then all that are near
+            # nodes whose sets cycle are pivoted on alone, at most so often, then all that are near
+            for _ in range(3):
                 near = near | self._changing()
                 if self.step is None or not near.any():
                     break

@@ -38,8 +38,6 @@ FEWER, MORE = 1.0 / (2.0**0.5 - 1.0), 1.0 / (1.0 - 0.5**0.5)
 """The error of a solution over what it differs by from one with half, and twice, as many
 increments, where it falls like √h at least: of a contact that grows from a point the first
 increment takes a share √h, and what it leaves there stays."""
-
-
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -191,8 +189,8 @@ def _jumps(cycles: list[float]) -> Parts:
 def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tuple[float, str]:
     """The error of q, with wear of p and q, at the end of a step over p, in L2; and in words by how
     much they differ on the path that says most."""
-    q, p = _sizes(problem, state_after(problem, [end]).sigma)
     found, sigma = list[tuple[float, str]](), state_after(problem, [end]).sigma
+    q, p = _sizes(problem, sigma)
     last: SolutionData = solution
     for factor, other in solution.paths:
         (*_, there) = [r for r in other.steps if (r.step, r.cycle) == (end.step, end.cycle)]
@@ -211,11 +209,9 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
 
 def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
     """Of q, with wear of p and q, and of p, in L2."""
-    d = problem.system.components - 1
+    d, weight = problem.system.components - 1, problem.system.weight
     kept = slice(None if problem.discrete.wear.any() else d)
-    return contact_norm(sigma[:, kept], problem.system.weight), contact_norm(
-        sigma[:, d:], problem.system.weight
-    )
+    return contact_norm(sigma[:, kept], weight), contact_norm(sigma[:, d:], weight)
 
 
 def _count(solution: SolutionData, end: StepResult) -> int:

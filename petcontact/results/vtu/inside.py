@@ -154,8 +154,8 @@ def fields_inside(
     steps: Sequence[StepResult | None],
     progress: Progress | None = None,
 ) -> Iterator[Field]:
-    """The same after each of some increments, as many at once as fit into `AT_ONCE`; progress is
-    that of all."""
+    """The same after each of some increments, as many at once as memory is meant for;
+    progress is that of all."""
     # points times increments whose fields are computed together
     count = max(1, 400_000 // max(len(grid[0]), 1))
     for first in range(0, len(steps), count):
@@ -227,13 +227,18 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     lines = map(np.linspace, low + inset, high - inset, np.add(resolution, 1))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    number = np.arange(len(flat)).reshape(grid.shape[:3])
-    i, j, k = (slice(None, -1),) * 3
-    up = slice(1, None)
-    square = ((i, j), (up, j), (up, up), (i, up))
-    cells = np.stack([number[a, b, c] for c in (k, up) for a, b in square], axis=-1).reshape(-1, 8)
-    cells = cells[np.greater(winding(mesh.triangles(), flat), 0.5)[cells].all(axis=1)]
+    cells = _hexahedra(np.arange(len(flat)).reshape(grid.shape[:3]))
+    inside = winding(mesh.triangles(), flat) > 0.5
+    cells = cells[inside[cells].all(axis=1)]
     if not len(cells):
         raise InputError(NO_CELL)
     used, renumbered = np.unique(cells, return_inverse=True)
     return flat[used], renumbered.reshape(-1, 8)
+
+
+def _hexahedra(number: Index) -> Index:
+    """Cells (k, 8) between points that have these numbers in a grid, in VTK's order."""
+    low, up = slice(None, -1), slice(1, None)
+    square = (low, low), (up, low), (up, up), (low, up)
+    corners = [number[a, b, c] for c in (low, up) for a, b in square]
+    return np.asarray(np.stack(corners, axis=-1).reshape(-1, 8))
