@@ -17,12 +17,11 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
 from ..linalg.nearest import nearest
-from ..mesh.boundary_mesh import BoundaryMesh
 from .evaluated import Evaluated
+from .peak_places import places_inside
 from .records import StepResult, step_ends
 from .unbounded import Unbounded, unbounded_places
 
@@ -36,13 +35,6 @@ MOVED = 1e-13
 leaves of it by round-off."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
-DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
-"""Of samples below a contact, over half its width. The largest von Mises stress of a frictionless
-line contact lies at 0.70 (ν = 0.3), of a round one at 0.48; friction brings it nearer."""
-ACROSS = {2: 6, 3: 3}
-"""Places of a contact below which is sampled along each of its directions, by the dimension."""
-LATTICE = {2: 10, 3: 6}
-"""Samples along the longest side of a body, by its dimension."""
 CLIMBS, GRID = 6, np.linspace(-1.0, 1.0, 5)
 """Steps of a climb, each to the best of a grid, which is a fifth as wide as the one before unless
 the way leads on. Three grids are a hundredth of the spacing of the samples wide, and a maximum is
@@ -163,12 +155,13 @@ class _Samples:
         self._places = places
         mesh = self._fields.mesh
         self._element, boundary = solution.boundary_state(body, step)
-        inside = np.vstack([_lattice(mesh), *_below_contacts(solution, body, step, mesh)])
+        inside = places_inside(solution, body, step)
         self._states = [boundary]
         if self._fields.known and len(inside):
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
-        self._reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+        size = float(np.ptp(mesh.x, axis=0).max())
+        self._reach = NEAR * size
         self._beside = self._near_unbounded(self._x)
         # no element sees a peak of its own nearer to such a place than half its length
         within, near = sizes(mesh)[self._element], [e for place in places for e in place.elements]
@@ -177,9 +170,7 @@ class _Samples:
         beside = self._beside[: len(self._element)]
         self._seeds = np.flatnonzero(np.isin(self._element, near) & beside)
         u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
-        moved = (
-            material.young_modulus * float(np.abs(u).max()) / float(np.ptp(mesh.x, axis=0).max())
-        )
+        moved = material.young_modulus * float(np.abs(u).max()) / size
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         self._least = max(NOTHING * largest, MOVED * moved)
 
@@ -285,35 +276,3 @@ class _Samples:
         pairs = np.unique(np.column_stack([[*one, *other], [*other, *one]]), axis=0)
         parts = np.split(rows[pairs[:, 1]], np.flatnonzero(np.diff(pairs[:, 0])) + 1)
         return dict(zip(rows.tolist(), parts, strict=True))
-
-
-def _lattice(mesh: BoundaryMesh) -> Array:
-    """Points all over the box about a body, (k, d)."""
-    low, high = mesh.x.min(axis=0), mesh.x.max(axis=0)
-    spacing = (high - low).max() / LATTICE[mesh.dim]
-    axes = [
-        a + (b - a) * (np.arange(n) + 0.5) / n
-        for a, b, n in zip(low, high, np.ceil((high - low) / spacing).astype(int), strict=True)
-        if n > 0
-    ]
-    if len(axes) < mesh.dim:
-        return np.zeros((0, mesh.dim))
-    return np.column_stack([axis.ravel() for axis in np.meshgrid(*axes)])
-
-
-def _below_contacts(
-    solution: Evaluated, body: str, step: StepResult, mesh: BoundaryMesh
-) -> Iterator[Array]:
-    """Points below the closed part of each contact of a body."""
-    for name, pair in step.pairs.items():
-        secondary, owner = solution.sides[name][0], solution.primaries.get(name, "").partition(".")
-        closed = np.flatnonzero(pair.state != OPEN)
-        if body not in (secondary, owner[0]) or not len(closed):
-            continue
-        area = float(pair.weight[closed].sum())
-        half = 0.5 * area if mesh.dim == 2 else float(np.sqrt(area / np.pi))
-        sign = -1.0 if body == secondary else 1.0
-        every = max(1, len(closed) // ACROSS[mesh.dim] ** (mesh.dim - 1))
-        rows = np.append(closed[::every], closed[np.argmax(pair.pressure[closed])])
-        away = sign * half * DEPTHS[:, None, None] * pair.normal[rows]
-        yield (pair.x[rows] + away).reshape(-1, mesh.dim)
