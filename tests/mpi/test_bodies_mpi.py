@@ -69,7 +69,9 @@ def assert_same(name, first, second):
         ]
         for key in ("pressure", "sigma_t", "gap", "slip", "state"):
             ours, theirs = ([file[f"{place}/{key}"][()] for place in places] for file in (one, two))
-            largest = max(np.abs(a).max() for a in ours)
+            # where all is closed the gap is the round-off of what moved, which the slip tells
+            beside = [one[f"{place}/slip"][()] for place in places if key == "gap"]
+            largest = max(np.abs(a).max() for a in (*ours, *beside))
             assert all(
                 np.allclose(a, b, rtol=0.0, atol=1e-10 * largest)
                 for a, b in zip(ours, theirs, strict=True)
