@@ -55,6 +55,43 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     assert len(calls) == 1
 
 
+@pytest.mark.parametrize("pull", [1e-7, 1e-5])
+def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium(pull, unestimated):
+    """All of its narrow contact slides outwards and balances but for a little pull. Where one node
+    sticks in place of sliding the pressures tilt, which adds more to the pull than the node holds:
+    the bodies come to rest against it."""
+    young, deep = 30e9, 0.25
+    slab = {
+        "material": {
+            "young_modulus": young,
+            "poisson_ratio": 0.15,
+            "density": 2400.0,
+            "thermal_expansion": 1e-5,
+        },
+        "geometry": {"shape": "rectangle", "lower_left": [-2.3, 0.0], "upper_right": [2.3, deep]},
+        "mesh": {"element_size": 0.05},
+        "loads": {"acceleration": [pull, -9.81], "temperature": "15*(0.125 - y)/0.25"},
+        "boundary": [
+            {
+                "part": "bottom",
+                "condition": "contact",
+                "normal": "unilateral",
+                "friction_coefficient": 0.5,
+            },
+            *(
+                {"part": part, "condition": "traction", "value": [0.0, 0.0]}
+                for part in ("left", "right", "top")
+            ),
+        ],
+    }
+    solution = solved(slab)
+    assert solution.converged and len(solution.steps) == 1
+    weight = 2400.0 * 4.6 * deep
+    (pair,) = solution.pairs.values()
+    assert pair.force == pytest.approx(weight * np.array([-pull, 9.81]), abs=1e-10 * weight)
+    assert (pair.state == 0).sum() == 1
+
+
 def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
     """A plate pressed by a given displacement, so that no linear program sees a limit of the
     torque: what is said is no proof."""

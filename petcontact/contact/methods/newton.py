@@ -242,7 +242,7 @@ class _Run:
         """Steps until no node is wrong, the sets repeat, or the loads find no equilibrium."""
         recorder = self.recorder
         state: ContactState | None = None
-        alpha, tries = None, 0
+        alpha, tries, pushed = None, 0, None
         while True:
             for step in self._steps(tau, sigma, alpha):
                 state = self._told(step, sigma, v)
@@ -252,19 +252,21 @@ class _Run:
                 if state.converged or state.stopped or recorder.exhausted:
                     return state
                 if step.wrong == 0 and step.push.any():
+                    tries, pushed, against = tries + 1, step, False
                     break
             else:
                 assert state is not None
-                return self._failed(state, self.ended)
-            tries += 1
+                if pushed is None:
+                    return self._failed(state, self.ended)
+                # nothing stopped the bodies where the loads push them
+                step, pushed, against = pushed, None, True
             # nodes are made to stick or to close so often because the loads are not in
             # equilibrium
-            touched = None if tries > 3 or self._overloaded else self._touching(step)
+            touched = None if tries > 3 or self._overloaded else self._touching(step, against)
             if touched is None:
-                return self._failed(
-                    state, "no equilibrium: the loads move a body that contact does not hold"
-                )
-            tau = touched
+                lost = "no equilibrium: the loads move a body that contact does not hold"
+                return self._failed(state, self.ended if against else lost)
+            tau, sigma, v, alpha = touched, step.sigma, step.v, step.alpha
 
     def _failed(self, state: ContactState, why: str) -> ContactState:
         if self._overloaded:
@@ -288,9 +290,13 @@ class _Run:
             to_the_end=self.to_the_end,
         )
 
-    def _touching(self, step: Pivot) -> Array | None:
+    def _touching(self, step: Pivot, against: bool) -> Array | None:
         """τ further along the motion on which the loads push, where friction that turns or nodes
-        that close stop it."""
+        that close stop it; or against it.
+
+        With the pressures as they are less is left of the loads along it, and more against it. But
+        they follow the shear: where a body would tip rather than slide that turns round.
+        """
         law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
         assert modes is not None
         along = modes.motion @ step.push
@@ -315,9 +321,13 @@ class _Run:
         def left(way: float) -> float:
             return float(step.push @ modes.unbalanced(-law.project(tau(way))))
 
-        if not left(far) < 0.0:
+        now = left(0.0)
+        wanted, end = (2.0 * now, -far) if against else (0.0, far)
+        if now <= 0.0:
+            return tau(0.0)
+        if not (left(end) - wanted) * (now - wanted) < 0.0:
             return None
-        return tau(scipy.optimize.brentq(left, 0.0, far) if left(0.0) > 0.0 else 0.0)
+        return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))
 
     def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """The step noted and judged."""
