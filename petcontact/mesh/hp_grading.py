@@ -17,11 +17,11 @@ import scipy
 
 from ..arrays import Array, Index
 from ..frozen import frozen
-from ..geometry.outline import Outline
+from ..geometry.outline import Outline, Side
 from ..linalg.nearest import FEW, squares
 from .curve_building import build_mesh
 from .curve_mesh import CurveMesh
-from .grading import largest_turn
+from .grading import at_ends, largest_turn, turn
 
 NEIGHBOUR = 4.0
 """Largest ratio of the lengths of two elements that meet."""
@@ -34,6 +34,9 @@ the longest."""
 NEAR = 1.2
 """Largest ratio of an element's length to its distance from sides that it has no corner with, on
 the coarsest meshes: the field of a side that is nearer than that is not smooth on it."""
+OPPOSITE = -0.9
+"""Cosine of the normals of two sides of a body below which one lies behind the other. Two that meet
+at such a corner, of less than 26 degrees, are near one another like sides that do not meet."""
 
 
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
@@ -110,8 +113,11 @@ def graded_mesh(
         fractions[-1] = 1.0
     orders = [p[1] for p in pieces]
     limits = _distance_limits(outline, breaks)
-    for k, side in enumerate(outline.sides):
-        limit = grading.largest * np.minimum(NEAR * limits[k], side.length * largest_turn(side))
+    for k, (side, ends) in enumerate(zip(outline.sides, at_ends(outline, _spread), strict=True)):
+        middles = 0.5 * (breaks[k][1:] + breaks[k][:-1]) * side.length
+        depth = np.minimum(middles * ends[0], (side.length - middles) * ends[1])
+        near = NEAR * np.minimum(limits[k], depth)
+        limit = grading.largest * np.minimum(near, side.length * largest_turn(side))
         limit = np.minimum(limit, largest[k])
         count = np.ceil(np.diff(breaks[k]) * side.length / limit - 1e-9)
         breaks[k], orders[k] = _split(breaks[k], orders[k], np.maximum(1, count).astype(np.int64))
@@ -214,6 +220,13 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
             ends = np.cumsum([0, *(len(orders[k]) for k in sides)])
             for k, a, b in zip(sides, ends[:-1], ends[1:], strict=True):
                 breaks[k], orders[k] = _split(breaks[k], orders[k], count[a:b])
+
+
+def _spread(before: Side, after: Side) -> float:
+    """Distance from the one of two sides over that from the corner where they meet, on the other;
+    infinite where neither lies behind the other [-]."""
+    between = turn(before, after)
+    return math.sin(between) if between > 0.0 and math.cos(between) < OPPOSITE else math.inf
 
 
 def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:

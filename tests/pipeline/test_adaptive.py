@@ -24,6 +24,7 @@ from petcontact.pipeline.adapt.slip_ladder import (
     displacement_scale,
     estimated_error,
 )
+from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.refinement.contact_line import (
     ContactLine,
     difference,
@@ -407,6 +408,17 @@ def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
     )
     assert mesh.length.max() <= 1.21
     assert mesh.length.sum() == pytest.approx(82.0)
+
+
+@pytest.mark.parametrize("height", [1.06, 0.35], ids=["15 degrees", "5 degrees"])
+def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them(height):
+    """But for those at its tip; they were 41 times as long, and the default mesh was refused."""
+    wedge = Polygon(vertices=((0, 0), (4, 0), (4, height)), parts=("bottom", "right", "top"))
+    case = example(1).model_copy(update={"geometry": wedge})
+    body, grading = Body.of(case, wedge.outline()), Grading(2, 0.3)
+    mesh = graded_mesh(body.outline, marks_for(body, grading, 1e-3, None), grading, [np.inf] * 3)
+    over = slenderness(mesh) > 4.0
+    assert over.any() and np.bincount(mesh.element, mesh.measure)[over].sum() < 0.01
 
 
 @pytest.mark.parametrize("number", [1, 2])

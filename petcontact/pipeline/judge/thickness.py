@@ -7,9 +7,8 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.hp_grading import OPPOSITE
 
-OPPOSITE = -0.9
-"""Cosine of the normals of two sides of a body below which one lies behind the other."""
 BESIDE = 0.75
 """Sizes of an element by which nodes behind it may lie beside its centre."""
 DEEPEST = 1.0
