@@ -1,8 +1,8 @@
 """Cycles of wear: a range of load steps again and again, many cycles at once where p changes
 slowly.
 
-A jump over N > 1 cycles is one cycle whose increments wear as much as N of them, and slip as far as
-the cycle before did. A jump of one cycle is that cycle, solved as steps that are written out.
+A jump over N > 1 cycles is one cycle whose increments wear as much as N cycles do, and slip as far
+as those of the cycle before. A jump of one cycle is solved like steps that are written out.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from .increment import Increment, IncrementState, Monitor, ObstacleMotion, Prepa
 from .wear import Earlier, Tried, with_wear, worn
 
 GROWTH, SHRINK = 2.0, 0.25
-"""Bounds of a jump over the one before."""
+"""Largest and smallest ratio of a jump to the one before it."""
 AIM = 0.8
 """Change of p that a jump aims at, over the tolerance."""
 GONE = 1e-2
-"""Of the largest p so far: what is below adds nothing to the wear that counts."""
+"""Pressure, relative to the largest so far, below which the wear that it causes does not count."""
 Row = tuple[int, Array, Array]
-"""Cycles that are done, and p [stress] and the worn depth [length] then, (M,)."""
+"""The number of cycles done, and p [stress] and the worn depth [length] at that time, (M,) each."""
 
 
 def later_cycles(
@@ -36,19 +36,18 @@ def later_cycles(
     monitor: Monitor | None,
     rows: list[Row],
 ) -> Iterator[Tried]:
-    """The increments of the last cycle, after all those before it that are not done yet; of one
-    that fails those till then.
+    """Solve the remaining cycles; yield the increments of the last one, or of one that fails.
 
     Parameters
     ----------
     problem : PreparedProblem
     done : list of StepResult
-        Up to the end of a cycle.
+        The increments up to the end of a cycle.
     state : IncrementState
-        There.
+        The state at the end of that cycle.
     monitor : Monitor or None
     rows : list of Row
-        One is added for each jump.
+        One row is added for each jump.
     """
     cycle = problem.discrete.problem.cycle
     assert cycle is not None
@@ -88,8 +87,11 @@ def _one_cycle(
     earlier: list[Earlier],
     monitor: Monitor | None,
 ) -> tuple[list[Tried], list[Earlier]]:
-    """The increments of a cycle that wears as much as so many, up to one that fails; and what they
-    are to the next."""
+    """Solve one cycle that wears as much as `times` cycles do.
+
+    Return its increments, up to the first that fails, and what the next cycle needs to know of
+    each.
+    """
     posed, tried, following = problem.discrete.problem, list[Tried](), list[Earlier]()
     steps = cycle_steps(posed)
     obstacles = list(posed.obstacle)
@@ -127,7 +129,7 @@ def _row(cycle: int, state: IncrementState) -> Row:
 
 
 def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | None:
-    """The rows, interface by interface; None where there are none."""
+    """Return the rows by interface, or None where there are none."""
     if not rows:
         return None
     system, wears = (
@@ -147,7 +149,7 @@ def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | Non
 
 
 def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> list[Row]:
-    """The rows up to a cycle, of what a file holds."""
+    """Return the rows of a result file, up to cycle `last`."""
     if wear is None:
         return []
     zero = {
@@ -164,8 +166,10 @@ def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> li
 
 
 def _change(problem: PreparedProblem, rows: list[Row], new: Row) -> float:
-    """Of p where anything wears, over p, in L2; p that is nearly gone counts as the share `GONE` of
-    what it was."""
+    """Return the change of p in L2, relative to p, where the contact wears.
+
+    It is relative to `GONE` times the largest p so far where p is smaller than that.
+    """
     weight = np.where(problem.discrete.wear > 0.0, problem.system.weight, 0.0)
     size = max(
         contact_norm(new[1][:, None], weight),

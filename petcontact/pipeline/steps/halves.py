@@ -1,4 +1,5 @@
-"""Increments that are as small as the path asks for: those whose two halves end where they do."""
+"""Increments for `increments = "auto"`: an increment is small enough where its two halves give the
+same result."""
 
 from __future__ import annotations
 
@@ -11,23 +12,25 @@ from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
 PATH_ERROR = 1e-3
-"""Change of σ and of w, over the largest that the step is known to have, that halving an increment
-may make."""
+"""Largest change of σ and of w when an increment is halved, relative to their largest values in the
+step so far."""
 ENERGY_ERROR = 1e-2
-"""The same of the energy dissipated, over itself or the work of all tractions on the slip."""
+"""Largest change of the dissipated energy when an increment is halved, relative to that energy or
+to the work of all tractions on the slip, whichever is larger."""
 LEAST_SLIP = 1e-3
-"""Slip, over what the tractions move, below which its path error is relative to that."""
+"""Smallest slip that its change is compared with, over the displacement by the tractions."""
 BEGUN = 0.05
-"""Tractions of a pair that carried nothing at the middle of an increment, over the largest of the
-step, that it may have at its end: halves agree on what moves before a pair touches, whenever that
-is."""
+"""Largest traction at the end of an increment, relative to the largest of the step, of a pair that
+carried nothing in its middle. The two halves agree until a pair touches, so that they do not show
+when it touches."""
 
 
 def touching(increment: Increment) -> float:
-    """Load factor of a step at which contact begins, where nothing touches before and nothing moves
-    but by the loads; else that at which the increment begins.
+    """Return the load factor of a step at which contact begins.
 
-    Nothing but loads displaces the bodies before, and in proportion.
+    Before contact the displacements grow in proportion to the loads, so that the gaps are linear in
+    the load factor. Where something touches already, or contact holds a motion, it is the load
+    factor at which the increment begins.
     """
     system = increment.problem.system
     if (
@@ -47,18 +50,18 @@ def touching(increment: Increment) -> float:
 
 
 class Halves:
-    """Two halves in the place of an increment that they agree with, for `increments = "auto"`.
+    """Solve an increment and its two halves, and return the halves where they agree with it.
 
-    Errors are over the largest tractions and the largest slip that any increment of the step has
-    had so far, accepted or not: the first one to be tried is the whole step. Over those of the
-    increment itself a contact that grows from a point would never agree, however little is loaded:
-    where it is self-similar, halves differ as much at all loads.
+    Errors are relative to the largest tractions and the largest slip of all increments of the step
+    so far, accepted or not; the whole step is tried first. They are not relative to the increment's
+    own tractions: a contact that grows from a point is self-similar, and its halves would differ by
+    the same share at every load.
 
     Attributes
     ----------
     error : float
-        Of the last increment that was tried, over the largest error that is allowed; nan where it
-        was not solved.
+        Error of the last increment that was tried over the largest one allowed; nan where it has no
+        solution.
     """
 
     def __init__(self, monitor: Monitor | None) -> None:
@@ -66,8 +69,8 @@ class Halves:
         self._tractions = self._slip = self.error = 0.0
 
     def __call__(self, increment: Increment) -> list[Tried] | None:
-        """Both halves; the whole increment or what there is of them where a monitor stops it; None
-        where it is too large."""
+        """Return both halves, or None where the increment is too large. Where a monitor stops the
+        solve, return what is solved by then."""
         self.error = np.nan
         known = [each for each in self._first if abs(each[0].target - increment.target) < SOLVED]
         whole = known[0] if known else self._solved(increment)
@@ -89,8 +92,8 @@ class Halves:
         return with_wear(increment, increment.solved(self._monitor), self._monitor)
 
     def _apart(self, whole: Tried, first: Tried, second: Tried) -> float:
-        """Differences of the whole increment and its halves, and of the energy that they dissipate,
-        over what is allowed."""
+        """Return the largest difference between an increment and its halves, over what is
+        allowed."""
         system = whole[0].problem.system
         weight, (one, other) = system.weight, (whole[1].sigma, second[1].sigma)
         self._tractions = max(self._tractions, contact_norm(other, weight))

@@ -1,5 +1,4 @@
-"""One increment of a load step: its contact problem, its solution, and what it hands to the
-next."""
+"""One increment of a load step: its contact problem, its solution, and the state after it."""
 
 from __future__ import annotations
 
@@ -25,16 +24,16 @@ from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
 
 Monitor = Callable[[ContactState], str | None]
-"""Called with the state so far after each iteration, which says where it is; a reason that it
-returns ends the solve."""
+"""A function that is called with the state after each iteration. If it returns a reason, the solve
+ends."""
 
 HALVINGS = 8
-"""How often an increment that fails is halved; loads that nothing holds need no solve for it."""
+"""How often an increment that fails is halved."""
 
 
 @dataclass
 class ObstacleMotion:
-    """One obstacle on its way through a step: its q motions, given or free under loads.
+    """The q motions of one obstacle in a step, each of them given, or free under a load.
 
     Attributes
     ----------
@@ -52,7 +51,7 @@ class ObstacleMotion:
     def of(
         cls, obstacle: Obstacle, state: IncrementState, number: int, motions: Motions
     ) -> ObstacleMotion:
-        """From where an obstacle is and what it feels to what the step wants."""
+        """Return the motion from the state of an obstacle to what the step asks for."""
         wanted, load = obstacle.motions(motions), np.array(obstacle.loads(motions))
         free = np.array([value == "free" for value in wanted])
         end = np.array([0.0 if value == "free" else float(value) for value in wanted])
@@ -61,7 +60,7 @@ class ObstacleMotion:
         )
 
     def at(self, factor: float) -> tuple[Array, ...]:
-        """Position and load at a load factor of the step."""
+        """Return position and load at a load factor of the step."""
         return tuple(
             (1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load)
         )
@@ -69,25 +68,25 @@ class ObstacleMotion:
 
 @dataclass
 class IncrementState:
-    """What one increment hands to the next.
+    """The state after an increment, from which the next one starts.
 
     Attributes
     ----------
     slip : (M, d-1) array
         w [length].
     start : pair of (M, k) arrays, optional
-        v (its tangential part since the increment before) and σ.
+        v and σ; the tangential part of v is the slip of the last increment.
     alpha : (r,) array
         Motions of the bodies.
     positions, loads : (o, q) arrays
-        Of the obstacles; loads from outside.
+        Positions of the obstacles, and the loads on them from outside.
     sigma : (M, k) array
         σ [stress].
     worn : (M,) array
-        Depth by which both sides together are worn [length].
+        Worn depth of both sides together [length].
     trend : pair of (M, k) arrays, optional
-        What v_n (no other component) and σ changed by in the increment, over that of the load
-        factor.
+        Change of v and σ over the change of the load factor; of v only the normal component is not
+        zero.
     """
 
     slip: Array
@@ -102,7 +101,7 @@ class IncrementState:
 
 @dataclass
 class PreparedProblem:
-    """A problem, eliminated: any number of runs through its steps, of methods, laws and starts.
+    """A problem whose bodies are eliminated; its steps can be solved any number of times.
 
     Attributes
     ----------
@@ -115,10 +114,10 @@ class PreparedProblem:
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
     factors : dict of int to list of float
-        Load factors by number of a step at which increments are known to end; under 0, cycles at
-        which jumps do.
+        Load factors at which increments are to end, by number of the step; key 0 has the cycles at
+        which jumps end.
     named : dict of str to str
-        Names of a method and a rule that are not the problem's own.
+        Names of the method and the rule, where they are not the problem's own.
     halvings : int
         How often an increment that fails is halved.
     """
@@ -152,13 +151,13 @@ class PreparedProblem:
 
     @functools.cached_property
     def errors(self) -> list[TractionErrors]:
-        """What estimates the errors of the tractions of each contact."""
+        """The estimators of the errors of tractions, one a contact."""
         return traction_errors(self.discrete)
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
-        """Points (m, d), weights and arc lengths (0 in space) of the nodes of each contact,
-        (m,)."""
+        """Points (m, d), weights (m,) and arc lengths (m,) of the nodes of each contact; arc
+        lengths are 0 in space."""
         faces = zip(self.discrete.sides, self.discrete.interfaces, strict=True)
         on = [(self.discrete.meshes[side.body], face.nodes) for side, face in faces]
         return [
@@ -168,11 +167,11 @@ class PreparedProblem:
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """The steps of the config; one that reaches all values where there are none."""
+        """The steps of the config; without any, one step to all loads."""
         return self.discrete.problem.step or _whole_load()
 
     def begun(self) -> IncrementState:
-        """The state before the first increment: unloaded."""
+        """Return the unloaded state, before the first increment."""
         system = self.system
         still = np.zeros((len(system.obstacle_modes), system.motions.components))
         slip, alpha = (
@@ -201,7 +200,7 @@ def _whole_load() -> tuple[Step, ...]:
 
 @dataclass
 class Increment:
-    """The contact problem at a load factor of a step, from what an increment before left.
+    """The contact problem at a load factor of a step, from the state after the increment before.
 
     Attributes
     ----------
@@ -214,13 +213,13 @@ class Increment:
     target : float
         Load factor in (0, 1].
     begun : float
-        Load factor that the state before has.
+        Load factor of the state before.
     origin : int, optional
-        Number of the step at whose end the step begins, if not the one before.
+        Number of the step at whose end this one begins, if that is not the one before.
     cycle : int
-        How many cycles are done at its end; 0 outside of cycles.
+        Number of cycles done at its end; 0 outside of cycles.
     layer : (M,) array, optional
-        Wear on its way: the gap is opened by `layer` times p beyond what is worn before
+        Wear of the increment: the gap opens by `layer` times p, beyond the depth worn before
         [length/stress].
     """
 
@@ -236,11 +235,11 @@ class Increment:
     layer: Array | None = None
 
     def to(self, target: float) -> Increment:
-        """The one from the same state to another load factor of the step."""
+        """Return the increment from the same state to another load factor of the step."""
         return replace(self, target=target)
 
     def then(self, target: float, before: IncrementState) -> Increment:
-        """The one that comes after it."""
+        """Return the increment that follows this one."""
         return replace(self, target=target, before=before, begun=self.target)
 
     @property
@@ -285,7 +284,7 @@ class Increment:
         return system.at(together, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
-        """The method's outcome; one that a solve's failure ended has its last iterate.
+        """Return the outcome of the method; if a linear solve fails, the last iterate.
 
         Raises
         ------
@@ -322,9 +321,11 @@ class Increment:
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
 
     def _without_round_off(self, outcome: ContactState) -> ContactState:
-        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no
-        race loads, or where bodies only move: what is left of tractions and overlaps there has no
-        digit to be judged by."""
+        """Return the outcome with tractions and overlaps set to zero where they are round-off.
+
+        Examples are pairs without a load, as at a ball that no race loads, and bodies that only
+        move as rigid ones.
+        """
         acted, left = (
             float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma)
         )
@@ -344,15 +345,15 @@ class Increment:
         return replace(outcome, sigma=sigma, v=v)
 
     def _start(self) -> Start | None:
-        """Where a method starts from: the state before, and in a step that has begun what it has
-        changed by so far."""
+        """Return the start of the method: the state before, extrapolated by the trend of the
+        step."""
         start, trend, way = self.before.start, self.before.trend, self.target - self.begun
         if start is None or trend is None or self.begun == 0.0:
             return start
         return start[0] + way * trend[0], start[1] + way * trend[1]
 
     def after(self, outcome: ContactState) -> IncrementState:
-        """What this increment hands to the next."""
+        """Return the state after this increment."""
         system, before = self.problem.system, self.before
         alpha, taken = amplitudes(self.system, outcome), system.modes.shape[1]
         positions, loads, free_of_bodies = (
@@ -386,7 +387,7 @@ class Increment:
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:
-    """α (r,) of a solution: the least one where contact sees no difference."""
+    """Return α (r,) of a solution: the smallest one of those that contact cannot tell apart."""
     if system.modes is None:
         return np.zeros(0)
     left = (outcome.v - system.u_0 - system.apply(outcome.sigma)).ravel()

@@ -1,4 +1,4 @@
-"""Load steps: one elimination, then increment after increment with the slip so far as the only
+"""Load steps: one elimination, then one increment after another. The slip so far is the only
 history."""
 
 from __future__ import annotations
@@ -28,19 +28,17 @@ from .outcome import step_results
 from .wear import Tried, with_wear
 
 LOOKED_AT_FIRST = 1500
-"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs
-more; else after it. Where bodies are solved jointly a solve always costs more."""
+"""Largest number of contact nodes for which the linear program of equilibrium costs less than a
+solve. It is then solved first, else only after a failure. A joint solve always costs more."""
 SHOWN = 0.2
-"""Estimated error of a solution up to which the increments that its path asked for are those of a
-finer mesh."""
+"""Largest estimated error of a solution whose increments are used again on a finer mesh."""
 ROOM = 0.3
-"""With increments = "auto": path error over what is allowed up to which the next increment is twice
-as large."""
+"""Path error, over the one allowed, up to which "auto" takes an increment twice as large next."""
 LEAST = 1e-3
-"""Share of a step after which contact begins that is an increment of its own."""
+"""Smallest share of a step before contact begins that becomes an increment of its own."""
 TOGETHER = 8
-"""Increments whose boundary fields are computed at a time, where that takes no more than products:
-those after one that is not accepted are solved in vain."""
+"""Number of increments whose boundary fields are computed in one product. Those that follow an
+increment that is not accepted are solved in vain."""
 
 
 def increments(
@@ -51,19 +49,20 @@ def increments(
     checked: bool = True,
     rows: list[Row] | None = None,
 ) -> Iterator[StepResult]:
-    """Increment after increment from where those done end; the last one has failed where not all
-    steps are reached.
+    """Yield the result of one increment after another, from the end of those done.
+
+    If a step is not reached, the last result is that of the increment that failed.
 
     Parameters
     ----------
     problem : PreparedProblem
     done : list of StepResult
-        Solved before.
+        The increments that are solved already.
     monitor : Monitor or None
     checked : bool
         Whether the ends of steps get their elastic residual.
     rows : list of Row, optional
-        Of the cycles that are done; more are added.
+        The cycles that are done; more rows are added.
     """
     state, done, rows = state_after(problem, done), list(done), [] if rows is None else rows
     posed = problem.discrete.problem
@@ -105,7 +104,8 @@ def _is_last(tried: Tried) -> bool:
 
 
 def _grouped(solving: Iterable[Tried], size: int) -> Iterator[list[Tried]]:
-    """At most so many increments of a step at a time; an error goes on after those before it."""
+    """Yield increments in groups of at most `size`; an error is raised after the increments before
+    it."""
     group = list[Tried]()
     try:
         for tried in solving:
@@ -122,19 +122,20 @@ def _grouped(solving: Iterable[Tried], size: int) -> Iterator[list[Tried]]:
 def _cycled(
     problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, rows: list[Row]
 ) -> Iterator[Tried]:
-    """The last cycle, from the end of those done."""
+    """Solve the cycles that are left and yield the increments of the last one."""
     yield from later_cycles(problem, done, state_after(problem, done), monitor, rows)
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
-    """The increments of a step, after one that goes nowhere.
+    """Yield the increments of a step, from an increment of length zero at its start.
 
-    Where those are known that "auto" takes none is tried that is not kept, until one of them fails.
+    Where it is known at which load factors the increments of "auto" end, they are solved without
+    halves, until one of them fails.
     """
     problem, step, reached = increment.problem, increment.step, increment.target
     known = [factor for factor in problem.factors.get(increment.number, ()) if factor > reached]
-    # known normals and no steps: less of the load is only asked for where there is no equilibrium
-    # at all of it
+    # with held normals and no steps a part of the load is solved for only where the whole load has
+    # no equilibrium
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     halves = Halves(monitor) if step.increments == "auto" else None
     whole = _first_share(step)
@@ -145,7 +146,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     ):
         known, whole = [first], 1.0 - first
     state, end = increment.before, increment.to(1.0)
-    # what contact can hold is convex: loads between two that it can hold need no look
+    # the set of loads that contact can hold is convex: between two of them no load needs a test
     costly = problem.system.size <= LOOKED_AT_FIRST or any(
         body.is_solved_jointly for body in problem.system.bodies
     )
@@ -154,7 +155,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         target = known[0] if known else min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
-        # what nothing holds needs no solve, and where halves differ they are there
+        # an unheld load needs no solve
         halved = doubt and is_unbalanced(following)
         if halved:
             tried = None
@@ -187,19 +188,20 @@ def _unless_failed(tried: Tried) -> list[Tried] | None:
 
 
 def first_increment(problem: PreparedProblem) -> Increment:
-    """The contact problem that a problem begins with: of its first step the first increment, the
-    whole step if "auto"."""
+    """Return the first increment of the first step; with "auto" it is the whole step."""
     return whole_step(problem, 1).to(_first_share(problem.steps[0]))
 
 
 def _first_share(step: Step) -> float:
-    """Of a step, that its first increment is."""
+    """Return the share of a step that its first increment has."""
     return 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
 
 
 def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:
-    """Load factors by number of a step at which increments ended, of the steps with `increments =
-    "auto"`, where the solution shows that well enough for another mesh."""
+    """Return the load factors at which the increments of "auto" ended, by number of the step.
+
+    There are none where the error of the solution is too large to trust them on another mesh.
+    """
     steps = solution.problem.step if estimate <= SHOWN else ()
     return {
         number: [
@@ -213,8 +215,8 @@ def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]
 
 
 def whole_step(problem: PreparedProblem, number: int) -> Increment:
-    """A step, from 1, as one increment: at its end it has the loads of the step, at its begin those
-    of the step before."""
+    """Return step `number` (from 1) as one increment, from the loads of the step before to its
+    own."""
     state, step, places = problem.begun(), problem.steps[number - 1], problem.system.motions
     obstacles = list(problem.discrete.problem.obstacle)
     for each in problem.steps[:number]:
@@ -232,7 +234,7 @@ def whole_step(problem: PreparedProblem, number: int) -> Increment:
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
-    """What the last of some increments hands on; the unloaded state where there is none."""
+    """Return the state after the last increment, or the unloaded state if there is none."""
     system = problem.system
     if not done:
         return problem.begun()
@@ -259,14 +261,14 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
 
 
 def _each(vectors: Sequence[tuple[Array, Axial]], motions: Motions) -> Array:
-    """Components (o, q) of the vectors and axial vectors of obstacles."""
+    """Return the components (o, q) of the vectors and axial vectors of obstacles."""
     rows = [np.hstack(pair)[: motions.components] for pair in vectors]
     return np.array(rows).reshape(len(rows), motions.components)
 
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
-    """The problem from a step on: eliminated once more where that holds or frees other components
-    than the step before."""
+    """Return the problem from a step on, eliminated again if the step holds other components than
+    the one before."""
     discrete = problem.discrete
     data = data_from(problem, number, done)
     if data is None:
@@ -279,8 +281,8 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
 def data_from(
     problem: PreparedProblem, number: int, done: Sequence[StepResult]
 ) -> list[BoundaryData] | None:
-    """Boundary data of the bodies from a step on; None where it holds and frees nothing that the
-    step before does not."""
+    """Return the boundary data of the bodies from a step on; None if the step holds the same
+    components as the one before."""
     before, discrete = [result for result in done if result.step < number], problem.discrete
     if not before:
         return None

@@ -1,8 +1,8 @@
-"""How much friction and wear depend on the number of increments, and of jumps over cycles.
+"""The error that the number of increments, and of jumps over cycles, leaves in a solution.
 
-The steps are solved again with half as many increments, and cycles with half as many jumps. Where a
-step has one increment, or cycles have one jump, they are then solved with two; so are all where
-half as many have no solution.
+The steps are solved again with half as many increments, and the cycles with half as many jumps. A
+step of one increment and cycles of one jump are solved with two instead. So are all steps where the
+solution with half as many increments fails.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from .increment import PreparedProblem
 from .load_steps import increments, state_after, whole_step
 
 CARRIES = 1e-3
-"""Shear over pressure, in L2, from which on the path is looked at: an error of it that is a tenth
-as large is below all that is wanted of meshes."""
+"""Least ratio of shear to pressure, in L2, at which the error of the path is estimated. A tenth of
+this shear is less than any accuracy that is asked of a mesh."""
 MOST = 2000
-"""Contact nodes up to which it is looked at with bodies on H-matrices, where a step costs more than
-the assembly of the bodies."""
+"""Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
+a step costs more than the assembly of the bodies."""
 FEWER, MORE = 1.0 / (2.0**0.5 - 1.0), 1.0 / (1.0 - 0.5**0.5)
-"""The error of a solution over what it differs by from one with half, and twice, as many
-increments, where it falls like √h at least: of a contact that grows from a point the first
-increment takes a share √h, and what it leaves there stays."""
+"""Error of a solution over its difference from the one with half, and with twice, as many
+increments h. The error falls like √h at least: where a contact grows from a point, the first
+increment covers a part √h of it, and the error that it makes there remains."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -45,10 +45,11 @@ ADVICE = (
 
 
 def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | None) -> Solution:
-    """A solution with those on other paths, the error that its increments leave in p and q at the
-    ends of steps, over p in L2, and a finding where it is larger than a wanted accuracy.
+    """Add to a solution its solutions on other paths and the error of its own path.
 
-    The error is 0 where the path does not matter, and nan where others are not solved.
+    The error is that of p and q at the ends of steps, relative to p in L2. It is 0 where the path
+    does not matter, and nan where no other path was solved. A finding says where it exceeds the
+    wanted accuracy.
     """
     number = _first_that_matters(problem, solution)
     if number is None:
@@ -66,15 +67,19 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
 
 
 def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
-    """Of `_change` at the ends of steps from one on, those that all paths have."""
+    """Return the largest `_change` at the ends of steps, from step `number` on, that all paths
+    have."""
     there = {(each.step, each.cycle) for each in solution.paths[0][1].steps}
     ends = {at: each for each in solution.steps if (at := (each.step, each.cycle)) in there}
     return max(_change(problem, solution, end) for at, end in ends.items() if at[0] >= number)
 
 
 def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | None:
-    """The first step in which something wears, or in which friction carries what is not in
-    proportion to the loads from the unloaded state on; None where there is none."""
+    """Return the first step whose result depends on the path, or None.
+
+    It is the first step with wear, or the first in which friction carries a load and the tractions
+    do not grow in proportion to the loads.
+    """
     system, law, wears = problem.system, problem.discrete.law, problem.discrete.wear.any()
     if system.k < system.components or not solution.converged:
         return None
@@ -93,8 +98,11 @@ def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | N
 def _other_paths(
     problem: PreparedProblem, solution: Solution, number: int
 ) -> tuple[tuple[float, Solution], ...] | None:
-    """Solutions on other paths from a step on, each with the error of the one before over what the
-    two differ by; None where one is not solved."""
+    """Solve on other paths from a step on; return None where one of them has no solution.
+
+    Each solution comes with the factor by which its difference from the solution before it is
+    multiplied to estimate the error of that one.
+    """
     own = _own(problem, solution, number)
     fewer = {key: (before, _halved(ends)) for key, (before, ends) in own.items()}
     found, last = list[tuple[float, Solution]](), solution if fewer == own else None
@@ -111,7 +119,7 @@ def _other_paths(
 def _along(
     problem: PreparedProblem, solution: Solution, parts: dict[int, Parts]
 ) -> Solution | None:
-    """The solution on another path from the first step that it has on; None where there is none."""
+    """Return the solution on another path, from the first step of that path on, or None."""
     first, rows = min(step for step in parts if step), list[Row]()
     done = [result for result in solution.steps if result.step < first]
     try:
@@ -124,7 +132,7 @@ def _along(
 
 
 def _posed(problem: PreparedProblem, parts: dict[int, Parts]) -> PreparedProblem:
-    """A problem whose increments and jumps end where a path has them end, none of them halved."""
+    """Return the problem with the increments and jumps of a path; none of them may be halved."""
     posed = problem.discrete.problem
     steps = tuple(each.model_copy(update={"increments": 1}) for each in posed.step)
     cycle = posed.cycle and posed.cycle.model_copy(update={"jump": 1})
@@ -135,12 +143,12 @@ def _posed(problem: PreparedProblem, parts: dict[int, Parts]) -> PreparedProblem
 
 
 Parts = tuple[list[float], list[float]]
-"""Where increments of a step end, as load factors, or jumps, as cycles: first those that are kept
-on all paths, then those that are not."""
+"""The load factors at which the increments of a step end, or the cycles at which jumps end. The
+first list is the same on all paths, the second one is not."""
 
 
 def _own(problem: PreparedProblem, solution: Solution, number: int) -> dict[int, Parts]:
-    """Of a solution from a step on; under 0, of its cycles."""
+    """Return the parts of a solution from a step on, by number of the step; key 0: cycles."""
     own = {step: _parts(problem, solution, step) for step in range(number, len(problem.steps) + 1)}
     if solution.wear is not None:
         own[0] = _jumps([float(each) for each in solution.wear.cycle])
@@ -148,7 +156,7 @@ def _own(problem: PreparedProblem, solution: Solution, number: int) -> dict[int,
 
 
 def _parts(problem: PreparedProblem, solution: Solution, step: int) -> Parts:
-    """Of a step; where contact begins on the way the increments before do not count."""
+    """Return the parts of one step. Increments before contact begins are the same on all paths."""
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
     before = [r for r in solution.steps if r.step < step][-1:]
     untouched = not any(pair.size.any() for each in before for pair in each.pairs.values())
@@ -158,7 +166,7 @@ def _parts(problem: PreparedProblem, solution: Solution, step: int) -> Parts:
 
 
 def _halved(ends: list[float]) -> list[float]:
-    """Every second one of some ends, the last one too.
+    """Return every second end, counted back from the last one.
 
     >>> _halved([0.2, 0.4, 0.6, 0.8, 1.0]), _halved([0.5, 1.0]), _halved([1.0])
     ([0.6, 1.0], [1.0], [1.0])
@@ -167,7 +175,7 @@ def _halved(ends: list[float]) -> list[float]:
 
 
 def _divided(before: list[float], ends: list[float]) -> list[float]:
-    """Ends with the middles before them; cycles are whole ones.
+    """Return the ends and the middle before each of them; cycles are rounded to whole ones.
 
     >>> _divided([], [0.5, 1.0]), _divided([1.0, 2.0], [7.0])
     ([0.25, 0.5, 0.75, 1.0], [4.0, 7.0])
@@ -181,14 +189,17 @@ def _divided(before: list[float], ends: list[float]) -> list[float]:
 
 
 def _jumps(cycles: list[float]) -> Parts:
-    """Those of cycles that were solved: first come some that are solved one by one."""
+    """Return the cycles that were solved: first those solved one by one, then the ends of jumps."""
     count = next((k for k, (a, b) in enumerate(pairwise(cycles), 1) if b - a > 1.0), len(cycles))
     return cycles[:count], cycles[count:]
 
 
 def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tuple[float, str]:
-    """The error of q, with wear of p and q, at the end of a step over p, in L2; and in words by how
-    much they differ on the path that says most."""
+    """Return the error of the path at the end of a step, and a sentence about it.
+
+    It is the error of q, or of p and q where the contact wears, over p in L2. The sentence names
+    the two paths that differ most.
+    """
     found, sigma = list[tuple[float, str]](), state_after(problem, [end]).sigma
     q, p = _sizes(problem, sigma)
     last: SolutionData = solution
@@ -208,14 +219,14 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
 
 
 def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
-    """Of q, with wear of p and q, and of p, in L2."""
+    """Return the L2 norms of q (of p and q where the contact wears) and of p."""
     d, weight = problem.system.components - 1, problem.system.weight
     kept = slice(None if problem.discrete.wear.any() else d)
     return contact_norm(sigma[:, kept], weight), contact_norm(sigma[:, d:], weight)
 
 
 def _count(solution: SolutionData, end: StepResult) -> int:
-    """How many increments the end of a step took, in later cycles how many jumps."""
+    """Return how many increments a step took; after the first cycle, how many jumps."""
     if end.cycle > 1 and solution.wear is not None:
         return len(solution.wear.cycle) - 1
     return sum((each.step, each.cycle) == (end.step, end.cycle) for each in solution.steps)

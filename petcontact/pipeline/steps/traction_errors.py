@@ -19,7 +19,7 @@ class TractionErrors:
     Attributes
     ----------
     make : callable
-        Gives what they need of its mesh.
+        Returns the `Tails` of the mesh, which the estimate needs.
     """
 
     make: Callable[[], Tails]

@@ -1,12 +1,14 @@
 """Archard's wear within an increment: h' = k p |w'| at each node, where the worn depth h opens the
-gap that p follows from.
+gap on which p depends.
 
-Slip is taken to grow evenly from the start to the end of the increment, by what it is with the wear
-of the increment in it; the depth grows by the singly diagonal implicit Runge-Kutta method of order
-2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021) with γ = 1 - 1/√2: h₁ = h₀ + γ k|Δw| p₁ at
-the share γ of the increment's loads, h₂ = h₀ + k|Δw| ((1-γ) p₁ + γ p₂) at its end.
-Each is a contact problem whose gap opens by γ k|Δw| times p:
-S has that much more on its diagonal. The method is L-stable: an explicit one makes p jump from node
+The slip is taken to grow evenly from the start to the end of the increment; it is the slip with the
+wear of the increment included. The depth grows by the singly diagonal implicit Runge-Kutta method
+of order 2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021) with γ = 1 - 1/√2:
+h₁ = h₀ + γ k|Δw| p₁ at the share γ of the increment's loads,
+h₂ = h₀ + k|Δw| ((1-γ) p₁ + γ p₂) at its end. Each stage is a contact problem whose gap opens by
+γ k|Δw| times p, which is added to the diagonal of S.
+
+The method is L-stable: an explicit one makes p jump from node
 to node where k|Δw| exceeds 2 λ_min(S_nn), this one never. Its weights are positive and add up to 1:
 depths never fall, and the volume is k times the force times the slip where that is the same
 everywhere.
@@ -31,16 +33,16 @@ Tried = tuple[Increment, ContactState, IncrementState]
 
 @frozen
 class Earlier:
-    """What an increment was one cycle before, which says how far it slips and where to start.
+    """The same increment one cycle before: how far it slipped, and where its two stages start.
 
     Attributes
     ----------
     way : (M,) array
         |Δw| [length].
     starts : pair of starts
-        v and σ of the two steps.
+        v and σ of the two stages.
     growth : (M,) array or 0
-        What |Δw| grew by from cycle to cycle [length].
+        Growth of |Δw| a cycle [length].
     """
 
     way: Array
@@ -48,13 +50,16 @@ class Earlier:
     growth: Array | float = 0.0
 
     def mean(self, times: int) -> Array:
-        """|Δw| in the middle of so many cycles to come."""
+        """Return |Δw| in the middle of the next `times` cycles."""
         return np.clip(self.way + 0.5 * times * self.growth, 0.0, 2.0 * self.way)
 
 
 def with_wear(increment: Increment, outcome: ContactState, monitor: Monitor | None) -> Tried:
-    """An increment that was solved, with the wear in it: a predictor by the slip of the increment
-    without, and a corrector by that of the predictor, which makes the method one of order 2."""
+    """Add to a solved increment the wear in it.
+
+    A predictor takes the slip without wear, a corrector the slip of the predictor. This makes the
+    method one of order 2.
+    """
     plain = increment, outcome, increment.after(outcome)
     wear = increment.problem.discrete.wear
     if not (outcome.converged and wear.any()):
@@ -73,7 +78,7 @@ def with_wear(increment: Increment, outcome: ContactState, monitor: Monitor | No
 def worn(
     increment: Increment, earlier: Earlier, times: int, monitor: Monitor | None
 ) -> tuple[Tried, Earlier]:
-    """An increment with the wear of so many alike, and what it is to the same one a cycle later."""
+    """Solve an increment with the wear of `times` equal ones; return it and its `Earlier`."""
     whole = times * increment.problem.discrete.wear * earlier.mean(times)
     before, (first, second) = increment.before, earlier.starts
     middle = replace(
