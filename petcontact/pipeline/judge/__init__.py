@@ -1,9 +1,8 @@
-"""What is asked of meshes before they are solved on and of every converged increment, beyond the
-residuals of its equations.
+"""Checks of meshes before a solve and of every converged increment, and what each finding means.
 
-Small residuals are necessary only: of an ill-conditioned body they are small whatever the tractions
-are, and those of the integral equations do not see elements that are too large for the thickness
-behind them. Other measures see it: how large the elements are next to the thickness, how many
-digits the elimination keeps, whether the tractions of each body are in equilibrium, and whether
-surfaces overlap, at nodes and between them. Motions that are not small are warned of.
+Small residuals are necessary, not sufficient. An ill-conditioned body has small residuals with any
+tractions, and the residuals of the integral equations do not show elements that are too large for
+the thickness of the body. The checks measure that by other quantities: the size of elements over
+the thickness, the digits that the elimination keeps, the equilibrium of the tractions on each body,
+and overlaps of surfaces at nodes and between nodes. They also warn of motions that are not small.
 """

@@ -1,4 +1,4 @@
-"""Places between the nodes, where a method that sees nodes only does not look."""
+"""Search for overlaps of surfaces between the nodes, where the contact method does not look."""
 
 from __future__ import annotations
 
@@ -20,31 +20,32 @@ from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 
 CLOSER = 5
-"""Points along each direction around the deepest point of an element so far, where it is looked for
-next."""
+"""Points along each direction of the grid around the deepest point of an element."""
 ROUNDS = 14
-"""How often, each time half as far around it."""
+"""Largest number of such grids, each half as wide as the one before."""
 MOVED = 1e-3
-"""Distance over the size of the mesh by which bodies may come closer where no node tells how far
-they do."""
+"""Assumed approach over the size of the mesh, where no node shows how far bodies approach [-]."""
 GapAt = Callable[[Index, Array, Array, Array], Array]
-"""Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where
-nothing is faced [length]."""
+"""Function that returns the initial gap (q,) at points of elements [length].
+
+Its arguments are the elements, the positions in them, the points and the normals (q, d). The gap is
+infinite where nothing is opposite.
+"""
 
 
 @frozen
 class Places:
-    """What lies between the nodes of one unilateral contact.
+    """The surface between the nodes of one unilateral contact.
 
     Attributes
     ----------
     mesh : BoundaryMesh
     nodes : (m,) array
-        Of the contact.
+        Nodes of the contact.
     element : (n,) array
-        Numbers of its elements.
+        Numbers of the elements in the contact.
     faces : Faces
-        These elements.
+        The shapes of these elements.
     gap_at : callable
         See `GapAt`.
     across : int
@@ -67,27 +68,27 @@ class Places:
         closed: bool = False,
         unfaced: bool = False,
     ) -> tuple[float, tuple[Index, Array] | None]:
-        """The largest overlap in elements whose nodes are all open, at least 0 [length], and where
-        it is, see `point`.
+        """Return the largest overlap between nodes, at least 0 [length], and its position (see
+        `point`).
 
-        It is looked for on a grid of each element, and around the deepest point of the grid where
-        the values beside it leave room for a larger overlap between points: what two smooth faces
-        have between them varies at most as much there.
+        By default only elements whose nodes are all open are searched, first on a grid. The search
+        then continues around the deepest point if a larger overlap is possible there. It is
+        possible where the overlap varies by enough between neighbouring points of the grid, since
+        both faces are smooth.
 
         Parameters
         ----------
         v_n, gap : (m,) arrays
-            What nodes overlap beyond the gap, and the gap [length].
+            Overlap of the nodes beyond the gap, and the gap [length].
         states : (m,) array
             0 stick, 1 slip, 2 open.
         within : float
-            What the overlap may be off by [length].
+            Accepted error of the overlap [length].
         closed : bool, optional
-            Whether to look in all elements that face something at all nodes.
+            Search all elements whose nodes all face the other side, those in contact too.
         unfaced : bool, optional
-            Whether to look also in those that face something between the nodes only, which are
-            taken to come as much closer as the nodes that do, or by `MOVED`: a ball may be smaller
-            than an element.
+            Search elements that have nodes with nothing opposite, too: a ball may be smaller than
+            an element. Their approach is the mean one of the other nodes, or `MOVED`.
         """
         faced = np.isfinite(gap)
         unknown = (
@@ -97,25 +98,25 @@ class Places:
         )
         closer = np.full(self.mesh.n_nodes, unknown)
         closer[self.nodes[faced]] = v_n[faced] + gap[faced]
-        share, values, distance, beside = self._grid
+        share, values, distance, adjacent = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[
             self.mesh.element[
                 self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]
             ]
         ] = True
-        asked, place = np.flatnonzero(~touched[self.element]), None
+        asked, position = np.flatnonzero(~touched[self.element]), None
         if not len(asked):
-            return 0.0, place
+            return 0.0, position
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
         worst, reach = 0.0, 1.0 / (self.across - 1)
         for _ in range(ROUNDS):
             each, best = np.arange(len(asked)), over.argmax(axis=1)
             deepest = over[each, best]
-            least = np.where(np.isfinite(over) & beside[best], over, np.inf).min(axis=1)
+            least = np.where(np.isfinite(over) & adjacent[best], over, np.inf).min(axis=1)
             k = int(deepest.argmax())
             if deepest[k] > worst:
-                worst, place = float(deepest[k]), (asked[k : k + 1], share[k : k + 1, best[k]])
+                worst, position = float(deepest[k]), (asked[k : k + 1], share[k : k + 1, best[k]])
             room = 2.0 * deepest > worst + within + least
             if not room.any():
                 break
@@ -128,25 +129,28 @@ class Places:
                 np.repeat(asked, len(around)), share.reshape(-1, share.shape[2])
             )
             over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
-            beside = np.ones((len(around), len(around)), dtype=bool)
-        return worst, place
+            adjacent = np.ones((len(around), len(around)), dtype=bool)
+        return worst, position
 
     def point(self, number: Index, share: Array) -> Array:
-        """Where a share (1, d-1) of a face is, (d,) [length]."""
+        """Return the point at a share (1, d-1) of a face, (d,) [length]."""
         return np.asarray(self.faces.at(number, self.faces.spread(number, share))[0][0])
 
     @functools.cached_property
     def _grid(self) -> tuple[Array, scipy.sparse.csr_array, Array, Mask]:
-        """Shares (n, g, d-1) of a grid on each face, its ends or corners among it, `_looked_at`
-        there, and which points of a grid are beside which, (g, g)."""
+        """Return the grid of all faces: its shares (n, g, d-1), the results of `_looked_at` on it,
+        and which of its points are neighbours, (g, g).
+
+        Ends or corners of the faces belong to the grid.
+        """
         one, faces = _grid(self.across, self.mesh.dim - 1), len(self.faces)
         share = np.tile(one, (faces, 1))
-        beside = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.across - 1)
+        adjacent = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.across - 1)
         looked_at = self._looked_at(np.repeat(np.arange(faces), len(one)), share)
-        return share.reshape(faces, *one.shape), *looked_at, beside
+        return share.reshape(faces, *one.shape), *looked_at, adjacent
 
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
-        """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap
+        """Return the matrix (q, n) from nodal values to the given shares of faces, and the gap
         there (q,)."""
         share = 0.5 + WITHIN * (share - 0.5)
         place, element = self.faces.spread(number, share), self.element[number]
@@ -157,7 +161,7 @@ class Places:
 
 @functools.cache
 def _grid(count: int, directions: int) -> Array:
-    """Points of the unit interval or square, (count^directions, directions)."""
+    """Return equidistant points of the unit interval or square, (count^directions, directions)."""
     points = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, count)] * directions), axis=-1)
     return np.asarray(points).reshape(-1, directions)
 
@@ -165,14 +169,16 @@ def _grid(count: int, directions: int) -> Array:
 def places_between(
     side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh]
 ) -> Places | None:
-    """Places between the nodes of a contact; None where its parts cannot separate, or the gap is
-    known at nodes only."""
+    """Return the surface between the nodes of a contact.
+
+    It is None where the parts cannot separate, or where the gap is known only at nodes.
+    """
     at_nodes_only = not isinstance(side.law.gap, (int, float, str)) and not callable(side.law.gap)
     if side.law.normal != "unilateral" or at_nodes_only:
         return None
     mesh = meshes[side.body]
     element, faces = mesh.faces(side.part)
-    # a function may have a pit anywhere, and costs less than a line that is cast
+    # a function may have a narrow minimum, and is cheaper to evaluate than a ray is to cast
     fine = 1 + math.ceil(2 * ACROSS / len(element) ** (1.0 / (mesh.dim - 1)))
     across = faces.SAMPLES if side.law.gap == "geometry" else max(faces.SAMPLES, fine)
     return Places(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)

@@ -1,5 +1,7 @@
-"""How far panels that are cut lie off curved faces: beside larger ones, and where no exact surface
-is known."""
+"""Distance of cut panels from the curved faces that they stand for.
+
+A side on which smaller panels hang does not follow the exact surface, and a mesh file has none.
+"""
 
 from __future__ import annotations
 
@@ -23,28 +25,27 @@ from ..pose.discretise import Discrete
 from .findings import new_finding
 
 EXPLAINED = 0.1
-"""Share of an overlap between nodes by which a panel is off the surface where it explains the
-overlap."""
+"""Share of an overlap by which a panel is off the surface if that explains the overlap [-]."""
 DEEP = 2.0
-"""Of such overlaps that a gap may exceed the least one by where surfaces may overlap, too."""
+"""Gap beyond the smallest one, over the overlap, up to which surfaces may overlap, too [-]."""
 
 
 def missed_curves(
     discrete: Discrete, solution: Solution, first: Mapping[str, BoundaryMesh], accuracy: float
 ) -> list[Finding]:
-    """Find panels in contact that miss the curved faces they stand for by more than a share of what
-    contact closes.
+    """Find panels in contact that miss their curved faces by a large share of the gap that contact
+    closes.
 
     Parameters
     ----------
     discrete : Discrete
-        Of the last mesh.
+        The discrete problem on the last mesh.
     solution : Solution
-        On it.
+        Its solution.
     first : mapping
-        Body to its first mesh.
+        First mesh of each body, by its name.
     accuracy : float
-        The share: p is about as far off.
+        The accepted share, which is about the relative error of p.
     """
     findings = []
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
@@ -52,13 +53,13 @@ def missed_curves(
             [step.pairs[interface.name].state != OPEN for step in solution.steps], axis=0
         )
         approach = float(np.abs(interface.gap[closed]).max(initial=0.0))
-        place = discrete.meshes[side.body].x[interface.nodes[closed]]
+        closed_points = discrete.meshes[side.body].x[interface.nodes[closed]]
         for number, part in side.ends:
             body = discrete.problem.body[number]
             surface = body.geometry.outline()
             if surface.known or surface.exact or not (surface.has_inside and approach > 0.0):
                 continue
-            height = _height(first[body.name], part, place)
+            height = _height(first[body.name], part, closed_points)
             if height > accuracy * approach:
                 text = (
                     f"finer panels lie on those of the first mesh of {body.name!r}, which miss its "
@@ -71,21 +72,25 @@ def missed_curves(
     return findings
 
 
-def _height(mesh: BoundaryMesh, part: str, place: Array) -> float:
-    """Largest height of curved faces over the panels of a part that are beside some points
+def _height(mesh: BoundaryMesh, part: str, points: Array) -> float:
+    """Return the largest height of curved faces above the panels of a part near given points
     [length]."""
     numbers, faces = mesh.faces(part)
     near = np.full(mesh.n_elements, np.inf)
-    np.minimum.at(near, mesh.element, scipy.spatial.cKDTree(place).query(mesh.x)[0])
-    beside = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
-    return float(sag(faces)[beside[numbers]].max(initial=0.0))
+    np.minimum.at(near, mesh.element, scipy.spatial.cKDTree(points).query(mesh.x)[0])
+    near_points = near <= np.sqrt(np.bincount(mesh.element, mesh.weight))
+    return float(sag(faces)[near_points[numbers]].max(initial=0.0))
 
 
 def bent_sides(
     problem: Problem, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float
 ) -> list[Mask]:
-    """Which panels of curved faces have sides that smaller ones hang on and that leave the face by
-    more than a share of p allows for, along both coordinates."""
+    """Return the panels to cut in each body (n_elements, 2), whose sides leave a curved face by too
+    much.
+
+    Smaller panels hang on these sides. The accepted distance follows from the share `accuracy` of
+    the largest pressure.
+    """
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in [side for side in problem.interfaces if side.law.normal == "unilateral"]:
         ends, bodies = (
@@ -106,8 +111,12 @@ def bent_sides(
 
 
 def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
-    """Which panels of curved faces in contact leave these by a share of what surfaces overlap
-    between nodes, near where they may do so, along both coordinates."""
+    """Return the panels to cut in each body (n_elements, 2), whose sides explain an overlap between
+    nodes.
+
+    They leave the exact surface by the share `EXPLAINED` of the overlap, near points where surfaces
+    may overlap.
+    """
     meshes, depth = (
         [as_surface(mesh) for mesh in solution.meshes.values()],
         failed.residuals["between"],
@@ -122,7 +131,7 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
         near = failed.pairs[side.name].x[lowest[element] <= gap.min() + DEEP * depth]
         for b, part in side.ends:
             if surface := _curved(problem, b):
-                here = meshes[b].part == meshes[b].part_names.index(part)
+                on_part = meshes[b].part == meshes[b].part_names.index(part)
                 off = bent(
                     meshes[b],
                     surface,
@@ -130,13 +139,16 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
                     np.inf,
                     EXPLAINED * depth,
                 )
-                marked[b] |= off & here[:, None]
+                marked[b] |= off & on_part[:, None]
     return marked
 
 
 def lowest_between(element: Index, gap: Array, count: int) -> Array:
-    """The least that gaps at nodes (m,) of some of so many elements may be between these, if they
-    vary there as much as from node to node, (count,)."""
+    """Return the smallest gap that is possible between the nodes of each element, (count,).
+
+    The gap is taken to vary between nodes as much as from node to node: the bound is 2 min - max of
+    the nodal gaps (m,).
+    """
     (least, most), faced = np.full((2, count), np.inf), np.isfinite(gap)
     np.minimum.at(least, element[faced], gap[faced])
     np.minimum.at(most, element[faced], -gap[faced])
@@ -144,17 +156,21 @@ def lowest_between(element: Index, gap: Array, count: int) -> Array:
 
 
 def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
-    """Which panels of contacts that carry nothing may be where the other body is nearest, along
-    both coordinates: it may be smaller than they are, so that none of their nodes faces it."""
+    """Return the panels to cut in each body (n_elements, 2) where a contact without pressure may
+    begin.
+
+    They are the panels nearest to the opposite body. It may be smaller than a panel, so that no
+    node faces it.
+    """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in problem.interfaces:
         if side.primary is not None and not failed.pairs[side.name].pressure.any():
-            mesh, other = meshes[side.body], meshes[side.primary[0]]
+            mesh, opposite = meshes[side.body], meshes[side.primary[0]]
             nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
             away, near = (
                 np.full(mesh.n_elements, np.inf),
-                scipy.spatial.cKDTree(other.x[other.nodes_of(side.primary[1])]),
+                scipy.spatial.cKDTree(opposite.x[opposite.nodes_of(side.primary[1])]),
             )
             np.minimum.at(away, mesh.element[nodes], near.query(mesh.x[nodes])[0])
             marked[side.body] |= (away - size <= away.min())[:, None]
@@ -162,6 +178,6 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
 
 
 def _curved(problem: Problem, body: int) -> Boundary | None:
-    """The exact surface of a body, if it is known and curved."""
+    """Return the exact surface of a body, or None if it is unknown or plane."""
     surface = problem.body[body].geometry.outline()
     return surface if surface.exact else None

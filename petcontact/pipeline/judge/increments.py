@@ -1,4 +1,4 @@
-"""What a converged increment must meet beyond the residuals of its equations."""
+"""Checks that a converged increment must pass beyond the residuals of its equations."""
 
 from __future__ import annotations
 
@@ -18,57 +18,57 @@ REFINE = (
     "refine the mesh there (smaller elements, --adapt, or no [mesh] at all; in the plane "
     "mesh.graded_points with mesh.grading)"
 )
-"""Advice on surfaces that overlap between nodes."""
+"""Advice for surfaces that overlap between nodes."""
 BLOCKS = 5.0
-"""Residual of a compressed body that is accepted, over the tolerance of its compression, which
-bounds each block by itself: three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body
-alone or two blocks less than that."""
+"""Accepted residual of a compressed body over the tolerance of its compression [-]. The tolerance
+bounds each block by itself. Three bolted bodies had 1 to 2.2 times the tolerance at 1e-4 and 1e-5,
+one body or two blocks less."""
 STILL = 1e-3
-"""Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves:
-curved panels of different sizes, as adaptive meshes have side by side, leave slits that strain it
-by .0005."""
+"""Strained part of u over its rigid motion, up to which an unloaded body only moves [-]. Slits
+between curved panels of different sizes, as adaptive meshes have them, strain such a body by
+0.0005."""
 MISSED = {
     "elimination": (
-        "a body is too thin for its mesh: its elimination is off by {found:.1e}, at most {limit:g} "
+        "a body is too thin for its mesh: its elimination is off by {value:.1e}, at most {limit:g} "
         "is accepted",
         "choose smaller elements",
     ),
     "equilibrium": (
-        "the tractions of a body are not in equilibrium: {found:.1e} of their sum is left, at most "
+        "the tractions of a body are not in equilibrium: {value:.1e} of their sum is left, at most "
         "{limit:g} is accepted",
         "choose smaller elements",
     ),
     "overlap": (
-        "surfaces overlap by {found:.1e} of what contact displaces",
+        "surfaces overlap by {value:.1e} of what contact displaces",
         "choose a smaller tolerance",
     ),
 }
-"""What a residual that is too large says, and advice, by its kind."""
+"""Message and advice for each residual that is too large, by the kind of the finding."""
 
 
 def imbalance(
     body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
 ) -> float:
-    """Resultant force and moment on a body, the larger one, over the sum of all sizes; at most 1
-    [-].
+    """Return the resultant force or moment on a body over the sum of all sizes, at most 1 [-].
 
-    Of a body that contact holds it is zero by construction: there it is what the multipliers of its
-    rigid motions say, over the largest displacement that strains it. What is round-off of the
-    displacement is no traction, nor is on compressed operators what their tolerance makes of a body
-    that nothing loads and that moves as a whole.
+    The larger of the two ratios is returned. On a body that only contact holds, the resultant is
+    zero by construction. There the value is the multipliers of its rigid motions, over the largest
+    displacement that strains the body. Tractions below the round-off of the displacement are not
+    counted. On compressed operators their tolerance also makes small tractions on a body that
+    nothing loads and that moves as a whole; these are not counted either.
 
     Parameters
     ----------
     body : ElasticBody
-        Of finite size.
+        A body of finite size.
     shares : (K,) array
-        Of the load states.
+        Share of each load state.
     u, traction : (n, d) arrays
         [length], [stress]
     sigma : (m, k) array
         Tractions at contact nodes [stress].
     alpha : (r,) array
-        Rigid motions.
+        Amplitudes of the rigid motions.
     """
     mesh = body.mesh
     x, force = mesh.x, mesh.weight[:, None] * traction
@@ -92,7 +92,7 @@ def imbalance(
         or np.tensordot(shares, body.data.known_traction, 1).any()
     )
     noise = WRITTEN if acting else max(WRITTEN, _noise(body, u, motions[: len(u)]))
-    with np.errstate(over="ignore"):  # beside displacements of any size tiny forces are round-off
+    with np.errstate(over="ignore"):  # forces may be too tiny to divide by
         least = (
             noise
             * body.operators.traction_scale
@@ -113,8 +113,11 @@ def imbalance(
 
 
 def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
-    """`STILL`, or the tolerance of the compression, where that explains all by which u is not a
-    rigid motion; else 0."""
+    """Return the relative noise of u if it explains all by which u is not a rigid motion, else 0
+    [-].
+
+    The noise is `STILL`, or `BLOCKS` times the tolerance of the compression if that is larger.
+    """
     rigid = motions.reshape(u.size, -1)
     strained = u.ravel() - rigid @ np.linalg.lstsq(rigid, u.ravel(), rcond=None)[0]
     most = max(STILL, BLOCKS * body.tolerance)
@@ -122,19 +125,19 @@ def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
 
 
 def increment_findings(residuals: dict[str, float], between: Finding | None) -> list[Finding]:
-    """Why a converged increment is not accepted.
+    """Return the reasons why a converged increment is not accepted.
 
     Parameters
     ----------
     residuals : dict
-        equilibrium, overlap, elimination; what is nan is not judged.
+        Values of equilibrium, overlap and elimination; nan is not judged.
     between : Finding, optional
-        The largest overlap between nodes where it is judged.
+        The largest overlap between nodes, if it is judged.
     """
     findings = [
         new_finding(
             kind,
-            text.format(found=residuals[kind], limit=limit_of(kind)),
+            text.format(value=residuals[kind], limit=limit_of(kind)),
             advice=advice,
             measured=residuals[kind],
         )
@@ -147,11 +150,11 @@ def increment_findings(residuals: dict[str, float], between: Finding | None) -> 
 
 
 def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
-    """The first end of a step, with its index, whose overlap between nodes is not small next to the
-    whole path.
+    """Return the first end of a step with a large overlap between nodes, and its index.
 
-    A contact that a step only begins may be smaller than an element: that is accepted where a later
-    step, or an earlier one, displaces the surfaces by ten times as much as they overlap here.
+    The overlap is compared with the displacement of the whole path. A step may begin a contact that
+    is smaller than an element. It is accepted if any step displaces the surfaces by about ten times
+    the overlap.
     """
     most = max(
         (float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0
@@ -174,5 +177,5 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
 
 
 def overlap_of(result: StepResult) -> Finding | None:
-    """The overlap between nodes that an increment was accepted with, if there is one."""
+    """Return the overlap between nodes with which an increment was accepted, or None."""
     return next((each for each in result.findings if each.kind == "overlap on the way"), None)

@@ -1,4 +1,4 @@
-"""Whether bodies and their meshes can be solved on, before they are eliminated."""
+"""Checks of bodies and their meshes before the elimination: thickness, distortion, stiffness."""
 
 from __future__ import annotations
 
@@ -16,21 +16,24 @@ from .findings import limit_of, new_finding
 from .thickness import SHARE, slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
-"""Largest size of elements of order 0, 1 and above over the thickness behind them. Clamped plates
-of order 1 deflect by 1.06 times what the theory says up to 1.25, beams and plates of order 2 by
-0.56 to 1.18 up to 5, above by anything and with either sign. Order 1 up to 4 is warned of: without
-bending it is right there. Of constant ones equilibrium is lost."""
+"""Largest accepted size of elements over the thickness behind them, for orders 0, 1 and above [-].
+Plates and beams of order 2 bend by 0.56 to 1.18 of the theory up to 5, and by any amount beyond.
+Order 1 deflects clamped plates by 1.06 of the theory up to 1.25, and without bending it is right up
+to 4. Constant elements lose equilibrium above 4."""
 STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
-"""Size over thickness from which bending is off by a tenth and more, which is warned of; of orders
-0 to 5. A cantilever 20 times as long as thick bends by .912, .906, .908 and .920 of the truth with
-orders 2 to 5 and sizes of 1.7, 2.5, 3.3, 4."""
+"""Size over thickness from which bending is wrong by a tenth, for orders 0 to 5 [-]; a warning. A
+cantilever of length 20 and thickness 1 bends by 0.912, 0.906, 0.908 and 0.920 of the truth with
+orders 2 to 5 and sizes of 1.7, 2.5, 3.3 and 4."""
 PLANE = 0.05
-"""Height of a panel over its chord, in its size, up to which it is as good as plane."""
+"""Height of a panel over its chord, as a share of its size, up to which it is taken as plane
+[-]."""
 
 
 def too_long_to_bend(mesh: BoundaryMesh) -> Mask:
-    """Elements on which linear ones would bend a tenth too little, (n_elements,); none where they
-    are a small share of the body."""
+    """Return which elements are so long that linear ones bend a tenth too little, (n_elements,).
+
+    None is marked where they are a small share of the body's surface.
+    """
     over, area = slenderness(mesh) > STIFF[0], np.bincount(mesh.element, mesh.measure)
     return np.asarray(over & bool(area[over].sum() > SHARE * area.sum()))
 
@@ -41,11 +44,11 @@ def check_meshes(
     boundaries: Sequence[Boundary],
     adapted: bool,
 ) -> list[Finding]:
-    """Find elements that are long next to the thickness of the body behind them, and distorted
-    ones, unless they were adapted on a surface that is known.
+    """Find elements that are large next to the thickness of the body behind them, and distorted
+    ones.
 
-    A body is refused if more than a tenth of its boundary has elements on which bending is not
-    solved at all.
+    Elements that were adapted on an exactly known surface are not checked for distortion. A body is
+    refused if elements that cannot solve bending are more than a tenth of its boundary.
     """
     findings = []
     for body, mesh, boundary in zip(problem.body, meshes, boundaries, strict=True):
@@ -61,7 +64,7 @@ def check_meshes(
         )
         if area[over].sum() > SHARE * area.sum():
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
-            # the panels of a file are what they are
+            # the program cannot change the panels of a file
             how = "mesh the file anew with cells" if boundary.meshed else "choose an element_size"
             order = f", or order {len(LARGEST) - 1}" if np.all(ratio[over] <= LARGEST[-1]) else ""
             findings.append(
@@ -82,12 +85,12 @@ def check_meshes(
 
 
 def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
-    """A finding of curved elements whose area factor varies, naming the worst one."""
+    """Find curved elements whose area factor varies too much, and name the worst one."""
     curved = [
         batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)
     ]
-    # plane ones with curved sides keep their digits: p with a ratio of 3.9 is the same to 4e-10
-    # with quadrature_tol = 1e-11, and to 1e-10 on rings of panels on balls, with one of 2.7
+    # plane panels with curved sides keep their digits: with a ratio of 3.9 p changes by 4e-10 at
+    # quadrature_tol = 1e-11; on rings of panels on balls it changes by 1e-10 with a ratio of 2.7
     plane = (np.abs(panels.box[:, :, 2]).max(axis=1) < PLANE for panels in curved)
     ratio = np.concatenate(
         [
@@ -104,18 +107,17 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     worst = int(ratio.argmax())
     index = np.concatenate([panels.index for panels in curved])[worst]
     centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
-    place = ", ".join(f"{c:.4g}" for c in centre)
+    point = ", ".join(f"{c:.4g}" for c in centre)
     text = (
         f"the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} "
         f"varies by more than {limit_of('distortion'):g} within the element, most by "
-        f"{ratio[worst]:.3g} in element {int(index)} at ({place}); its integrals keep fewer digits"
+        f"{ratio[worst]:.3g} in element {int(index)} at ({point}); its integrals keep fewer digits"
     )
     return [new_finding("distortion", text, "mesh", measured=float(ratio[worst]))]
 
 
 def check_stiffness(problem: Problem) -> list[Finding]:
-    """Find bodies whose displacements lose each other's digits: Young's moduli that differ by more
-    than `STIFFEST`."""
+    """Find bodies whose displacements lose digits, since the Young's moduli differ too much."""
     names = [body.name for body in problem.body]
     moduli = [body.material.young_modulus for body in problem.body]
     soft, stiff = int(np.argmin(moduli)), int(np.argmax(moduli))

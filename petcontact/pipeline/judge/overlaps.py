@@ -1,4 +1,4 @@
-"""Whether surfaces overlap, at the nodes and between them."""
+"""Overlaps of surfaces after an increment, at the nodes and between them."""
 
 from __future__ import annotations
 
@@ -18,26 +18,28 @@ from .between_nodes import Places
 from .findings import limit_of, new_finding
 
 NEGLIGIBLE = 1e-2
-"""Part of what tractions displace that an overlap between nodes may be off by."""
+"""Accepted error of an overlap between nodes, over the displacement that tractions cause [-]."""
 
 
 class Overlap(NamedTuple):
     """How far surfaces overlap after an increment.
 
+    The three relative overlaps are d / (d + s) in [0, 1]. Here d is the overlap and s the largest
+    displacement that tractions cause on any interface. Thus cutting a contact into two pairs
+    changes nothing.
+
     Attributes
     ----------
     at_nodes, between : float
-        The largest overlap at nodes and between them, over itself and what tractions displace
-        anywhere, in [0, 1]: a contact that is cut into two pairs is the same.
+        The largest relative overlap at nodes, and between them.
     depth : float
-        Of the latter [length].
+        The largest overlap between nodes [length].
     displaced : float
-        The most that tractions displace on any interface [length].
+        The displacement s [length].
     finding : Finding, optional
-        The latter overlap, where it is more than is accepted of an increment by itself.
+        The overlap between nodes, if it exceeds the limit for one increment.
     pressed, pressed_where : float, str
-        As `between`, and its place in words, of all elements, those in contact among them, where
-        that was asked for.
+        As `between`, with elements in contact included, and its position in words; only on request.
     """
 
     at_nodes: float = 0.0
@@ -58,11 +60,10 @@ def overlaps(
     *,
     closed: bool = False,
 ) -> Overlap:
-    """The largest overlap at nodes and between them, and between nodes in contact where asked for
-    (`closed`).
+    """Return the largest overlap at nodes and between them.
 
-    At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law
-    says so.
+    At nodes it is the part of v_n that the law forbids, hence also a gap in bilateral contact.
+    `closed` asks for the overlap in elements in contact, too.
     """
     if bodies.k < bodies.components:
         return Overlap()
@@ -75,7 +76,7 @@ def overlaps(
         + np.abs(moved).max(initial=0.0)
         + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     )
-    # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
+    # R_ρ/ρ is the forbidden part of v plus σ/ρ; ρ is so large that σ/ρ is below round-off
     least = noise.min(initial=np.inf)
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
     rho = rho if rho > 0.0 else 1.0
@@ -84,77 +85,84 @@ def overlaps(
     finding, pressed_text = None, ""
     strained = displaced_by(system, outcome.v, outcome.sigma, bodies.slices)
     scale = float(np.abs(strained).max(initial=0.0))
-    for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
-        seen = np.isfinite(face.gap)
+    for where, interface, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
+        seen = np.isfinite(interface.gap)
         depth = float((forbidden - noise)[where][seen].max(initial=0.0))
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, place = between.overlap(
+        depth, position = between.overlap(
             outcome.v[where, -1],
-            face.gap,
+            interface.gap,
             outcome.states[where],
             NEGLIGIBLE * scale,
             unfaced=not outcome.sigma[where].any(),
         )
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
-        if share > limit_of("overlap on the way") and _yields(bodies, outcome, places, face, depth):
+        if share > limit_of("overlap on the way") and _yields(
+            bodies, outcome, places, interface, depth
+        ):
             share, depth = 0.0, 0.0
-        if share > max(worst, limit_of("overlap on the way")) and place is not None:
+        if share > max(worst, limit_of("overlap on the way")) and position is not None:
             finding = new_finding(
                 "overlap on the way",
-                f"surfaces overlap between nodes: {_told(face, between, depth, place)}",
+                f"surfaces overlap between nodes: {_told(interface, between, depth, position)}",
                 measured=share,
             )
         worst, deepest = max((worst, deepest), (share, depth))
         if closed and scale > 0.0:
-            depth, place = between.overlap(
-                outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale, True
+            depth, position = between.overlap(
+                outcome.v[where, -1], interface.gap, outcome.states[where], NEGLIGIBLE * scale, True
             )
-            if (share := _share(depth, scale)) > pressed and place is not None:
-                pressed, pressed_text = share, _told(face, between, depth, place)
+            if (share := _share(depth, scale)) > pressed and position is not None:
+                pressed, pressed_text = share, _told(interface, between, depth, position)
     return Overlap(at_nodes, worst, deepest, scale, finding, pressed, pressed_text)
 
 
-def _told(face: Interface, between: Places, depth: float, place: tuple[Index, Array]) -> str:
-    point = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*place))
-    return f"pair {face.name!r} by {depth:.3g} at ({point})"
+def _told(
+    interface: Interface, between: Places, depth: float, position: tuple[Index, Array]
+) -> str:
+    point = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*position))
+    return f"pair {interface.name!r} by {depth:.3g} at ({point})"
 
 
 def _yields(
     bodies: BodiesSystem,
     outcome: ContactState,
     places: list[Places | None],
-    face: Interface,
+    interface: Interface,
     depth: float,
 ) -> bool:
-    """Whether a free body of a pair carries nothing and has room to move away by as much: then no
-    traction is missed."""
-    for number in (face.body, face.primary):
+    """Return whether a free body of a pair has no contact and room to move away by the overlap.
+
+    In that case no traction is missed.
+    """
+    for number in (interface.body, interface.primary):
         if number is None or bodies.bodies[number].modes.shape[2] < bodies.motions.count:
             continue
-        beside = [
-            every
-            for every in zip(bodies.slices, bodies.interfaces, places, strict=True)
-            if number in (every[1].body, every[1].primary)
+        touching = [
+            entry
+            for entry in zip(bodies.slices, bodies.interfaces, places, strict=True)
+            if number in (entry[1].body, entry[1].primary)
         ]
-        carries = any(outcome.sigma[where].any() for where, *_ in beside)
+        carries = any(outcome.sigma[where].any() for where, *_ in touching)
         if not carries and all(
-            _clears(outcome, where, other, between, depth)
-            for where, other, between in beside
-            if other is not face
+            _clears(outcome, where, neighbour, between, depth)
+            for where, neighbour, between in touching
+            if neighbour is not interface
         ):
             return True
     return False
 
 
 def _clears(
-    outcome: ContactState, where: slice, face: Interface, between: Places | None, depth: float
+    outcome: ContactState, where: slice, interface: Interface, between: Places | None, depth: float
 ) -> bool:
-    """Whether the sides of a pair, at the nodes and between them, are more than a depth apart."""
+    """Return whether the sides of a pair are farther apart than `depth`, at nodes and between
+    them."""
     v_n, states = outcome.v[where, -1] + depth, outcome.states[where]
     return v_n.max(initial=-np.inf) < 0.0 and (
-        between is None or between.overlap(v_n, face.gap, states, 0.0)[0] == 0.0
+        between is None or between.overlap(v_n, interface.gap, states, 0.0)[0] == 0.0
     )
 
 

@@ -1,4 +1,7 @@
-"""What meshes leave of gaps and of known data between the nodes that see them, as pressure."""
+"""Errors of p from parts of gaps and given data that a mesh does not represent between its nodes.
+
+The polynomials f_h of the elements stand for a given function f; the remainder is f - f_h.
+"""
 
 from __future__ import annotations
 
@@ -23,19 +26,20 @@ from ...results.records import PairResult
 from ..pose.load_states import given_values, known_function
 
 TINY = 1e-300
-"""Least pressure."""
+"""Smallest divisor in a ratio of pressures [stress]."""
 BINS = 8
-"""Along each coordinate of an element, over which what is left is averaged along the other one."""
+"""Strips of an element along each coordinate, in which the remainder is averaged across."""
 BOUNDS = "friction_bound", "friction_coefficient"
 LARGE = 0.25
-"""Share of known data between the nodes that is warned of: constant elements leave 16 % of a sine
-at ten a period."""
+"""Share of given data between the nodes above which there is a warning [-]. Constant elements miss
+16 % of a sine at ten elements a period."""
 
 
 def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
-    """Known data of which a mesh misses a large share, in words.
+    """Return a sentence for each given function of which a mesh misses a large share.
 
-    It is the integral of |f - f_h| over that of |f|, f_h the polynomials that stand for the data.
+    The share is the integral of |f - f_h| over that of |f|, with the polynomials f_h of the
+    elements.
 
     Examples
     --------
@@ -43,37 +47,37 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
-    found, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
+    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
     for number in range(len(problem.body)):
         for part, condition in (c for state in problem.conditions(number) for c in state.items()):
             for one in condition.apart if isinstance(condition, Displacement | Traction) else ():
                 key = number, type(one).__name__.lower(), part
                 share = data.left(number, part, one)[1]
-                found[key] = max(share, found.get(key, 0.0))
+                shares[key] = max(share, shares.get(key, 0.0))
     for side, what in itertools.product(problem.interfaces, BOUNDS):
         value = getattr(side.law, what)
         if isinstance(value, str) or callable(value):
-            samples, nodal = of_law(side, meshes[side.body], what)
+            samples, nodal = samples_of_law(side, meshes[side.body], what)
             share = samples.share(samples.left(nodal), samples.values)
-            found[side.body, what.replace("_", " "), side.part] = share
+            shares[side.body, what.replace("_", " "), side.part] = share
     return [
         f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {what} on {part}, "
         f"which varies within elements; use smaller elements there"
-        for (number, what, part), share in found.items()
+        for (number, what, part), share in shares.items()
         if share > LARGE
     ]
 
 
 class GapRemainder:
-    """What the elements of a unilateral contact do not see of its gap.
+    """The part of the gap of a unilateral contact that the elements do not represent.
 
     Parameters
     ----------
     side : PosedInterface
-        Whose gap is an expression or a function.
+        An interface whose gap is an expression or a function.
     mesh : BoundaryMesh
     nodes : (m,) array
-        Of the contact.
+        Nodes of the contact.
     stiffness : float
         E* of both bodies [stress].
     """
@@ -82,7 +86,7 @@ class GapRemainder:
         self, side: PosedInterface, mesh: BoundaryMesh, nodes: Index, stiffness: float
     ) -> None:
         self._mesh, self._nodes, self._stiffness = mesh, nodes, stiffness
-        self._samples, nodal = of_law(side, mesh, "gap")
+        self._samples, nodal = samples_of_law(side, mesh, "gap")
         self._left = self._samples.left(nodal)[:, 0]
         self._size = element_sizes(mesh)
 
@@ -91,15 +95,17 @@ class GapRemainder:
         return self._samples.rough(self._samples.values)[:, 0]
 
     def squares(self, pair: PairResult) -> Array:
-        """Squared errors of p that come from it on each element, (n_elements,) [stress² · area].
+        """Return the squared error of p on each element from the remainder, (n_elements,) [stress²
+        · area].
 
-        On elements that are open all over it is the overlap between the nodes over twice their
-        size, times E*; on others what rough parts of the gap take (`_of_waves`).
+        On an element without nodes in contact, the error is E* times the largest overlap between
+        nodes over twice the element size. On others it is the pressure of the gap's remainder
+        (`_of_waves`).
 
         Parameters
         ----------
         pair : PairResult
-            Of the contact after a step.
+            The contact after a step.
         """
         mesh, samples = self._mesh, self._samples
         opening, touched = self._opening(pair)
@@ -110,19 +116,26 @@ class GapRemainder:
         return np.where(touched, self._of_waves(pair.pressure, opening) ** 2, pressed**2 * area)
 
     def overlaps(self, pair: PairResult) -> tuple[Array, float]:
-        """Points (k, d) on elements that are open all over at which surfaces overlap by half of the
-        most there is, or more, and how wide they do [length]."""
+        """Return where elements without nodes in contact overlap most, and the width of that
+        region.
+
+        The points (k, d) have at least half of the largest overlap. The width is the root of their
+        area, in the plane their length [length].
+        """
         mesh, samples = self._mesh, self._samples
         opening, touched = self._opening(pair)
         opening[touched[samples.element]] = 0.0
-        over = opening < min(0.5 * float(opening.min()), 0.0)
-        names = mesh.variables_at(samples.element[over], samples.place[over])
-        width = float(samples.weight[over].sum()) ** (1.0 / (mesh.dim - 1))
+        deep = opening < min(0.5 * float(opening.min()), 0.0)
+        names = mesh.variables_at(samples.element[deep], samples.place[deep])
+        width = float(samples.weight[deep].sum()) ** (1.0 / (mesh.dim - 1))
         return np.column_stack([names[c] for c in "xyz"[: mesh.dim]]), width
 
     def _opening(self, pair: PairResult) -> tuple[Array, Mask]:
-        """How far the surfaces are apart at the samples (q,) [length], and which elements are in
-        contact somewhere (n_elements,)."""
+        """Return the distance of the surfaces at the samples (q,) [length] and the elements in
+        contact.
+
+        An element (n_elements,) is in contact if one of its nodes is.
+        """
         at_nodes = np.zeros(self._mesh.n_nodes)
         at_nodes[self._nodes] = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
         touched = np.zeros(self._mesh.n_elements, dtype=bool)
@@ -130,16 +143,17 @@ class GapRemainder:
         return self._left + self._samples.basis @ at_nodes, touched
 
     def _of_waves(self, pressure: Array, opening: Array) -> Array:
-        """Norms of the pressure on elements (n_elements,) that rough parts of the gap take.
+        """Return the L2 norm of the pressure that the gap's remainder causes on each element,
+        (n_elements,).
 
-        A wave of number k and amplitude a takes E* k a/2. What p degrees leave has as many zeros an
-        element as the next one, p + 1, and about half as many waves. It takes a share of that
-        pressure only where the gap goes on smoothly beyond an element: the share that p has of what
-        the degrees 1 to p of the gap would take there by themselves, in half a wave.
+        A wave of number k and amplitude a takes the pressure E* k a/2 to close. The remainder of an
+        element of order p has p + 1 zeros, hence about (p + 2)/2 half waves. The gap closes only
+        partly there: the share is the variation of p, over the pressure that the resolved gap would
+        take to close in half a wave.
 
-        It is left of the gap or, if that is less, of what opens between the nodes, but no further
-        than p there closes in a wave, which is twice as high as its amplitude: beyond, a place is
-        open, however far.
+        The remainder is that of the gap or, if smaller, that of the opening between the nodes. The
+        opening is clipped at twice the amplitude that p can close: beyond that a point is open, at
+        any distance.
         """
         mesh, samples = self._mesh, self._samples
         most, p = np.zeros(mesh.n_elements), np.zeros(mesh.n_nodes)
@@ -159,7 +173,8 @@ class GapRemainder:
 
     @functools.cached_property
     def along(self) -> Array:
-        """Shares of what is rough that vary along both coordinates of elements, (n_elements, 2)."""
+        """Return the shares of the remainder that vary along each of the two coordinates,
+        (n_elements, 2)."""
         mesh, samples = self._mesh, self._samples
         low, high = (np.full((mesh.n_elements, 2), sign * np.inf) for sign in (1.0, -1.0))
         np.minimum.at(low, samples.element, samples.place)
@@ -178,9 +193,9 @@ class GapRemainder:
         return np.divide(result, whole, out=np.full_like(result, 0.5), where=whole > 0.0)
 
 
-def of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples, Array]:
-    """Samples of a function that the law of an interface has, its gap or a bound, and its values
-    (n, 1) at all nodes of the mesh; 0 where it is not finite."""
+def samples_of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples, Array]:
+    """Return samples of a law's gap or bound, and its values (n, 1) at all nodes; 0 where not
+    finite."""
 
     def values(names: Mapping[str, Array], count: int) -> Array:
         return evaluate(getattr(side.law, name), names, count, side.key, otherwise=0.0)[:, None]
@@ -196,10 +211,13 @@ def of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple[Samples
 def gap_remainders(
     problem: Problem, meshes: Sequence[BoundaryMesh], nodes: Sequence[Index]
 ) -> list[GapRemainder | None]:
-    """Of each contact; None where its gap is a number or that of the geometry, or it does not
-    open."""
-    found = list[GapRemainder | None]()
-    for side, mine in zip(problem.interfaces, nodes, strict=True):
+    """Return the gap remainder of each contact.
+
+    It is None for a gap that is a number or that of the geometry, and for contacts that cannot
+    open.
+    """
+    remainders = list[GapRemainder | None]()
+    for side, contact_nodes in zip(problem.interfaces, nodes, strict=True):
         gap = side.law.gap
         rough = callable(gap) or (isinstance(gap, str) and gap != "geometry")
         soft = sum(
@@ -207,12 +225,14 @@ def gap_remainders(
             for b in side.bodies
         )
         opens = side.law.normal == "unilateral" and rough
-        found.append(GapRemainder(side, meshes[side.body], mine, 1.0 / soft) if opens else None)
-    return found
+        remainders.append(
+            GapRemainder(side, meshes[side.body], contact_nodes, 1.0 / soft) if opens else None
+        )
+    return remainders
 
 
 class DataRemainders:
-    """What meshes leave of displacements and tractions that are given on their parts.
+    """The remainders of displacements and tractions that are given on parts of bodies.
 
     Parameters
     ----------
@@ -225,17 +245,17 @@ class DataRemainders:
         self._known: dict[int, tuple[object, Array, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
-        """Squared errors of p that come from each element of a body at the end of a step,
-        (n_elements,) [stress² · area].
+        """Return the squared error of p from each element of a body at the end of a step,
+        (n_elements,).
 
-        What the nearest polynomials leave has no resultant on any element and fades with the
-        distance from the contact (see `faded`); a displacement is E* over twice the size of an
-        element times a pressure.
+        The unit is [stress² · area]. The remainder has no resultant on any element, so that its
+        effect fades with the distance from the contact (see `faded`). A displacement times E* over
+        twice the element size is a pressure.
 
         Parameters
         ----------
         number, step : int
-            Of the body, from 0, and of the step, from 1.
+            Number of the body, from 0, and of the step, from 1.
         contact : (n_elements,) array
             Which elements are in contact.
         """
@@ -251,10 +271,11 @@ class DataRemainders:
     def left(
         self, number: int, part: str, condition: Displacement | Traction
     ) -> tuple[Array, float]:
-        """Squares of what is left on each element, and its share of the data; looked at once."""
+        """Return the squared remainder on each element, and its share of the data [-]; computed
+        once."""
         if id(condition) not in self._known:
-            found = self._looked_at(number, part, condition)
-            self._known[id(condition)] = condition, *found
+            remainder = self._looked_at(number, part, condition)
+            self._known[id(condition)] = condition, *remainder
         return self._known[id(condition)][1:]
 
     def _looked_at(

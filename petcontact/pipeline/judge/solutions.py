@@ -1,4 +1,4 @@
-"""What is found of a solve that ended: its interfaces, obstacles and loads."""
+"""Findings of a solve that ended: its interfaces, obstacles and loads."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from .suspicious import suspicious
 from .warnings import unusual
 
 NEXT = 2.0
-"""Gaps over what contact closes up to which faces are looked at for their `sag`."""
+"""Gaps over the gap that contact closes, up to which the `sag` of faces is judged [-]."""
 
 
 def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
-    """All that is found of a solve that ended; what several increments share stands once."""
+    """Return all findings of a solve that ended; what several increments share is listed once."""
     results, tried = solution.steps, solution.tried
     findings = [
         *problem.discrete.findings,
@@ -43,8 +43,11 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
 
 
 def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
-    """Find interfaces whose two sides feel different forces, or differ in shape by more than is
-    small next to what contact closes."""
+    """Find interfaces whose two sides differ in force or in shape.
+
+    The difference in shape is the `sag` of their faces. It is compared with the gap that contact
+    closes.
+    """
     findings = []
     for interface in problem.discrete.interfaces:
         pairs = [result.pairs[interface.name] for result in results]
@@ -61,8 +64,8 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
         ]
         # where nothing touches, the smallest gap is what facets may hide
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
-        beside = interface.gap <= NEXT * approach
-        sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
+        near = interface.gap <= NEXT * approach
+        sag = 0.0 if interface.sag is None else float(interface.sag[near].max(initial=0.0))
         if sag > limit_of("sag") * approach:
             text = (
                 f"its elements miss the curved faces that they stand for by up to {sag:.2g}, next "
@@ -78,7 +81,7 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
 
 
 def _ignored(problem: PreparedProblem) -> list[Finding]:
-    """Find obstacles that touch nothing, and their loads on components whose motion is given."""
+    """Find obstacles without contact, and obstacle loads on components whose motion is given."""
     discrete, kind, findings = problem.discrete, problem.system.motions, []
     for k, obstacle in enumerate(discrete.problem.obstacle):
         if all(side.obstacle != k for side in discrete.sides):
@@ -96,8 +99,10 @@ def _ignored(problem: PreparedProblem) -> list[Finding]:
 
 
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:
-    """Find interfaces that stay pressed at the end of a step that took all loads away; an overlap
-    of bodies is a load, too."""
+    """Find interfaces that stay pressed after a step that took all loads away.
+
+    An initial overlap of bodies counts as a load.
+    """
     findings = []
     for number in _unloaded(problem):
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]
@@ -117,7 +122,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
 
 
 def _unloaded(problem: PreparedProblem) -> list[int]:
-    """Numbers of the steps that take all loads away."""
+    """Return the numbers of the steps that take all loads away."""
     discrete, kind = problem.discrete, problem.system.motions
     if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
         return []
@@ -133,13 +138,13 @@ def _unloaded(problem: PreparedProblem) -> list[int]:
 
 
 def _is_driven(obstacle: Obstacle, kind: Motions) -> bool:
-    """Whether an obstacle is displaced or loaded."""
+    """Return whether an obstacle is displaced or loaded."""
     pairs = zip(obstacle.motions(kind), obstacle.loads(kind), strict=True)
     return any(load if motion == "free" else motion for motion, load in pairs)
 
 
 def reached(discrete: Discrete, results: list[StepResult]) -> str:
-    """How a converged solve ended, and what to look at."""
+    """Return the sentence that says how a converged solve ended, with its largest residuals."""
     if not discrete.sides:
         defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
         return f"nothing is in contact, elastic residual {defect:.1e}"
@@ -149,7 +154,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
         key: max(0.0 if math.isnan(r.residuals[key]) else float(r.residuals[key]) for r in results)
         for key in ("normal", "tangential", "balance", "elastic", "equilibrium")
     }
-    # a balance of 0 is none: nothing is held by contact only
+    # a balance of 0 means that no body is held by contact only
     return "residuals " + ", ".join(
         f"{key} {value:.1e}" if value else f"{key} 0"
         for key, value in worst.items()
@@ -158,7 +163,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
 
 
 def _open(results: list[StepResult]) -> list[Finding]:
-    """Find that nothing is ever in contact."""
+    """Find that no increment has contact anywhere."""
     pairs = results[-1].pairs if results else {}
     if not pairs or any((p.state != OPEN).any() for r in results for p in r.pairs.values()):
         return []

@@ -1,4 +1,4 @@
-"""Findings of what a user hardly meant: strains, loads, friction and gaps that are out of scale."""
+"""Findings of data that the user hardly meant: unusual strains, loads, friction and gaps."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
 
 USUAL = 0.95
-"""Share of a boundary that is strained less: at singular corners strains have no bound."""
+"""Share of a boundary whose strain is judged. The rest may be singular corners, whose strain has no
+bound."""
 
 
 def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
-    """Find what is out of scale in a problem and in its solution."""
+    """Find unusual numbers in a problem and in its solution."""
     return [
         *_strains(solution),
         *_frictions(discrete),
@@ -30,8 +31,8 @@ def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
 
 
 def _strains(solution: Solution) -> list[Finding]:
-    """Find bodies whose strains are large, and those with loads that are next to nothing."""
-    found = list[Finding]()
+    """Find bodies with large strains, and loaded bodies with strains that are almost 0."""
+    findings = list[Finding]()
     for body in solution.problem.body if solution.steps else ():
         if not solution.body_fields(body.name).known:
             continue
@@ -45,64 +46,65 @@ def _strains(solution: Solution) -> list[Finding]:
         if strain > limit_of("strain"):
             text = f"body {body.name!r} is strained by {strain:.0%}: strains are taken to be small"
             advice = "check the units of loads and moduli"
-            found.append(new_finding("strain", text, advice=advice, measured=strain))
+            findings.append(new_finding("strain", text, advice=advice, measured=strain))
         if SOLVED < strain < limit_of("tiny strain"):
             text = f"body {body.name!r} is strained by {strain:.1e} only"
             advice = "check that loads and moduli have the same unit"
-            found.append(new_finding("tiny strain", text, advice=advice, measured=strain))
-    return found
+            findings.append(new_finding("tiny strain", text, advice=advice, measured=strain))
+    return findings
 
 
 def _usual(values: Array, weight: Array) -> float:
-    """What values stay below on `USUAL` of a boundary."""
+    """Return the value below which the share `USUAL` of the boundary lies."""
     order = np.argsort(values)
     row = int(np.searchsorted(np.cumsum(weight[order]), USUAL * float(weight.sum())))
     return float(values[order[min(row, len(order) - 1)]])
 
 
 def _pressed(pressure: Array, state: States, weight: Array) -> float:
-    """The mean pressure of what is closed."""
+    """Return the mean pressure over the nodes in contact, 0 without contact [stress]."""
     closed = state != OPEN
     area = float(weight[closed].sum())
     return float(weight[closed] @ np.abs(pressure[closed])) / area if area > 0.0 else 0.0
 
 
 def _frictions(discrete: Discrete) -> list[Finding]:
-    """Find coefficients of friction that no dry pair has."""
-    found = list[Finding]()
+    """Find friction coefficients that no dry pair of materials has."""
+    findings = list[Finding]()
     for side in discrete.sides:
         value = side.law.friction_coefficient
         if isinstance(value, (int, float)) and value > limit_of("friction coefficient"):
             text = f"a friction coefficient of {value:g}: dry pairs have 0.05 to 1.5"
             where = f"pair {side.name!r}"
-            found.append(new_finding("friction coefficient", text, where, measured=float(value)))
-    return found
+            findings.append(new_finding("friction coefficient", text, where, measured=float(value)))
+    return findings
 
 
 def _gaps(discrete: Discrete) -> list[Finding]:
-    """Find gaps that bilateral contact closes by force, and overlaps that are not small."""
-    found, names = list[Finding](), [body.name for body in discrete.problem.body]
+    """Find gaps that bilateral contact closes by pulling, bodies without contact, and large
+    overlaps."""
+    findings, names = list[Finding](), [body.name for body in discrete.problem.body]
     touching = {names[number] for side in discrete.sides for number in side.bodies}
     for name in [name for name in names if name not in touching] if len(names) > 1 else ():
         text = "touches no other body"
         advice = "bodies meet where a [[contact]] names their parts"
-        found.append(new_finding("unpaired", text, f"body {name!r}", advice=advice))
-    for side, face in zip(discrete.sides, discrete.interfaces, strict=True):
-        where, gap = f"pair {side.name!r}", face.gap[np.isfinite(face.gap)]
+        findings.append(new_finding("unpaired", text, f"body {name!r}", advice=advice))
+    for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        where, gap = f"pair {side.name!r}", interface.gap[np.isfinite(interface.gap)]
         if side.law.normal == "bilateral" and gap.max(initial=0.0) > 0.0:
             text = f"bilateral contact closes a gap of {gap.max():.3g} by pulling"
             advice = 'a gap may stay open with normal = "unilateral"'
-            found.append(new_finding("closed gap", text, where, advice=advice))
+            findings.append(new_finding("closed gap", text, where, advice=advice))
         overlap = -float(gap.min(initial=0.0))
         size = discrete.boundaries[side.body].diameter
         if overlap > limit_of("large overlap") * size:
             text = f"overlaps by {overlap:.3g}, {overlap / size:.0%} of the body"
-            found.append(new_finding("large overlap", text, where, measured=overlap / size))
-    return found
+            findings.append(new_finding("large overlap", text, where, measured=overlap / size))
+    return findings
 
 
 def _empty(steps: Sequence[StepResult]) -> list[Finding]:
-    """Find steps before the last at whose end no contact carries anything."""
+    """Find steps before the last one at whose end no contact transmits pressure."""
     return [
         new_finding("empty step", "its contact carries nothing", f"step {step.name!r}")
         for step in step_ends(steps)[:-1]

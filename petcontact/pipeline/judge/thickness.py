@@ -1,4 +1,4 @@
-"""How large the elements of a boundary are, next to the thickness of the body behind them."""
+"""Size of the elements of a boundary over the thickness of the body behind them."""
 
 from __future__ import annotations
 
@@ -9,51 +9,55 @@ from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.hp_grading import OPPOSITE
 
-BESIDE = 0.75
-"""Sizes of an element by which nodes behind it may lie beside its centre."""
+ASIDE = 0.75
+"""Largest distance of an opposite node from the normal line through the centre, in element
+sizes."""
 DEEPEST = 1.0
-"""Sizes of an element beyond which the other side is not looked for."""
+"""Depth up to which the opposite side is looked for, in element sizes."""
 SHARE = 0.1
-"""Of the boundary, that elements which are large beside the thickness may be: those next to an
-acute corner always are."""
+"""Share of the boundary that too large elements may have: next to acute corners there always are
+some."""
 BENDING = 5e-3
-"""Error of forces and pressure over the squared size of panels over the thickness: spherical shells
-of thickness .2 and .15 of their radius, pressed on a plane, were .8 and 1.8 % too stiff with 1.4
-and 1.9 (of order 1)."""
+"""Relative error of forces and pressure over (size / thickness)². Spherical shells of order 1 with
+a thickness of 0.2 and 0.15 radii, pressed on a plane, were 0.8 and 1.8 % too stiff at ratios of 1.4
+and 1.9."""
 
 
 def slenderness(mesh: BoundaryMesh) -> Array:
-    """Size of each element over the thickness of the body behind it, (n_elements,) [-].
+    """Return the size of each element over the thickness of the body behind it, (n_elements,) [-].
 
-    The size is the length, in space the root of the area. 0 where the other side lies further than
-    `DEEPEST` sizes behind, or the two sides meet at an angle.
+    The size is the length, in space the square root of the area. The value is 0 where no opposite
+    side lies within `DEEPEST` sizes, or where the two sides meet at an angle.
     """
     count, d = mesh.n_elements, mesh.dim
     area = np.bincount(mesh.element, mesh.measure, minlength=count)
     size = area ** (1.0 / (d - 1))
     middle = np.add.reduceat(mesh.measure[:, None] * mesh.x, mesh.first_node[:-1]) / area[:, None]
-    # the node nearest to the middle: the middle of a curved element may lie deeper than a shell is
-    # thick
+    # take the node nearest to the middle: the middle itself may lie below a thin curved shell
     away = np.linalg.norm(mesh.x - middle[mesh.element], axis=1)
     nearest = np.lexsort((away, mesh.element))[mesh.first_node[:-1]]
     centre, normal = mesh.x[nearest], mesh.normal[nearest]
-    element, node = within(mesh.x, centre, np.hypot(BESIDE, DEEPEST) * size)
+    element, node = within(mesh.x, centre, np.hypot(ASIDE, DEEPEST) * size)
     facing = np.einsum("qd,qd->q", mesh.normal[node], normal[element]) < OPPOSITE
     if not facing.any():
         return np.zeros(count)
     element, node = element[facing], node[facing]
     away = mesh.x[node] - centre[element]
     depth = -np.sum(away * normal[element], axis=1)
-    beside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)
-    behind = (depth > 0.0) & (beside < BESIDE * size[element])
+    aside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)
+    behind = (depth > 0.0) & (aside < ASIDE * size[element])
     thickness = np.full(count, np.inf)
     np.minimum.at(thickness, element[behind], depth[behind])
     return np.asarray(size / thickness)
 
 
 def bending_error(mesh: BoundaryMesh) -> float:
-    """What forces and pressure may be off by, relative, for what elements are too large beside the
-    thickness to bend."""
+    """Return the relative error of forces and pressure from elements that are too large to bend
+    [-].
+
+    It is `BENDING` times the square of the size over the thickness that the share `SHARE` of the
+    boundary exceeds.
+    """
     ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
     order = np.argsort(-ratio)
     beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())

@@ -1,5 +1,5 @@
-"""Warnings of a solution that is accepted: motions that are not small, tractions that are hardly in
-equilibrium."""
+"""Warnings for accepted solutions: motions that are not small, and poor equilibrium of
+tractions."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ ROLLED = "{} turns by {:.2g} widths of its contact"
 def rolled_off(
     discrete: Discrete, pairs: Mapping[str, PairResult], bodies: Mapping[str, BodyResult]
 ) -> list[Finding]:
-    """Find bodies that an increment turns by more than the width of their contact."""
+    """Find bodies that one increment turns by more than the width of their contact."""
     return _large("rolled off", ROLLED, rolls(discrete, pairs, bodies))
 
 
 def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
-    """Find displacements of an increment that are not accepted, by the body that moves farthest.
+    """Find the body that moves farthest over its size, if it moves by more than is accepted.
 
-    `largest` is the largest displacement of each body [length].
+    `largest` is the largest displacement of each body in the increment [length].
     """
     moved, number = max(
         (u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True))
@@ -47,7 +47,7 @@ def absurd(discrete: Discrete, largest: Sequence[float]) -> list[Finding]:
 
 
 def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
-    """Find motions that are not small, and tractions without equilibrium."""
+    """Find motions that are not small, and tractions that are not in equilibrium."""
     return [*_uneven(results), *_rough(discrete, results), *_motions(discrete, results)]
 
 
@@ -59,8 +59,8 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
             rotation, travel = _rigid_part(mesh, result.bodies[body.name].u)
             _raise(turned, f"body {body.name!r}", rotation)
             _raise(moved, f"body {body.name!r}", travel)
-        for name, way in rolls(discrete, result.pairs, result.bodies).items():
-            _raise(rolled, name, way)
+        for name, arc in rolls(discrete, result.pairs, result.bodies).items():
+            _raise(rolled, name, arc)
         for name, obstacle in result.obstacles.items():
             _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
     return [
@@ -72,7 +72,7 @@ def _motions(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]
 
 
 def _large(kind: str, text: str, values: dict[str, float]) -> list[Finding]:
-    """Findings of motions that are larger than their limit."""
+    """Return a finding for each value that exceeds the limit of its kind."""
     advice = "displacements are taken to be small"
     return [
         new_finding(kind, text.format(name, value), advice=advice, measured=value)
@@ -82,10 +82,11 @@ def _large(kind: str, text: str, values: dict[str, float]) -> list[Finding]:
 
 
 def _slips(discrete: Discrete, results: Sequence[StepResult]) -> dict[str, float]:
-    """The largest slip in contact of each interface, over the largest of its elements.
+    """Return the largest slip in contact of each interface, over the size of its largest element
+    [-].
 
-    Along fixed straight ground nothing changes, however far a body slips. Elements that are graded
-    to nothing say nothing of what the surface is like further on.
+    Slip along fixed straight ground changes no gap, however large it is: such interfaces are left
+    out. The largest element is taken since graded elements are arbitrarily small at their point.
     """
     slid = dict[str, float]()
     for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
@@ -95,19 +96,20 @@ def _slips(discrete: Discrete, results: Sequence[StepResult]) -> dict[str, float
         area = np.bincount(mesh.element, mesh.measure)[mesh.element[interface.nodes]].max()
         for result in results:
             pair = result.pairs[posed.name]
-            way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
+            slip = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
             size = area ** (1.0 / (mesh.dim - 1))
-            _raise(slid, f"pair {posed.name!r}", way.max(initial=0.0) / size)
+            _raise(slid, f"pair {posed.name!r}", slip.max(initial=0.0) / size)
     return slid
 
 
 def rolls(
     discrete: Discrete, pairs: Mapping[str, PairResult], bodies: Mapping[str, BodyResult]
 ) -> dict[str, float]:
-    """How far round bodies that turn carry their contacts along, over the width of these.
+    """Return how far each turning round body carries its contacts along, over their width [-].
 
-    A disc that turns rolls on: its contact stays below its middle. With forces at undeformed places
-    it moves along the disc, and its arm rights the disc where nothing else does.
+    A disc that turns rolls on: in truth its contact stays below its centre. The model applies
+    forces at undeformed points, so that the contact moves along with the disc. Its arm then rights
+    the disc even where nothing else would.
     """
     turned = dict[str, float]()
     for posed, interface in zip(discrete.sides, discrete.interfaces, strict=True):
@@ -115,32 +117,37 @@ def rolls(
         closed = pair.state != OPEN
         if interface.held or posed.law.normal == "bonded" or not closed.any():
             continue
-        place = pair.x[closed]
+        points = pair.x[closed]
         width = float(discrete.meshes[posed.body].measure[interface.nodes[closed]].sum())
         for b, part in posed.ends:
             mesh, name = discrete.meshes[b], discrete.problem.body[b].name
             if np.ptp(mesh.normal[mesh.nodes_of(part)], axis=0).max() < WRITTEN:
                 continue
-            way = _turned(mesh, bodies[name].u, place)
-            _raise(turned, f"body {name!r}", way / width ** (1.0 / (mesh.dim - 1)))
+            arc = _turned(mesh, bodies[name].u, points)
+            _raise(turned, f"body {name!r}", arc / width ** (1.0 / (mesh.dim - 1)))
     return turned
 
 
-def _turned(mesh: BoundaryMesh, u: Array, place: Array) -> float:
-    """How far the rotation of the rigid motion nearest to a displacement moves some places about
-    the middle of the body."""
+def _turned(mesh: BoundaryMesh, u: Array, points: Array) -> float:
+    """Return how far the rotation in a displacement moves the given points about the body's centre.
+
+    The rotation is that of the rigid motion nearest to u (n, d) in least squares [length].
+    """
     motions = mesh.motions.of(mesh.x).reshape(u.size, -1)
     turn = np.array(np.linalg.lstsq(motions, u.ravel(), rcond=None)[0])
     turn[: len(mesh.motions.along)] = 0.0
     middle = mesh.measure @ mesh.x / mesh.measure.sum()
-    # what moves round the axis stays where it is in the half section
-    moved = (mesh.motions.of(place, middle) @ turn)[:, : mesh.dim]
+    # the half section does not show motions around the axis
+    moved = (mesh.motions.of(points, middle) @ turn)[:, : mesh.dim]
     return float(np.linalg.norm(moved, axis=1).max())
 
 
 def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
-    """Largest rotation [rad] of the rigid motion nearest to a displacement (n, d), and the largest
-    displacement over the size of the body [-]."""
+    """Return the rotation [rad] and the travel [-] in a displacement u (n, d).
+
+    The rotation is the largest component of the rigid motion nearest to u in least squares. The
+    travel is the largest displacement over the size of the body.
+    """
     motions, size = unit_motions(mesh).reshape(u.size, -1), half_extent(mesh)
     amplitudes = np.linalg.lstsq(motions.T @ motions, motions.T @ u.ravel(), rcond=None)[0]
     rotation = amplitudes[len(mesh.motions.along) :] / size
@@ -148,7 +155,7 @@ def _rigid_part(mesh: BoundaryMesh, u: Array) -> tuple[float, float]:
 
 
 def _uneven(results: Sequence[StepResult]) -> list[Finding]:
-    """Find tractions that are hardly in equilibrium."""
+    """Find that the tractions of some increment are not in equilibrium."""
     left = max(
         (float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0
     )
@@ -158,26 +165,29 @@ def _uneven(results: Sequence[StepResult]) -> list[Finding]:
 
 
 def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
-    """Find steps whose increments overlap between nodes, but whose last one is accepted."""
+    """Find steps with increments that overlap between nodes, although their last one is
+    accepted."""
     overlapping = [result for result in results if overlap_of(result)]
-    begun = dict.fromkeys(result.name for result in overlapping if result.load_factor == 1.0)
+    small_contacts = dict.fromkeys(
+        result.name for result in overlapping if result.load_factor == 1.0
+    )
     rough = dict.fromkeys(
         result.name
         for result in overlapping
-        if _is_asked_for(discrete, result) and result.name not in begun
+        if _is_asked_for(discrete, result) and result.name not in small_contacts
     )
     advice = "refine the mesh there"
     ways = (
         (rough, "before its end: tractions of those increments are rough"),
         (
-            begun,
+            small_contacts,
             "by little next to what contact displaces in other steps: its own tractions are rough",
         ),
     )
     return [
         new_finding(
             "rough increments",
-            f"surfaces overlap between nodes{', ' if names is begun else ' '}{how}",
+            f"surfaces overlap between nodes{', ' if names is small_contacts else ' '}{how}",
             f"step {name!r}",
             advice=advice,
         )
@@ -187,7 +197,7 @@ def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
 
 
 def _is_asked_for(discrete: Discrete, result: StepResult) -> bool:
-    """Whether the config asks for this increment, and not for what the path needs."""
+    """Return whether the config asks for this increment; others only follow the path."""
     steps = discrete.problem.step
     return result.step <= len(steps) and steps[result.step - 1].increments != "auto"
 
