@@ -1,4 +1,4 @@
-"""What meshes of an adaptive solve may cost, and what is told of them."""
+"""Limits on the cost of an adaptive solve's meshes, and the sentences on accuracies not reached."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ from .strategy import Strategy
 
 @frozen
 class Reached:
-    """A mesh of an adaptive solve that has been solved on.
+    """A mesh that an adaptive solve has finished.
 
     Attributes
     ----------
     number : int
-        From 1 on.
+        Number of the mesh, from 1.
     nodes : int
-        Of all bodies.
+        Nodes of all bodies.
     estimate : float
-        Of the relative error, infinite while it is not known.
+        Estimated relative error, infinite while it is unknown.
     seconds : float
-        Since the solve began, by the clock.
+        Wall-clock time since the solve began [s].
     solution : Solution
-        On that mesh, "not converged": what is left of a solve that ends before its next mesh does.
+        Solution on this mesh, "not converged". It is the result if the solve ends before the next
+        mesh.
     """
 
     number: int
@@ -42,8 +43,7 @@ class Reached:
 
 @frozen
 class Budget:
-    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on
-    it."""
+    """Largest cost of a mesh: nodes of all bodies, and predicted processor time [s] of a solve."""
 
     nodes: int
     seconds: float
@@ -53,13 +53,13 @@ class Budget:
 
 
 BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
-"""In space, of one body or two, by whether the accuracy was asked for."""
+"""Budgets in space for one or two bodies, by whether the user named an accuracy."""
 USELESS = 0.5
-"""Estimate from which on a solution is none, though nobody named an accuracy."""
+"""Estimated error from which a solution is not accepted, though the user named no accuracy [-]."""
 
 
 def budget_of(bodies: int, asked: bool) -> Budget:
-    """Of some bodies."""
+    """Return the budget of a problem with a number of bodies."""
     pairs, given = max(1.0, 0.5 * bodies), BUDGETS[asked]
     return Budget(int(pairs * given.nodes), pairs * given.seconds)
 
@@ -71,9 +71,9 @@ def beyond_budget(
     wanted: float,
     asked: bool,
 ) -> str:
-    """What solves on meshes in space cost beyond the budget or the memory; nothing where they fit.
+    """Return a sentence if solves on the meshes exceed the budget or the memory, else "".
 
-    `counts` are those of increments, and of motions that only contact holds.
+    `counts` are the numbers of increments, and of motions that only contact holds.
     """
     bem = resolved_bem(suitable_bem(problem, meshes))
     budget = budget_of(len(meshes), asked)
@@ -97,8 +97,10 @@ def beyond_budget(
 def short_of(
     estimate: float, accuracy: float, trouble: str, strategy: Strategy, differ: str
 ) -> str:
-    """What was reached and wanted, and why there is no more; `differ`: where the last meshes do
-    most, if that is known."""
+    """Return the sentence with the estimate, the wanted accuracy and why the solve ended.
+
+    `differ` says where the last two meshes differ most, if that is known.
+    """
     if trouble and strategy.asked and not strategy.exhausted:
         return trouble
     known = (

@@ -1,5 +1,7 @@
-"""The first mesh of a body in space: that of its options, or one that is small enough for contact
-and for bending."""
+"""The first mesh of a body in space.
+
+It has the user's options, or panels that are small enough for contact and for bending.
+"""
 
 from __future__ import annotations
 
@@ -24,19 +26,19 @@ from ..judge.thickness import SHARE, slenderness
 from ..pose.interfaces import as_problem
 
 FIRST = 36
-"""Panels on a face in contact of the first mesh, about; on others a quarter of them."""
+"""Approximate number of panels on a contact face of the first mesh; other faces have a quarter."""
 ROUND = 16
-"""The same on round bodies, whose panels are of one size."""
+"""Approximate number of panels on a contact part of a round body, all of one size."""
 LONGEST = 1.5
-"""Panels of the first mesh over the shortest edge of the box."""
+"""Size of panels of the first mesh over the shortest edge of the box, at most [-]."""
 STIFFER, LONGER = 10.0, 1.2
-"""Young's modulus of a secondary over that of its primary from which on panels of the primary are
-no longer than so many of those that they face."""
+"""Ratio of Young's moduli from which a stiff secondary refines the soft primary, whose panels are
+then at most `LONGER` times as long as the opposite ones."""
 FIRST_SHARE = 0.5
-"""Of the nodes of the budget, that the first mesh of a thin body may have."""
+"""Share of the nodes of the budget that the first mesh of a thin body may have."""
 MULTIPLES = (1.0, 1.5, 2.0, 2.5)
-"""Of the size over the thickness from which bending is off by a tenth; beyond the last one it is
-not solved at all."""
+"""Allowed panel sizes over `STIFF` times the thickness [-]. At 1, bending is wrong by a tenth;
+beyond the last one, bending is not solved at all."""
 
 
 class FirstMeshes:
@@ -45,10 +47,10 @@ class FirstMeshes:
     Attributes
     ----------
     plain : dict of SurfaceMesh by the number of a body
-        As their options make them, before panels are cut.
+        Meshes from the options, before panels are cut.
     thin : dict of float
-        Of bodies whose panels must not be too large beside their thickness, the multiple that they
-        keep to (`slender`).
+        For each body whose panels are limited by its thickness: its entry of `MULTIPLES`
+        (`slender`).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -64,7 +66,7 @@ class FirstMeshes:
     def mesh(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, nodes: float
     ) -> SurfaceMesh:
-        """Of a body, which may have about so many nodes where it is thin."""
+        """Return the first mesh of a body; a thin body may have about `nodes` nodes."""
         if not self._soft:
             return self._own(number, one(), boundary, nodes)
         self._all = self._all or self._of_all(nodes)
@@ -72,16 +74,17 @@ class FirstMeshes:
 
     def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
-        found = as_surface(mesh_of(posed, boundary))
+        mesh = as_surface(mesh_of(posed, boundary))
         if isinstance(boundary, BoxSurface) and given.mesh.automatic:
-            found = with_data_lines(given, boundary, found)
-        self.plain[number] = found
+            mesh = with_data_lines(given, boundary, mesh)
+        self.plain[number] = mesh
         if boundary.exact and boundary.known and given.mesh.automatic:
-            found, self.thin[number] = thick_enough(posed, boundary, found, nodes)
-        return found
+            mesh, self.thin[number] = thick_enough(posed, boundary, mesh, nodes)
+        return mesh
 
     def _of_all(self, nodes: float) -> list[SurfaceMesh]:
-        """Soft primaries have panels as small as those of the stiff bodies that press on them."""
+        """Return the first meshes of all bodies, with soft primaries refined for their stiff
+        secondaries."""
         outlines = self._problem.boundaries
         meshes = [
             self._own(b, as_problem(self._problem, b, outline), outline, nodes)
@@ -95,17 +98,21 @@ class FirstMeshes:
         return meshes
 
     def _presses(self, secondary: int, primary: int) -> bool:
-        """Whether a stiff body presses on a soft one, whose first panels are not the user's."""
-        one, other = (self._problem.body[b] for b in (secondary, primary))
+        """Return whether a stiff secondary presses on a soft primary whose mesh the user did not
+        choose."""
+        stiff, soft = (self._problem.body[b] for b in (secondary, primary))
         return (
-            one.material.young_modulus > STIFFER * other.material.young_modulus
-            and other.mesh.automatic
+            stiff.material.young_modulus > STIFFER * soft.material.young_modulus
+            and soft.mesh.automatic
         )
 
 
 def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Problem:
-    """With the options of the first mesh: order 2 for u_t, which is smooth, else 1, as good a node
-    and cheaper."""
+    """Return the body's problem with the options of its first mesh.
+
+    The order is 2 for u_t, which is smooth. Otherwise it is 1, which is as accurate for the same
+    number of nodes and cheaper.
+    """
     if not one.mesh.automatic:
         return one
     options: dict[str, Any] = {"order": 2 if bilateral else 1}
@@ -133,20 +140,21 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
 def thick_enough(
     one: Problem, boundary: Boundary, mesh: SurfaceMesh, nodes: float
 ) -> tuple[SurfaceMesh, float]:
-    """The first mesh of a body with panels that are small beside its thickness, and the multiple
-    that they keep to.
+    """Return the first mesh with panels that are small next to the thickness, and their entry of
+    MULTIPLES.
 
     Parameters
     ----------
     one : Problem
         The body with the options of its first mesh.
     boundary : Boundary
-        Onto which the panels are brought that are cut.
+        The surface onto which cut panels are projected.
     mesh : SurfaceMesh
-        That the options make.
+        The mesh from the options.
     nodes : float
-        Of the budget; the mesh has a share of them where the last multiple does with so many, and
-        is left as it is where that takes more than all.
+        Nodes of the budget. The mesh takes the smallest entry of MULTIPLES that needs at most the
+        share `FIRST_SHARE` of them. If the largest one needs more than all nodes, the mesh is left
+        as it is.
     """
     ratio, count = slenderness(mesh) / np.array(STIFF)[mesh.order], np.bincount(mesh.element)
     needed = [float(count @ np.maximum(1.0, ratio / m) ** 2) for m in MULTIPLES]
@@ -156,7 +164,7 @@ def thick_enough(
     )
     if needed[-1] > nodes or not slender(mesh, multiple).any():
         return mesh, multiple
-    # panels are halved: the first ones are such that the last halves are just small enough
+    # choose the first size such that repeated halving ends just below the limit
     worst, size = float(ratio.max()) / multiple, one.mesh.element_size
     assert size is not None
     options = one.mesh.model_copy(
@@ -169,8 +177,11 @@ def thick_enough(
 
 
 def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
-    """Panels that are too large beside the thickness behind them, along both coordinates,
-    (n_elements, 2); none where they are a small share of the body."""
+    """Return which panels are too large next to the thickness behind them, (n_elements, 2).
+
+    Both columns are equal. None is marked where these panels are a small share of the body's
+    surface.
+    """
     over, area = (
         slenderness(mesh) > multiple * np.array(STIFF)[mesh.order],
         np.bincount(mesh.element, mesh.weight),
@@ -184,19 +195,19 @@ def fine_enough(
     direction: Array | None,
     surface: Boundary,
 ) -> SurfaceMesh:
-    """The mesh of a soft primary, cut until its panels are not longer than those of a stiff
-    secondary that they face.
+    """Return the mesh of a soft primary, cut until its panels are as short as those of a stiff
+    secondary.
 
-    Tractions on smaller panels of a stiff body that a soft one does not feel are as large as rigid
-    ones would be: sets of contact cycle on them.
+    Small panels of a stiff body have tractions that larger panels of a soft body cannot follow.
+    They are as large as between rigid bodies, and the sets of contact cycle.
     """
     mesh, part = primary
     length = np.linalg.norm(sides(secondary[0]), axis=2).max(axis=1)
     while True:
-        own, other = facing(secondary, (mesh, part), direction)
-        long = np.linalg.norm(sides(mesh), axis=2)[other].max(axis=1) > LONGER * length[own]
+        own, opposite = facing(secondary, (mesh, part), direction)
+        long = np.linalg.norm(sides(mesh), axis=2)[opposite].max(axis=1) > LONGER * length[own]
         if not long.any():
             return mesh
         marked = np.zeros((mesh.n_elements, 2), dtype=bool)
-        marked[other[long]] = True
+        marked[opposite[long]] = True
         mesh = cut(mesh, marked, surface)

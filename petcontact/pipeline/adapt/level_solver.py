@@ -1,4 +1,4 @@
-"""Solutions on the meshes of an adaptive solve, one after another."""
+"""Solves on the meshes of an adaptive loop, one after another."""
 
 from __future__ import annotations
 
@@ -26,30 +26,29 @@ from .fixed_mesh import MOST
 from .strategy import Strategy
 
 TIGHTER = 0.25
-"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate
-enough."""
+"""Factor on the compression tolerance after a solution that is not accurate enough [-]."""
 LATER = 1
-"""How often increments that the mesh before did in one are halved: each try that fails costs as
-much as the whole mesh."""
+"""Halvings of an increment that the coarser mesh solved in one piece. Each attempt that fails costs
+as much as the whole mesh."""
 MANY_NODES = 1000
-"""From which on a mesh is reported of, and its operators are released, before those of the next are
-made: several GB in all. Of smaller ones only the last is reported of; what depends on the path of
-the loads is looked at on the last of all."""
+"""Nodes above which a mesh gets its report at once, and its operators are freed before the next
+mesh. The operators take several GB together. A smaller mesh gets a report only if it is the
+last."""
 
 
 class LevelSolver:
-    """Solves on meshes by semismooth Newton, with as many digits of compressed operators as needed.
+    """Solver on successive meshes by semismooth Newton; it tightens compressed operators as needed.
 
     Attributes
     ----------
     problem : Problem
-        With the method of the meshes on the way.
+        The problem, with the method for intermediate meshes.
     discrete : Discrete or None
         The problem on the last mesh.
     kept : PreparedProblem or None
-        That of the last solution that was kept.
+        The prepared problem of the last solution that was kept.
     missed : float
-        What the last mesh leaves of the given data beyond what is asked, or 0 [-].
+        Share of the given data that the last mesh misses beyond what is accepted, or 0 [-].
     """
 
     def __init__(
@@ -76,11 +75,11 @@ class LevelSolver:
         self.kept: PreparedProblem | None = None
 
     def aim(self, accuracy: float) -> None:
-        """Choose the digits of compressed operators by an accuracy."""
+        """Choose the tolerance of compressed operators for a wanted accuracy."""
         self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
 
     def keep(self) -> None:
-        """Keep the last solution's operators, and free those before."""
+        """Keep the operators of the last solution, and free earlier ones."""
         if self.kept is not None:
             self.kept.close()
         self.kept = self._tried
@@ -91,8 +90,12 @@ class LevelSolver:
             problem.close()
 
     def solved(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
-        """The solution on the meshes of a level, after that on the meshes before (`last`); again
-        with more digits where compressed operators leave too few."""
+        """Return the solution on the meshes of a level; `last` is the solution on the meshes
+        before.
+
+        The solve is repeated with a smaller tolerance while compressed operators are too
+        inaccurate.
+        """
         while True:
             may_be_tighter = self._tolerance > TIGHTEST
             try:
@@ -112,7 +115,7 @@ class LevelSolver:
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
     def _is_too_loose(self, failed: StepResult) -> bool:
-        """Whether an increment is not accepted for the tolerance of compressed operators."""
+        """Return whether an increment failed because of the compression tolerance."""
         compressed = self.discrete is not None and has_compressed(
             self.discrete.problem.bem, self.discrete.meshes
         )
@@ -123,7 +126,7 @@ class LevelSolver:
         )
 
     def _once(self, strategy: Strategy, level: Any, last: Solution | None) -> Solution:
-        """The solution on the mesh of a level."""
+        """Return the solution on the meshes of a level, with the current tolerance."""
         self.missed = 0.0
         self._release()
 
@@ -148,7 +151,7 @@ class LevelSolver:
     def _prepared(
         self, make: MeshMaker, dense_nodes: int, last: Solution | None
     ) -> tuple[Discrete, PreparedProblem]:
-        """The problem on the meshes that are made for it, eliminated."""
+        """Return the problem on new meshes, and the same after the elimination."""
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self._law)
         largest = max(mesh.n_nodes for mesh in discrete.meshes)
@@ -158,7 +161,7 @@ class LevelSolver:
         if discrete.problem.bem.mat_type == "auto" and largest <= dense_nodes:
             changes["mat_type"] = "dense"
         bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
-        if last is not None:  # where sets cycle there may be no solution
+        if last is not None:  # contact sets may cycle without end
             needed = max((step.iterations for step in last.steps), default=0)
             method = method.model_copy(
                 update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))}
@@ -172,7 +175,7 @@ class LevelSolver:
         return discrete, problem
 
     def _release(self) -> None:
-        """Free operators before the next are made: those that gave no solution, and large ones."""
+        """Free operators without a kept solution, and large ones, before the next mesh."""
         tried, kept = self._tried, self.kept
         if tried is not None and (tried is not kept or _is_large(tried.discrete)):
             tried.close()

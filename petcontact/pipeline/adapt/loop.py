@@ -1,11 +1,12 @@
 """Adaptive solution: solve, estimate, mark, refine, repeat.
 
-In the plane meshes come from refinement levels, each with an error about ten times smaller than the
-one before: more order and a milder grading where the solution is smooth, smaller elements of low
-order at corners and edges of contact, stick and slip. The solution of one level places these edges
-for the next one and is its start. The difference of two levels is the error of the lower one; it is
-the estimate for the upper one, which is returned. In space panels are cut where the tails of
-tractions say that the error is large, and these are the estimate.
+In the plane, meshes follow refinement levels. The error of each level is about a tenth of the one
+before. A finer level has higher orders and a milder grading where the solution is smooth. It has
+smaller elements of low order at corners and at edges of contact, stick and slip. The solution of
+one level gives the positions of these edges, and is the start for the next level. The difference of
+two levels is the error of the lower one. It is the estimate for the upper one, which is returned.
+
+In space, panels are cut where the tails of their tractions are large. The tails are the estimate.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ ENDED = "the adaptive solve was ended after mesh"
 
 
 def strategy_for(problem: Problem) -> Strategy:
-    """In the plane u_t of the paper's problem, else p and q; in space their tails.
+    """Return the strategy: for u_t of the paper's problem, else for p and q, in space for their
+    tails.
 
     Raises
     ------
@@ -61,16 +63,17 @@ def strategy_for(problem: Problem) -> Strategy:
 
 
 class AdaptiveSolve:
-    """Meshes one after another, and what the last one showed.
+    """The loop over the meshes, and its results so far.
 
     Attributes
     ----------
     strategy : Strategy
     solver : LevelSolver
     solutions : list of Solution
-        One a mesh.
+        One solution for each mesh.
     left : float
-        Relative difference of the last solution and that of the problem's own method [-].
+        Relative difference between semismooth Newton and the problem's own method on the last mesh
+        [-].
     broken_off : bool
         Whether a signal, a monitor or a failure ended the last solve.
     """
@@ -92,8 +95,10 @@ class AdaptiveSolve:
         self.broken_off = False
 
     def climb(self, accuracy: float) -> str:
-        """Solve, estimate, mark and refine until the estimate is below the accuracy; what kept a
-        mesh from being solved on, or nothing."""
+        """Solve, estimate, mark and refine until the estimate is below the accuracy.
+
+        Return why a mesh could not be solved or made, or "".
+        """
         strategy = self.strategy
         strategy.wanted = accuracy
         self.solver.aim(accuracy)
@@ -121,8 +126,10 @@ class AdaptiveSolve:
         return strategy.exhausted
 
     def _not_solved(self, solution: Solution) -> tuple[bool, str]:
-        """Whether a solution that is not accepted ends the solve, and what is told of it: the one
-        on the mesh before is kept where there is one, else this one."""
+        """Return whether a rejected solution ends the loop, and why.
+
+        The solution on the mesh before is kept then, if there is one.
+        """
         if solution.status == "failed" and self.solutions:
             self.broken_off = True
             return True, f"{solution.reason} {AFTER}"
@@ -137,12 +144,12 @@ class AdaptiveSolve:
         self.solver.keep()
 
     def last(self) -> Solution:
-        """The solution on the last mesh, with all that is reported of it."""
+        """Return the solution on the last mesh, with its full report."""
         problem, solution = self.solver.kept, self.solutions[-1]
         if problem is not None:
             solution = solution if solution.provenance.versions else reported(problem, solution)
             first, wanted = self.solutions[0].meshes, self.strategy.wanted
-            if self.broken_off:  # whoever ends a solve waits for nothing more
+            if self.broken_off:  # a user who ends a solve does not wait
                 accuracy = replace(solution.accuracy, path=math.nan)
                 solution = replace(solution, accuracy=accuracy)
             else:
@@ -177,35 +184,36 @@ def adapt(
     announce: Announce | None = None,
     reached: Callable[[Reached], None] | None = None,
 ) -> Solution:
-    """The solution with an estimated error below a wanted one, on meshes that follow it.
+    """Return a solution with an estimated error below a wanted one, on meshes that are refined for
+    it.
 
     Parameters
     ----------
     problem : Problem
-        Of plane `[mesh]` tables only `graded_points` count; in space the first mesh is what they
-        ask for. The meshes are found with semismooth Newton; the problem's own method, where it is
-        another one, then solves on the last of them.
+        In the plane only `graded_points` of the `[mesh]` tables counts. In space these tables make
+        the first mesh. Semismooth Newton solves on all meshes. Another method of the problem then
+        solves on the last mesh.
     accuracy : float, optional
-        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by
-        default the smallest `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps
-        (1e-2); in space 2e-2.
+        Wanted relative L2 error on the contact [-]. For one body in bilateral contact it is the
+        error of u_t; the default is the smallest `mesh.accuracy`, or 1e-4. Else it is that of p and
+        q at the ends of all steps; the default is 1e-2, in space 2e-2.
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default.
     monitor : callable, optional
-        Called with the state so far after each iteration of each solve; a reason that it returns
-        ends the solve there.
+        Called with the state after each iteration of each solve. If it returns a reason, the solve
+        ends.
     announce : callable, optional
         As in `prepare`, on each mesh.
     reached : callable, optional
-        Called with each mesh that has been solved on, and its estimate.
+        Called with each finished mesh and its estimate.
 
     Returns
     -------
     Solution
-        Its `accuracy` says what was wanted and what is estimated.
-        The status is "not converged" when the finest refinement level was not enough.
+        Its `accuracy` contains the wanted and the estimated error. The status is "not converged" if
+        the finest refinement level was not enough.
 
     Raises
     ------
@@ -238,9 +246,8 @@ def adapt(
             prepared.close()
         if solution.converged:
             work.left = apart_on_one_mesh(work.solutions[-1], solution)
-    if (
-        trouble and math.isinf(work.strategy.estimate) and not work.broken_off
-    ):  # as of a mesh that the user fixed
+    if trouble and math.isinf(work.strategy.estimate) and not work.broken_off:
+        # there is one mesh only: estimate as on a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
     return _finished(
         work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began
@@ -289,12 +296,13 @@ def _finished(
 
 
 def _before_last(work: AdaptiveSolve) -> Solution | None:
-    """The solution on the last mesh but one, with the one before it, of those that are accepted."""
+    """Return the accepted solution on the mesh before the last, linked to the one before it, or
+    None."""
     *before, last = work.solutions
-    found: Solution | None = None
+    chain: Solution | None = None
     for each in [each for each in before if each.converged][-2:] if last.converged else []:
-        found = replace(each, coarser=found)
-    return found
+        chain = replace(each, coarser=chain)
+    return chain
 
 
 def _shortcomings(
@@ -304,8 +312,11 @@ def _shortcomings(
     trouble: str,
     reached: str,
 ) -> list[Finding]:
-    """Find what a converged solution lacks: data that no mesh resolves, digits of the problem's own
-    method, or the accuracy wanted (`errors` are the estimate and that)."""
+    """Find what a converged solution lacks.
+
+    It may miss given data, the problem's own method may be inaccurate, or the estimate may exceed
+    the wanted accuracy. `errors` are the estimate and the wanted accuracy.
+    """
     strategy, (estimate, accuracy) = work.strategy, errors
     if work.solver.missed > 0.0:
         text = f"no mesh resolves the given data: {work.solver.missed:.1e} of them is missed"

@@ -1,4 +1,4 @@
-"""What an adaptive solve asks of the quantity that it refines for."""
+"""Interface between the adaptive loop and the quantity for which it refines the meshes."""
 
 from __future__ import annotations
 
@@ -14,24 +14,25 @@ from ..steps.increment import PreparedProblem
 
 
 class Strategy(Protocol):
-    """What an adaptive solve refines for: `Slip`, `Tractions`, or in space `PanelTails`.
+    """How an adaptive solve estimates, marks and refines: `Slip`, `Tractions`, or in space
+    `PanelTails`.
 
     Attributes
     ----------
     levels : sequence
-        Meshes to solve on, from coarse to fine.
+        Refinement levels of the meshes, from coarse to fine.
     accuracy : float
-        That is wanted by default [-].
+        Default of the wanted accuracy [-].
     wanted, asked : float, bool
-        The accuracy, and whether somebody named it.
+        The wanted accuracy, and whether the user named it.
     estimate : float
-        Of the error on the last mesh [-].
+        Estimated error on the last mesh [-].
     differences : list of float
-        Between neighbouring meshes, where they are compared [-].
+        Differences of neighbouring meshes, if meshes are compared [-].
     exhausted : str
-        Why there is no mesh after the last, or nothing.
+        Why there is no mesh after the last one, or "".
     dense_nodes : int
-        Of a body, up to which `mat_type = "auto"` stays dense.
+        Nodes of a body up to which `mat_type = "auto"` stays dense.
     """
 
     wanted: float
@@ -49,24 +50,27 @@ class Strategy(Protocol):
     def dense_nodes(self) -> int: ...
 
     def mark(self, solution: Solution, level: Any) -> bool:
-        """Estimate the error of a solution, and mark where the next mesh is finer; whether its own
-        level shall be solved once more."""
+        """Estimate the error of a solution, and mark where the next mesh is finer.
+
+        Return whether the solve repeats the same level.
+        """
         ...
 
     def mark_failed(self, solution: Solution) -> bool:
-        """Mark where the mesh of a solution that is not accepted is too coarse; whether it is."""
+        """Mark where the mesh of a rejected solution is too coarse; return whether anything is
+        marked."""
         ...
 
     def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Any
     ) -> LevelMesh:
-        """The mesh of a body by its number, as marks and level want it."""
+        """Return the next mesh of the body `number`, by the marks and the level."""
         ...
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """Where the method starts on a new mesh."""
+        """Return the start of the contact method on a new mesh, if there is one."""
         ...
 
     def shown(self) -> dict[str, Any]:
-        """Fields of `Accuracy` that the meshes show."""
+        """Return the fields of `Accuracy` that the meshes determine."""
         ...
