@@ -1,5 +1,4 @@
-"""How far the tractions of two solutions of a plane problem are apart, with and without the ends of
-parts."""
+"""Differences between two solutions of a plane problem, with and without the ends of parts."""
 
 from __future__ import annotations
 
@@ -21,26 +20,26 @@ from ...results.solution import Solution
 from .part_ends import pressed_sides, singular_places
 
 LEAST_SLIP = 1e-3
-"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to
-that."""
+"""‖u_t‖ over the displacement of the whole body, below which errors of u_t are relative to
+`LEAST_SLIP` times that displacement [-]."""
 GROWS = 1.1
-"""Ratio of the largest tractions beside such a place on two meshes from which on they count as
-infinite there."""
+"""Ratio of the largest traction near a point on the finer mesh to that on the coarser one, from
+which the traction counts as infinite there [-]."""
 
 
 @frozen
 class Difference:
-    """Between tractions, relative to them in L2, the largest over interfaces and step ends.
+    """Relative L2 difference of tractions, the largest over interfaces and step ends.
 
     Attributes
     ----------
     inside : float
-        Of p and of q, faded out towards the ends of parts and the corners that press on them [-].
+        Difference of p or q with weights that fade out towards singular points [-].
     whole : float
-        The same with the ends [-].
+        Difference of p or q without that fading [-].
     singular : dict of lists of float
-        By interface, arc lengths of the ends and corners where tractions grow from mesh to mesh and
-        that leave more than what is left inside [length].
+        For each interface, arc lengths of points where tractions grow from mesh to mesh and differ
+        by more than `inside` [length].
     """
 
     inside: float = 0.0
@@ -58,19 +57,22 @@ class Ends(NamedTuple):
 def difference(
     coarse: Solution, fine: Solution, places: dict[str, Ends] | None = None
 ) -> Difference:
-    """Of two solutions at the nodes of the finer one; `places` as `fading_places` finds them."""
+    """Return the difference of tractions at the nodes of the finer solution.
+
+    `places` are the singular points from `fading_places`.
+    """
     places = fading_places(fine.problem) if places is None else places
     inside = whole = 0.0
     growing: dict[str, dict[float, float]] = {}
-    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
-        for name, pair in other.pairs.items():
+    for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+        for name, pair in fine_step.pairs.items():
             mesh = as_curve(coarse.meshes[coarse.sides[name][0]])
             to_fine = _interpolation(
                 mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length
             )
-            old = one.pairs[name]
-            now, before = _tractions(pair), _tractions(old)
-            change = to_fine @ before - now
+            old = coarse_step.pairs[name]
+            after, before = _tractions(pair), _tractions(old)
+            change = to_fine @ before - after
             near, fade = _fading(pair, places[name])
             weight = pair.weight * fade**2
             size, size_whole = (float(np.sqrt(w @ pair.size**2)) for w in (weight, pair.weight))
@@ -81,37 +83,42 @@ def difference(
             whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
             at_old = _fading(old, places[name])
             for k, s in enumerate(places[name].places.tolist()):
-                here, there = (near == k) & (fade < 1.0), (at_old[0] == k) & (at_old[1] < 1.0)
+                near_fine, near_coarse = (
+                    (near == k) & (fade < 1.0),
+                    (at_old[0] == k) & (at_old[1] < 1.0),
+                )
                 peaks = [
-                    float(np.abs(values).max(initial=0.0)) for values in (before[there], now[here])
+                    float(np.abs(values).max(initial=0.0))
+                    for values in (before[near_coarse], after[near_fine])
                 ]
                 if peaks[1] > GROWS * peaks[0]:
-                    share = float(np.sqrt(square[here].sum(axis=0).max())) / size_whole
+                    share = float(np.sqrt(square[near_fine].sum(axis=0).max())) / size_whole
                     growing.setdefault(name, {})[s] = max(share, growing.get(name, {}).get(s, 0.0))
     singular = {
-        name: sorted(s for s, share in found.items() if share > inside)
-        for name, found in growing.items()
+        name: sorted(s for s, share in points.items() if share > inside)
+        for name, points in growing.items()
     }
-    return Difference(inside, whole, {name: found for name, found in singular.items() if found})
+    return Difference(inside, whole, {name: points for name, points in singular.items() if points})
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:
-    """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine
-    nodes."""
+    """Return the largest ‖u_coarse - u_fine‖/‖u_fine‖ over bodies and step ends, in L2 at fine
+    nodes [-]."""
     worst = 0.0
-    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+    for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name, mesh in fine.meshes.items():
             old, new, s = (
                 as_curve(coarse.meshes[name]),
-                other.bodies[name].u,
+                fine_step.bodies[name].u,
                 as_curve(mesh).arc_length,
             )
             change = np.zeros_like(new)
             for part in mesh.part_names:
-                there, here = old.nodes_of(part), mesh.nodes_of(part)
-                change[here] = (
-                    _interpolation(old, part, there, s[here]) @ one.bodies[name].u[there]
-                    - new[here]
+                coarse_nodes, fine_nodes = old.nodes_of(part), mesh.nodes_of(part)
+                change[fine_nodes] = (
+                    _interpolation(old, part, coarse_nodes, s[fine_nodes])
+                    @ coarse_step.bodies[name].u[coarse_nodes]
+                    - new[fine_nodes]
                 )
             size, error = (
                 float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change)
@@ -121,11 +128,10 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
 
 
 def displacement_scale(solution: Solution) -> float:
-    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if
-    that is larger.
+    """Return the norm by which errors of u_t are divided.
 
-    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly
-    nothing.
+    It is ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger. If almost all of
+    Γ_C sticks, ‖u_t‖ alone would be almost 0.
     """
     mesh, contact = solution.mesh, solution.contact
     mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
@@ -135,8 +141,11 @@ def displacement_scale(solution: Solution) -> float:
 
 
 def apart_on_one_mesh(solution: Solution, other: Solution) -> float:
-    """Relative difference in L2 of two solutions on the same mesh: of u_t of the paper's problem,
-    else of p and q, the largest over interfaces and step ends."""
+    """Return the relative L2 difference of two solutions on one mesh, the largest over step ends
+    [-].
+
+    It is that of u_t in the paper's problem, else that of p and q over all interfaces.
+    """
     if other.kind == "bilateral":
         change = other.contact.u_t - solution.contact.u_t
         square = float(other.contact.weight @ np.sum(change**2, axis=1))
@@ -152,7 +161,7 @@ def apart_on_one_mesh(solution: Solution, other: Solution) -> float:
 
 
 def fading_places(problem: Problem) -> dict[str, Ends]:
-    """By interface of a plane problem, where tractions may be infinite along the secondary."""
+    """Return where tractions may be infinite along the secondary part of each interface."""
     outlines = [as_outline(boundary, "the error").joined for boundary in problem.boundaries]
     pressed = pressed_sides(outlines, problem.interfaces)
     return {
@@ -165,8 +174,10 @@ def fading_places(problem: Problem) -> dict[str, Ends]:
 
 
 def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
-    """The nearest place of each node, and its factor, which falls from 1 to 0 towards it over FADE
-    of the part."""
+    """Return the nearest singular point of each node, and the node's weight factor.
+
+    The factor falls from 1 to 0 towards the point over the share FADE of the part.
+    """
     if len(ends.places) == 0:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
     apart = np.abs(pair.arc_length[:, None] - ends.places[None])
@@ -174,13 +185,16 @@ def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
 
 
 def _tractions(pair: PairResult) -> Array:
-    """p and the components of q, (m, d)."""
+    """Return p and the components of q, (m, d)."""
     return np.column_stack([pair.pressure, pair.sigma_t])
 
 
 def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
-    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)),
-    element by element."""
+    """Return the matrix (len(s), len(nodes)) from nodal values of a part to values at arc lengths
+    s.
+
+    It interpolates within each element.
+    """
     numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
     starts = mesh.side_start[numbers]
     order = np.argsort(starts)

@@ -1,5 +1,8 @@
-"""The error on meshes that the user fixed: in the plane, where that is cheap, against the same
-meshes with pairs of elements joined; on surfaces by the tails of tractions."""
+"""Error estimates on meshes that the user fixed.
+
+In the plane, where it is cheap, the solution is compared with one on half as many elements. In
+space the estimate comes from the tails of tractions.
+"""
 
 from __future__ import annotations
 
@@ -31,24 +34,26 @@ from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
 CHEAP = 1200
-"""Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
+"""Nodes of a body up to which the estimate is computed; it takes about a quarter more assembly."""
 FEWEST = 8
-"""Elements of a mesh below which half of them say nothing."""
+"""A body with fewer elements is not solved again on half as many: the difference would not show the
+error."""
 MOST_INCREMENTS = 64
-"""That are solved once more: of half as many elements each costs a quarter."""
+"""Largest number of increments that are solved again; each costs about a quarter of the first
+time."""
 MOST = 100
-"""Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing
-of the error."""
+"""Largest number of iterations of an increment on another mesh. 3 to 20 are usual; a solve that
+takes more does not show the error."""
 
 
 def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
-    """The solution with its estimated error where that is cheap, else with the reason why it is not
-    known; and findings where the meshes miss much of what is known.
+    """Return the solution with its estimated error, or with the reason why the error is unknown.
 
-    On surfaces it comes from the solution itself, see `TailErrors`. On
-    curves what two meshes differ by is the error of the coarser one; of constant elements, whose
-    error halves with h, it is that of the finer one, of elements of higher order more. It is the
-    error of u_t of the paper's problem, else of p and q, without contact of u.
+    Findings are added where the meshes miss a large share of the given data. In space the estimate
+    comes from the solution itself, see `TailErrors`. On curves it is the difference of two meshes,
+    which is the error of the coarser one. With constant elements the error is proportional to h, so
+    that it is also the error of the finer mesh. For higher orders it is larger than that error. The
+    error is that of u_t in the paper's problem, of u without contact, else of p and q.
 
     Parameters
     ----------
@@ -74,16 +79,15 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
                 if math.isfinite(accuracy.error):
                     return replace(_estimated(solution, accuracy), coarser=coarse)
             reason = "the problem on half as many elements is not solved"
-        except (
-            PetcontactError
-        ):  # data given for the nodes of one mesh, a body that half the elements do not hold
+        except PetcontactError:
+            # data may be given for the nodes of one mesh, or a side may have too few elements
             reason = "half as many elements do not pose the problem"
     return replace(solution, accuracy=replace(solution.accuracy, unknown=reason))
 
 
 def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
-    """As `with_estimate`."""
-    whole = beside = math.nan
+    """Return the solution in space with its estimated error, as `with_estimate`."""
+    whole = other_faces = math.nan
     if solution.kind == "bilateral" or not solution.nodes:
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
@@ -93,13 +97,13 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
             )
         return _estimated(solution, Accuracy(error=min(whole, 1.0)))
     if solution.kind == "bilateral" and math.isnan(whole):
-        beside = beside_error(solution, solved_on)
-    error, of_resultants = TailErrors(solution).error(beside, whole)
+        other_faces = beside_error(solution, solved_on)
+    error, of_resultants = TailErrors(solution).error(other_faces, whole)
     return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
-    """The solution with an estimate, and a finding where it is large."""
+    """Return the solution with an estimate, and with a finding if the estimate is large."""
     error = accuracy.error
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
@@ -111,14 +115,15 @@ def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
 
 
 def carries_something(solution: Solution) -> bool:
-    """Whether there is a u_t, or a p, whose error could be known."""
+    """Return whether the solution has u_t, or tractions above round-off, to estimate an error
+    of."""
     least = ROUNDED * min(body.material.young_modulus for body in solution.problem.body)
     pairs = (pair for step in solution.tried for pair in step.pairs.values())
     return solution.kind == "bilateral" or any((pair.size > least).any() for pair in pairs)
 
 
 def _costly(solution: Solution) -> str:
-    """Why no other mesh is solved on; empty where one is."""
+    """Return why the problem is not solved on a coarser mesh, or ""."""
     meshes = list(solution.meshes.values())
     if not all(body.geometry.has_inside for body in solution.problem.body):
         return "a superelement has one mesh"
@@ -136,12 +141,12 @@ def _costly(solution: Solution) -> str:
 
 
 def _exponents(solution: Solution) -> list[tuple[float, float]]:
-    """λ at the ends of the sides of the one body."""
+    """Return the exponents λ at both ends of each side of the body."""
     return corner_exponents(solution.problem, as_outline(solution.problem.outline(), "u_t"))
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
-    """The solution on meshes of half as many elements."""
+    """Return the solution on meshes with half as many elements."""
     meshes = [as_curve(mesh) for mesh in solution.meshes.values()]
     return _again(
         solution, lambda number, one, boundary: joined(meshes[number], boundary), comm, law
@@ -149,7 +154,7 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
 
 
 def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
-    """The solution of the same problem on other meshes."""
+    """Return the solution of the same problem, with the same increments, on other meshes."""
     problem = solution.problem
     method = problem.method.model_copy(
         update={
@@ -162,7 +167,7 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
     )
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))
-    # as many increments as the solution has
+    # take the same increments as the solution
     prepared.factors = known_factors(solution, 0.0)
     try:
         return unreported(prepared, None, checked=False)
@@ -170,35 +175,34 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
         prepared.close()
 
 
-def _difference(solution: Solution, other: Solution) -> Accuracy:
-    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports
-    it."""
+def _difference(solution: Solution, coarse: Solution) -> Accuracy:
+    """Return the relative difference of u_t, of p and q, or of u without contact."""
     if not solution.nodes:
-        return Accuracy(error=displacement_difference(other, solution))
+        return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
         body = Body.of(solution.problem, as_outline(solution.problem.outline(), "u_t"))
-        apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
+        apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))
-    apart_by = difference(other, solution)
+    apart_by = difference(coarse, solution)
     return Accuracy(error=apart_by.inside, with_ends=apart_by.whole, singular=apart_by.singular)
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
-    """The mesh with pairs of neighbouring elements of each side joined, one left, or a third one
-    joined, in the middle.
+    """Return the mesh with pairs of neighbouring elements joined on each side.
 
-    Both ends of a side, where errors are largest, have joined elements, and a side run through
-    backwards has the same ones.
+    In the middle of a side one element stays single, or three are joined. Elements at both ends,
+    where errors are largest, are always joined. The result does not depend on the direction of the
+    side.
     """
     ends = np.cumsum([side.length for side in outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     breaks, orders = [], []
     for k, side in enumerate(outline.sides):
-        mine = np.flatnonzero(side_of_element == k)
-        fractions = np.concatenate([[0.0], np.cumsum(mesh.length[mine])]) / side.length
+        elements = np.flatnonzero(side_of_element == k)
+        fractions = np.concatenate([[0.0], np.cumsum(mesh.length[elements])]) / side.length
         fractions[-1] = 1.0
-        half = len(mine) // 4 * 2 + 1  # behind the first half, in pairs
-        chosen = np.unique([*range(0, half, 2), *range(len(mine), len(mine) - half, -2)])
+        half = len(elements) // 4 * 2 + 1  # behind the first half, in pairs
+        chosen = np.unique([*range(0, half, 2), *range(len(elements), len(elements) - half, -2)])
         breaks.append(fractions[chosen])
-        orders.append(mesh.order[mine[chosen[:-1]]])
+        orders.append(mesh.order[elements[chosen[:-1]]])
     return build_mesh(outline, breaks, orders)

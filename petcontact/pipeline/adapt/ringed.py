@@ -1,5 +1,7 @@
-"""Meshes whose panels follow the edges of elliptical contacts, and of their stick zones, before
-panels are cut one by one."""
+"""Meshes whose panels form rings along the edges of elliptical contacts and of their stick zones.
+
+They come before panels are cut one by one.
+"""
 
 from __future__ import annotations
 
@@ -22,30 +24,30 @@ from ..judge.first_panels import lowest_between
 from ..steps.increment import PreparedProblem
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
-"""Rings of panels about the core of a contact, and the estimate with them, measured on Hertz'
+"""Estimated error for each number of rings around the core of a contact, measured on Hertz'
 contact."""
 FALL = 0.15
-"""Estimate that rings have to reach at most, over that before: an edge is known the better the
-smaller it is."""
+"""Largest ratio of the estimate with new rings to the present one. A smaller estimate means that
+the edge is known better."""
 MOVED = 0.003
-"""Of an edge over the radius, from which on the same rings are set once more."""
+"""Displacement of an edge over the radius, from which the same number of rings is set again [-]."""
 
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
-"""Meshes with what else they need; none where they cost too much."""
+"""Function that returns complete meshes, or none where these cost too much."""
 
 
 class EllipticContacts:
-    """The rings that each elliptical contact had so far: as many as before once more, where its
-    edge has moved, or more.
+    """The numbers of rings that each elliptical contact has had.
 
-    Panels as wide at a circular edge as those of rings are nine times as many, and the error is
-    larger: p is a root there, which no polynomial follows across.
+    A contact gets more rings, or the same number again if its edge has moved. Without rings, panels
+    as narrow at a circular edge are nine times as many. Their error is larger, since p is a square
+    root at the edge, which no polynomial across the edge follows.
 
     Parameters
     ----------
     problem : Problem
     first : mapping
-        The first mesh of each body, by its number.
+        First mesh of each body, by its number.
     """
 
     def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
@@ -67,20 +69,19 @@ class EllipticContacts:
         errors: tuple[float, float],
         completed: Completed,
     ) -> list[SurfaceMesh]:
-        """The meshes of the bodies, with more rings than before where these make an estimate
-        smaller; none where not.
+        """Return meshes with more rings if these reduce the estimate, else none.
 
-        Where contact is at the end of the last step; it must not be elsewhere before. The last
-        rings, which shall do, are about the edges of stick zones too, unless the meshes would not
-        be completed then: rings before them are wider than those at these edges, which they show
-        well enough. `small` are zones where contact is expected that is smaller than a panel.
+        The rings follow the contact at the end of the last step; earlier steps must lie inside. The
+        last rings also follow the edges of stick zones, unless the meshes cannot be completed then.
+        Earlier rings are wide enough to show these edges. `small` holds expected contacts that are
+        smaller than a panel.
         """
         for sticks in (True, False):
             rings, meshes = self._ringed(solution, small, errors, sticks)
             meshes = completed(meshes) if rings else []
             if meshes:
-                for name, found in rings.items():
-                    self._made[name].append(found)
+                for name, ring in rings.items():
+                    self._made[name].append(ring)
                 return meshes
         return []
 
@@ -91,7 +92,7 @@ class EllipticContacts:
         errors: tuple[float, float],
         sticks: bool,
     ) -> tuple[dict[str, tuple[int, Zone]], list[SurfaceMesh]]:
-        """How many rings which contacts get about which zones, and the meshes with them."""
+        """Return the number of rings and the zone of each contact, and the meshes with them."""
         estimate, wanted = errors
         meshes, ends, rings = (
             [as_surface(mesh) for mesh in solution.meshes.values()],
@@ -133,7 +134,7 @@ class EllipticContacts:
         return rings, meshes
 
     def _may_have(self, name: str, rings: int) -> bool:
-        """Whether a contact had no more rings so far, and these once at most."""
+        """Return whether a contact has no more rings yet, and had this number at most once."""
         made = [n for n, _ in self._made[name]]
         return rings >= max(made, default=0) and made.count(rings) < 2
 
@@ -146,7 +147,7 @@ class EllipticContacts:
         count: int,
         stick: Zone | None,
     ) -> SurfaceMesh | None:
-        """Rings on a face, if there is a place for them."""
+        """Return the mesh with rings on a part, or None if they do not fit."""
         surface = self._surfaces[body]
         assert surface is not None
         patches = patches_of(surface, *mesh, part, zone, sector(count, zone, stick))
@@ -159,27 +160,29 @@ class EllipticContacts:
 def expected_start(
     problem: PreparedProblem, small: Sequence[tuple[PosedInterface, SmallContact]]
 ) -> Start | None:
-    """No tractions, and overlaps where small contacts are expected, in other pairs everywhere; None
-    where there are none."""
+    """Return a start without tractions and with overlaps in small expected contacts.
+
+    Pairs without an expectation overlap everywhere. The result is None if no contact is expected.
+    """
     expected, v = {side.name: zone_about(contact) for side, contact in small}, list[Array]()
-    for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
-        zone, x = expected.get(side.name), problem.discrete.meshes[side.body].x[face.nodes]
+    for side, interface in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+        zone, x = expected.get(side.name), problem.discrete.meshes[side.body].x[interface.nodes]
         v.append(np.zeros((len(x), problem.system.k)))
         v[-1][:, -1] = 1.0 if zone is None else np.where(zone.distance(x) <= 1.0, 1.0, -1.0)
     return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
 
 
 def zone_about(expected: SmallContact) -> Zone:
-    """The ellipse of a small contact."""
+    """Return the ellipse of a small contact."""
     return Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
 
 
 def small_contacts(
     problem: Problem, solution: Solution
 ) -> list[tuple[PosedInterface, SmallContact]]:
-    """Contacts after the last step that are smaller than the panels they are on, or wholly between
-    their nodes."""
-    found, step = [], solution.tried[-1]
+    """Return contacts after the last step that lie between nodes or are smaller than their
+    panels."""
+    contacts, step = [], solution.tried[-1]
     depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
     for side in problem.interfaces:
         both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
@@ -194,5 +197,5 @@ def small_contacts(
             lowest = lowest_between(mesh.element[nodes], pair.gap, mesh.n_elements).min()
             expected = overlapping_contact(mesh, nodes, pair.gap, depth) if lowest < 0.0 else None
         if expected is not None and expected.too_large(mesh, side.part).any():
-            found.append((side, expected))
-    return found
+            contacts.append((side, expected))
+    return contacts
