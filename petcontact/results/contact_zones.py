@@ -8,15 +8,17 @@ closed and the open nodes of a panel are apart.
 from __future__ import annotations
 
 import functools
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..contact.friction_law import main_direction, signed
-from ..contact.law_protocol import OPEN, SLIP
-from ..fields.boundary.places import spread_places
+from ..contact.friction_law import lengths, main_direction, signed
+from ..contact.law_protocol import OPEN, SLIP, STICK
+from ..fields.boundary.places import sizes, spread_places
 from ..frozen import frozen
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
@@ -96,6 +98,38 @@ def areas(
             share = _shares(mesh, contact, inside, share)
         result.append((float((area * pressed) @ share), off))
     return result
+
+
+def hidden_slip(
+    mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int]
+) -> tuple[float, float, float]:
+    """The area that may slip at an end of stick where stress has no bound though no node slips, how
+    far it slips, and the energy that it takes.
+
+    Beside an end at which q = K/√(2πs) shear up to g slips over π K²/(8 g²) (D. S. Dugdale,
+    Yielding of steel sheets containing slits, J. Mech. Phys. Solids 8 (1960) 100-104). The mean of
+    q over the element at the end says K, to a factor of √2 in what is told here; the slip at the
+    end is 2/π times that length, g and the compliance, and a third of it in the mean.
+
+    Parameters
+    ----------
+    mesh, nodes, pair, compliance
+        As of `areas`.
+    elements : sequence of int
+        Those at places where stress has no bound.
+    """
+    most = (0.0, 0.0, 0.0)
+    for element in set(elements):
+        rows = np.flatnonzero(mesh.element[nodes] == element)
+        bound, weight = pair.bound[rows], pair.weight[rows]
+        if not len(rows) or np.any(pair.state[rows] != STICK) or not 0.0 < bound.min() < np.inf:
+            continue
+        q, g = np.array([lengths(pair.sigma_t[rows]), bound]) @ weight / weight.sum()
+        size = 2.0 * float(sizes(mesh)[element])
+        wide = 2.0 * (0.25 * math.pi * q / g) ** 2 * size
+        area, slip = wide * size ** (mesh.dim - 2), 2.0 / math.pi * compliance * g * wide
+        most = max(most, (area, slip, g * slip * area / 3.0))
+    return most
 
 
 @frozen

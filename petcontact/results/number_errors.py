@@ -18,9 +18,11 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..refinement.levels import MOST_GAIN
+from ..round_off import SINGLE
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
 from .records import PairResult, StepResult
+from .unbounded import corners_of
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -49,7 +51,7 @@ def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
 
 def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, float]:
     """How far numbers of a solution may be off by its increments: what they differ by on other
-    paths, step end by step end; infinite where a number has no bound."""
+    paths, step end by step end, and at least what their increments leave by themselves."""
     now, last = {number.key: number for number in numbers}, solution
     errors = dict.fromkeys(now, 0.0)
     for factor, other in solution.paths:
@@ -61,7 +63,10 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
                 change = np.nan if key[2:] not in ends else _path_change(last, other, number, there)
                 errors[key] = error + factor * change
         now, last = now | there, other
-    return errors
+    return {
+        number.key: float(np.maximum(errors[number.key], _of_increments(number)))
+        for number in numbers
+    }
 
 
 def _path_change(
@@ -83,12 +88,41 @@ def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
     found = list[Number]()
     for number in numbers:
         old = before.get(number.key)
-        error = max(_change(solution, coarser, number, old), number.alone)
+        alone = number.alone - _of_increments(number)
+        error = max(_change(solution, coarser, number, old), alone)
         if old is not None and number.key in last_but_one:
             apart = float(np.abs(old.value - last_but_one[number.key]).max())
             error = max(error, apart / MOST_GAIN)
         found.append(number.known_to(error))
+    return _balanced(solution, found)
+
+
+def _balanced(solution: Evaluated, numbers: list[Number]) -> list[Number]:
+    """Resultants of a body balance: where two meshes differ in the force on one of its parts they
+    are not believed to agree better in that on another, nor in moments, as far out as they act."""
+    owner = {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
+
+    def touched(of: str) -> set[str]:
+        return {solution.sides[of][0], owner.get(of, "")} - {""} if of in solution.sides else {of}
+
+    forces = {number.key: number for number in numbers if number.unit == "force"}
+    found = list[Number]()
+    for number in numbers:
+        name = number.name.replace("held by moment", "held by").replace("moment", "force")
+        own = forces.get((name, *number.key[1:]))
+        if own is not None and own.scale > 0.0:
+            bodies, end = touched(own.of), own.key[2:]
+            same = [f for f in forces.values() if f.key[2:] == end and touched(f.of) & bodies]
+            off = max(np.nan_to_num(each.error) for each in same)
+            far = 1.0 if own is number else number.scale / own.scale
+            number = number.known_to(float(np.maximum(number.error, off * far)))
+        found.append(number)
     return found
+
+
+def _of_increments(number: Number) -> float:
+    """What of `alone` lies between increments, where that is not between nodes."""
+    return number.alone if number.name == "dissipated energy" else 0.0
 
 
 def _change(
@@ -102,9 +136,7 @@ def _change(
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
-    within = number.name in FUNCTIONS and _function_change(solution, coarser, number)
-    # increments leave an error of energies, too
-    return max(apart, within, number.alone if number.name == "dissipated energy" else 0.0)
+    return max(apart, number.name in FUNCTIONS and _function_change(solution, coarser, number))
 
 
 def _end(solution: Evaluated, number: Number) -> StepResult:
@@ -154,7 +186,8 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
 
 
 def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
-    """What a largest stress changes by where it lies and around it."""
+    """What a largest stress changes by where it lies and around it. At a corner it may go on
+    changing as slowly as it does in the last element on either mesh."""
     if number.place is None or number.size == 0.0:
         return 0.0
     x, change = _around(solution, number), np.nan
@@ -162,6 +195,11 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     stress = [_stress_at(each, number, x) for each in meshes]
     for one, other, gain in zip(stress, stress[1:], (1.0, MOST_GAIN), strict=False):
         change = np.fmax(change, np.nan_to_num(np.abs(one - other), nan=-1.0).max() / gain)
+    mesh = solution.meshes[number.of]
+    if number.part and np.linalg.norm(corners_of(mesh).x - x[0], axis=1).min() < SINGLE * np.ptp(
+        mesh.x
+    ):
+        change = np.fmax(change, np.ptp(stress[0]))
     return float(change) if change >= 0.0 else np.nan
 
 
@@ -209,7 +247,7 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
         error = _of_maximum(pair.pressure, pair.pressure_error, element)
         error = max(error, accuracy.error * size)
     else:
-        error = number.alone + accuracy.error * size
+        error = number.alone - _of_increments(number) + accuracy.error * size
     return number.known_to(error)
 
 

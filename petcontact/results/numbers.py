@@ -19,7 +19,7 @@ from ..fields.boundary.places import spread_places
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED
-from .contact_zones import areas
+from .contact_zones import areas, hidden_slip
 from .evaluated import Evaluated
 from .peaks import QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
@@ -139,43 +139,59 @@ class _OfStep:
         closed = pair.state != OPEN
         yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
         yield self._largest("largest q", name, lengths(pair.sigma_t) * closed, "stress")
-        yield from self._areas(name)
+        area, far, taken = self._hidden_slip(name)
+        yield from self._areas(name, area)
         # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
         moved = float(np.abs(self._step.bodies[self._solution.sides[name][0]].u).max(initial=0.0))
         moved += float(np.abs(pair.x).max(initial=0.0)) * EPS / SOLVED
         slip = lengths(pair.slip) * closed
-        yield self._largest("largest slip", name, slip, "length", moved)
+        yield self._largest("largest slip", name, slip, "length", moved, far)
         every = [each.pairs[name] for each in self._increments]
         spent, left = (sum(getattr(each, key) for each in every) for key in DISSIPATED)
-        yield self._number(
-            "dissipated energy", name, spent, "moment", moved * force, alone=np.nan_to_num(left)
-        )
+        left = np.nan_to_num(left) + taken
+        yield self._number("dissipated energy", name, spent, "moment", moved * force, alone=left)
         if pair.wear is not None:
             yield self._number("worn volume", name, pair.worn_volume.sum(), "volume")
             yield self._largest("worn depth", name, pair.wear.sum(axis=1), "length")
 
-    def _areas(self, name: str) -> Iterator[Number]:
-        solution, pair = self._solution, self._step.pairs[name]
-        body, _ = solution.sides[name]
+    def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
+        """Mesh, nodes, result and compliance of a pair, as `areas` takes them."""
+        solution, (body, _) = self._solution, self._solution.sides[name]
         materials = {each.name: each.material for each in solution.problem.body}
         owners = {body, solution.primaries.get(name, "").partition(".")[0]} & set(materials)
         compliance = sum(
             (1.0 - materials[each].plane_strain_ratio) / materials[each].shear_modulus
             for each in owners
         )
-        total = float(pair.weight.sum())
-        found = areas(solution.meshes[body], solution.nodes[name], pair, compliance)
-        for word, (value, alone) in zip(("contact area", "slipping"), found, strict=True):
-            yield self._number(word, name, value, "area", total, alone=alone)
+        return solution.meshes[body], solution.nodes[name], self._step.pairs[name], compliance
 
-    def _largest(self, word: str, of: str, values: Array, unit: str, scale: float = 0.0) -> Number:
+    def _hidden_slip(self, name: str) -> tuple[float, float, float]:
+        places = self._unbounded.get(self._solution.sides[name][0], [])
+        return hidden_slip(*self._contact(name), [e for each in places for e in each.elements])
+
+    def _areas(self, name: str, hidden: float) -> Iterator[Number]:
+        contact = self._contact(name)
+        total = float(contact[2].weight.sum())
+        (closed, off), (slipping, alone) = areas(*contact)
+        yield self._number("contact area", name, closed, "area", total, alone=off)
+        yield self._number("slipping", name, slipping, "area", total, alone=alone + hidden)
+
+    def _largest(
+        self,
+        word: str,
+        of: str,
+        values: Array,
+        unit: str,
+        scale: float = 0.0,
+        alone: float = 0.0,
+    ) -> Number:
         """The maximum of a function on elements; a pressure may have no bound."""
         body, _ = self._solution.sides[of]
         mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
         top, place, element = maximum(mesh, nodes, values)
         singular = {e for each in self._unbounded.get(body, []) for e in each.elements}
         error = np.inf if unit == "stress" and element in singular and top > 0.0 else np.nan
-        return self._number(word, of, top, unit, scale, place=place, error=error)
+        return self._number(word, of, top, unit, scale, place=place, error=error, alone=alone)
 
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()

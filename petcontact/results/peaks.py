@@ -253,8 +253,8 @@ class _Samples:
         if not len(self._seeds):
             return reached
         near = self._neighbours()
-        heap = [(-values[k], int(k)) for k in self._seeds if np.isfinite(values[k])]
-        heapq.heapify(heap)
+        # what elements at such a place say of a stress without a bound is chance
+        heap = [(-np.inf, int(k)) for k in self._seeds]
         while heap:
             low, k = heapq.heappop(heap)
             if reached[k]:

@@ -90,7 +90,8 @@ def corners_of(mesh: Any) -> Corners:
 @corners_of.register
 def _(mesh: CurveMesh) -> Corners:
     before, _ = mesh.neighbours()
-    ends = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
+    normal = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
+    ends = normal[..., ::-1] * [-1.0, 1.0]
     arriving, leaving = ends[before, 1], ends[:, 0]
     turn = np.arctan2(
         arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0],

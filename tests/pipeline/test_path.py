@@ -9,6 +9,7 @@ from petcontact import Problem, solve
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import loop
 from petcontact.pipeline.judge.findings import new_finding
+from petcontact.results.number_errors import path_errors
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
@@ -143,3 +144,17 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     assert len(solution.accuracy.elements) > 1 and solution.warnings.count("looked at") == 1
     ((mesh,), (last,)) = solution.meshes.values(), looked
     assert last.discrete.meshes[0] is mesh
+
+
+def test_the_error_of_an_energy_counts_its_increments_once():
+    """What others give it, or what it leaves in each of its own, whichever is larger."""
+    solution = pressed(False, "x**2/8", 4)
+    (energy,) = [each for each in solution.numbers if each.name == "dissipated energy"]
+    ((factor, other),) = solution.paths
+    spent = [sum(s.pairs["pair"].dissipated for s in found.steps) for found in (solution, other)]
+    by_path = path_errors(solution, [energy])[energy.key]
+    assert energy.alone > 0.0
+    assert by_path == pytest.approx(max(factor * abs(spent[0] - spent[1]), energy.alone))
+    (before,) = [each for each in solution.coarser.numbers if each.name == energy.name]
+    apart = float(np.abs(energy.value - before.value).max())
+    assert energy.error == pytest.approx(apart + by_path)

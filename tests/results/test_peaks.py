@@ -18,6 +18,7 @@ from petcontact import (
     solve,
 )
 from petcontact.model.base import parse
+from petcontact.refinement.singular_points import corner_exponents
 from petcontact.results.peaks import stress_peaks
 from petcontact.results.unbounded import unbounded_places
 
@@ -100,6 +101,40 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     under = [place.x for place in places["lower"] if "under" in place.sides]
     np.testing.assert_allclose(under, [[-1.0 - 0.05 * 0.02, 0.0], [1.0 - 0.01 * 0.02, 0.0]], 1e-12)
     assert not [place for place in places["upper"] if "under" in place.sides]
+
+
+@pytest.mark.parametrize("turned", [0.0, 90.0, 30.0])
+def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
+    """Stress has no bound at the same corners of a block on a roller as its mesh is graded to."""
+    way = np.radians(turned)
+    turn = np.array([[np.cos(way), -np.sin(way)], [np.sin(way), np.cos(way)]])
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.8, 1.0], [0.0, 1.0]]) @ turn.T
+    held = {0.0: ["free", 0.0], 90.0: [0.0, "free"], 30.0: ["free", 0.0]}[turned]
+    names = ["bottom", "right", "top", "left"]
+    data = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "mesh": {"element_size": 0.5},
+        "geometry": {"shape": "polygon", "vertices": corners.tolist(), "parts": names},
+        "boundary": [
+            {"part": "bottom", "condition": "displacement", "value": held},
+            {"part": "top", "condition": "traction", "value": [0.1, 0.1]},
+            {"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
+            {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
+        ],
+    }
+    problem = parse(Problem, data, "roller")
+    solution = solve(problem)
+    (places,) = unbounded_places(solution, solution.last).values()
+    there = [place.x for place in places]
+    outline = problem.body[0].geometry.outline()
+    expected = [
+        side.start
+        for side, (least, _) in zip(outline.sides, corner_exponents(problem, outline), strict=True)
+        if least < 1.0
+    ]
+    assert expected and sorted(map(tuple, np.round(there, 9))) == sorted(
+        map(tuple, np.round(expected, 9))
+    )
 
 
 def _finer(problem: Problem) -> Problem:
