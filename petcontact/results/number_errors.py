@@ -17,7 +17,7 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
-from ..refinement.levels import MOST_GAIN
+from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import SINGLE
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
@@ -90,33 +90,12 @@ def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]
         old = before.get(number.key)
         alone = number.alone - _of_increments(number)
         error = max(_change(solution, coarser, number, old), alone)
-        if old is not None and number.key in last_but_one:
-            apart = float(np.abs(old.value - last_but_one[number.key]).max())
-            error = max(error, apart / MOST_GAIN)
+        if old is not None:
+            one, other, share = old.value, last_but_one.get(number.key), 1.0 / MOST_GAIN
+            if other is None:
+                one, other, share = number.value, old.value, 1.0 / (LEAST_GAIN - 1.0)
+            error = max(error, share * float(np.abs(one - other).max()))
         found.append(number.known_to(error))
-    return _balanced(solution, found)
-
-
-def _balanced(solution: Evaluated, numbers: list[Number]) -> list[Number]:
-    """Resultants of a body balance: where two meshes differ in the force on one of its parts they
-    are not believed to agree better in that on another, nor in moments, as far out as they act."""
-    owner = {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
-
-    def touched(of: str) -> set[str]:
-        return {solution.sides[of][0], owner.get(of, "")} - {""} if of in solution.sides else {of}
-
-    forces = {number.key: number for number in numbers if number.unit == "force"}
-    found = list[Number]()
-    for number in numbers:
-        name = number.name.replace("held by moment", "held by").replace("moment", "force")
-        own = forces.get((name, *number.key[1:]))
-        if own is not None and own.scale > 0.0:
-            bodies, end = touched(own.of), own.key[2:]
-            same = [f for f in forces.values() if f.key[2:] == end and touched(f.of) & bodies]
-            off = max(np.nan_to_num(each.error) for each in same)
-            far = 1.0 if own is number else number.scale / own.scale
-            number = number.known_to(float(np.maximum(number.error, off * far)))
-        found.append(number)
     return found
 
 

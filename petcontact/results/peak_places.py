@@ -10,11 +10,12 @@ from ..arrays import Array
 from ..contact.law_protocol import OPEN
 from ..mesh.boundary_mesh import BoundaryMesh
 from .evaluated import Evaluated
-from .records import StepResult
+from .records import BodyResult, StepResult
 
 DEPTHS = np.array([0.05, 0.1, 0.2, 0.35, 0.6, 1.0, 1.6])
-"""Of samples below a contact, over half its width. The largest von Mises stress of a frictionless
-line contact lies at 0.70 (ν = 0.3), of a round one at 0.48; friction brings it nearer."""
+"""Of samples below a contact or a load, over half its width. The largest von Mises stress of a
+frictionless line contact lies at 0.70 (ν = 0.3), of a round one at 0.48; friction brings it
+nearer."""
 ACROSS = {2: 6, 3: 3}
 """Places of a contact below which is sampled along each of its directions, by the dimension."""
 LATTICE = {2: 10, 3: 6}
@@ -22,10 +23,11 @@ LATTICE = {2: 10, 3: 6}
 
 
 def places_inside(solution: Evaluated, body: str, step: StepResult) -> Array:
-    """Points all over a body and below its contacts after an increment, (k, d) [length]; some may
-    lie outside."""
-    lattice = _lattice(solution.meshes[body])
-    return np.vstack([lattice, *_below_contacts(solution, body, step)])
+    """Points all over a body, below its contacts and below the largest tractions of its parts after
+    an increment, (k, d) [length]; some may lie outside."""
+    mesh = solution.meshes[body]
+    below = [*_below_contacts(solution, body, step), *_below_loads(mesh, step.bodies[body])]
+    return np.vstack([_lattice(mesh), *below])
 
 
 def _lattice(mesh: BoundaryMesh) -> Array:
@@ -50,10 +52,24 @@ def _below_contacts(solution: Evaluated, body: str, step: StepResult) -> Iterato
         closed = np.flatnonzero(pair.state != OPEN)
         if body not in (secondary, owner[0]) or not len(closed):
             continue
-        area = float(pair.weight[closed].sum())
-        half = 0.5 * area if dim == 2 else float(np.sqrt(area / np.pi))
         sign = -1.0 if body == secondary else 1.0
         every = max(1, len(closed) // ACROSS[dim] ** (dim - 1))
         rows = np.append(closed[::every], closed[np.argmax(pair.pressure[closed])])
-        away = sign * half * DEPTHS[:, None, None] * pair.normal[rows]
-        yield (pair.x[rows] + away).reshape(-1, dim)
+        yield _below(pair.x[rows], sign * pair.normal[rows], float(pair.weight[closed].sum()))
+
+
+def _below_loads(mesh: BoundaryMesh, found: BodyResult) -> Iterator[Array]:
+    """Points below the largest traction of each part, as deep as it is wide where it is more than
+    half as large."""
+    size = np.linalg.norm(found.traction, axis=1)
+    for nodes in filter(len, map(mesh.nodes_of, mesh.part_names)):
+        top = nodes[np.argmax(size[nodes])][None]
+        wide = float(mesh.weight[nodes][size[nodes] >= 0.5 * size[top]].sum())
+        yield _below(mesh.x[top], -mesh.normal[top], wide)
+
+
+def _below(x: Array, inward: Array, area: float) -> Array:
+    """Points at all depths below some places (k, d), what presses on them having an area."""
+    dim = x.shape[1]
+    half = 0.5 * area if dim == 2 else float(np.sqrt(area / np.pi))
+    return np.asarray(x + half * DEPTHS[:, None, None] * inward).reshape(-1, dim)

@@ -35,11 +35,11 @@ MOVED = 1e-13
 leaves of it by round-off."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
-CLIMBS, GRID = 6, np.linspace(-1.0, 1.0, 5)
-"""Steps of a climb, each to the best of a grid, which is a fifth as wide as the one before unless
-the way leads on. Three grids are a hundredth of the spacing of the samples wide, and a maximum is
-flat: its value is right to the square of that. A field costs by its calls rather than by its
-points."""
+CLIMBS, FINEST, GRID = 12, 0.01, np.linspace(-1.0, 1.0, 5)
+"""Most steps of a climb, each to the best of a grid, which is a fifth as wide as the one before, or
+twice as wide where the way leads on; it ends with a grid of this share of the first, which is as
+wide as samples are apart. A maximum is flat: its value is right to the square of that. A field
+costs by its calls rather than by its points."""
 NEAR = 0.05
 """Distance from a place without a bound, over the largest side of the box about the body, up to
 which stress is left out. It is a definition: stress falls from there without an end."""
@@ -208,7 +208,7 @@ class _Samples:
         if value <= self._least:
             return peak
         ways = np.array(np.meshgrid(*[GRID] * d)).reshape(d, -1).T
-        step = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
+        step = first = 0.5 * float(np.sort(np.linalg.norm(self._x - place, axis=1))[d + 1])
         off = bool(peak.part) and not self._near_unbounded(place[None])[0]
         for _ in range(CLIMBS):
             x, values = self._values_near(key, place + step * ways, peak.part)
@@ -217,8 +217,9 @@ class _Samples:
             if values[k] > value:
                 reached = float(np.linalg.norm(x[k] - place))
                 value, place = float(values[k]), x[k]
-            if reached < step:
-                step /= len(GRID)
+            step *= 2.0 if reached >= step else 1.0 / len(GRID)
+            if step < FINEST * first:
+                break
         if not peak.part and self._near_unbounded(place[None])[0]:
             return None
         return replace(peak, value=value, place=place)
