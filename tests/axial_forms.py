@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ellipe
 
 from petcontact import Problem, Solution, operators
 from petcontact.model.base import parse
@@ -117,6 +118,161 @@ def indented_errors(name: str, solution: Solution, scale: float = 1e-2) -> tuple
     force = -pair.force[1] / (scale * MODULUS * known.force) - 1.0
     square = pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)
     return abs(force), float(np.sqrt(square))
+
+
+TURN, FRICTION = 1e-3, 0.3
+"""Angle by which half spaces are turned [rad], and friction of a ball that does."""
+SHEAR = 0.5 * E / (1.0 + NU)
+
+
+def turned_displacement(shear: Callable, r: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """u_θ of z < 0 under a shear round the axis on r < 1: that of the load and its image."""
+    ring, load = _rings(shear)
+    theta = 2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
+    x, y = r[:, None, None] - ring[:, None] * np.cos(theta), ring[:, None] * np.sin(theta)
+    distance = np.sqrt(x * x + y * y + z[:, None, None] ** 2)
+    return np.einsum("nqk,k,q->n", 1.0 / distance, np.cos(theta), load) / (SHEAR * ANGLES)
+
+
+def disc_shear(r: np.ndarray) -> np.ndarray:
+    """Of a disc that is turned by `TURN` (Reissner and Sagoci 1944)."""
+    return TURN * 4.0 * SHEAR / np.pi * r / np.sqrt(1.0 - r**2)
+
+
+def turned_disc() -> Problem:
+    """The cylinder of `indented`, of which a disc on the top is turned; nothing else holds it."""
+    sides = {"right": [SIZE, 0.0], "free": [1.0, 0.0], "top": [0.0, 0.0], "axis": [0.0, -SIZE]}
+    loop = [{"part": k, "to": v} for k, v in (sides | {"bottom": [SIZE, -SIZE]}).items()]
+    around = {"condition": "displacement"}
+    far = around | {"value": (0.0, 0.0, lambda x, y: turned_displacement(disc_shear, x, y))}
+    data = {
+        "symmetry": "axial",
+        "material": {"young_modulus": E, "poisson_ratio": NU},
+        "geometry": {"shape": "outline", "loops": [loop]},
+        "boundary": [
+            {"part": "right", **far},
+            {"part": "bottom", **far},
+            {"part": "free", "condition": "traction", "value": (0.0, 0.0)},
+            {"part": "top", **around, "value": ("free", "free", f"{TURN}*x")},
+        ],
+    }
+    return parse(Problem, data, "disc")
+
+
+def disc_error(solution: Solution) -> float:
+    """Of the torque 16/3 G φ, relative."""
+    mesh, top = solution.mesh, solution.mesh.nodes_of("top")
+    torque = mesh.motions.moment(mesh.x[top], mesh.weight[top, None] * solution.traction[top])
+    return float(abs(torque / (16.0 / 3.0 * SHEAR * TURN) - 1.0))
+
+
+@dataclass(frozen=True)
+class Lubkin:
+    """Two equal balls whose radius of contact is 1, turned against each other until they stick up
+    to a radius c (Lubkin 1951).
+
+    The shear is a sum of rigid discs of radii s that turn by B'(s) ds: none where the balls stick,
+    and those that make µ p where they slip, B' = -µ p_0/(2G) d(K - E)/ds with k² = 1 - s² by Abel's
+    equation.
+    """
+
+    c: float
+    scale: float = 1e-2
+
+    @functools.cached_property
+    def discs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Radii s and B' ds of one ball."""
+        t, w = np.polynomial.legendre.leggauss(16)
+        s = self.c + 0.5 * (1.0 - self.c) * (1.0 + t)
+        p = self.scale * 2.0 / np.pi * MODULUS
+        # d(K - E)/dk = k E/(1 - k²), dk/ds = -s/k
+        slope = FRICTION * p / (2.0 * SHEAR) * ellipe(1.0 - s**2) / s
+        return s, 0.5 * (1.0 - self.c) * w * slope
+
+    @property
+    def torque(self) -> float:
+        s, turns = self.discs
+        return float(16.0 / 3.0 * SHEAR * turns @ s**3)
+
+    def shear(self, r: np.ndarray) -> np.ndarray:
+        s, turns = self.discs
+        slips = FRICTION * self.scale * INDENTED["ball"].pressure(np.minimum(r, 1.0))
+        inside = np.minimum(r, self.c)[:, None]
+        sticks = 4.0 * SHEAR / np.pi * (inside / np.sqrt(s**2 - inside**2)) @ turns
+        return np.where(r < self.c, sticks, slips)
+
+    def displacement(self, r: np.ndarray, z: np.ndarray) -> np.ndarray:
+        """u_θ of the ball z < 0."""
+        s, turns = self.discs
+        return sum(
+            turn / TURN * a * turned_displacement(disc_shear, r / a, z / a)
+            for a, turn in zip(s, turns, strict=True)
+        )
+
+    def problem(self) -> Problem:
+        """Two cylinders cut out of half spaces, with the gap of both balls, pressed and turned."""
+        ball, turn = INDENTED["ball"], float(self.discs[1].sum())
+
+        def given(side: float, turned: float) -> tuple[Callable, ...]:
+            """On the faces of the upper ball, `side` = 1, or of the lower one."""
+
+            def component(k: int) -> Callable:
+                sign, far = (-side, -(1.0 + side) * ball.depth) if k else (1.0, 0.0)
+                return lambda x, y: (
+                    self.scale * (sign * displacement(ball.pressure, x, -np.abs(y))[k] + far)
+                )
+
+            def around(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+                own = self.displacement(x, -np.abs(y))
+                return turned * (2.0 * turn * x - own if side > 0.0 else own)
+
+            return component(0), component(1), around
+
+        bodies, changes = [], []
+        for name, side in (("lower", -1.0), ("upper", 1.0)):
+            low, high = sorted((0.0, side * SIZE))
+            far = "top" if side > 0.0 else "bottom"
+            bodies.append(
+                {
+                    "name": name,
+                    "material": {"young_modulus": E, "poisson_ratio": NU},
+                    "geometry": {
+                        "shape": "rectangle",
+                        "lower_left": [0.0, low],
+                        "upper_right": [SIZE, high],
+                    },
+                    "boundary": [
+                        {"part": part, "condition": "displacement", "value": given(side, 0.0)}
+                        for part in ("right", far)
+                    ],
+                }
+            )
+            changes += [
+                {"body": name, "part": part, "value": given(side, 1.0)} for part in ("right", far)
+            ]
+        pair = {
+            "name": "pair",
+            "secondary": "upper.bottom",
+            "primary": "lower.top",
+            "gap": f"{self.scale}*x**2",
+            "friction_coefficient": FRICTION,
+        }
+        steps = [{"name": "press"}, {"name": "turn", "boundary": changes}]
+        data = {"symmetry": "axial", "body": bodies, "contact": [pair], "step": steps}
+        return parse(Problem, data, "two balls")
+
+    def errors(self, solution: Solution) -> tuple[float, float, float]:
+        """Of the torque, of the shear in L2 of the nodes, both relative, and of the radius c."""
+        pair = solution.pairs["pair"]
+        exact = self.shear(pair.x[:, 0])
+        around = np.abs(pair.sigma_t[:, 1])
+        square = pair.weight @ (around - exact) ** 2 / (pair.weight @ exact**2)
+        sticks = np.sqrt(pair.weight[pair.state == 0].sum() / np.pi)
+        return (
+            abs(abs(pair.moment) / self.torque - 1.0),
+            float(np.sqrt(square)),
+            float(abs(sticks - self.c)),
+        )
 
 
 FREE = {"condition": "traction", "value": [0.0, 0.0]}

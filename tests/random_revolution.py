@@ -12,7 +12,8 @@ SIDES = ("bottom", "right", "top", "left")
 
 def random_revolution(seed, number):
     """Bodies of revolution in contact with friction, in one or two steps: what presses on a plate,
-    a press fit, a seat of cones, a ring on a floor, a seal; some of them hot or in rotation."""
+    a press fit, a seat of cones, a ring on a floor, a seal; some of them hot or in rotation, and
+    some turned about the axis in the second step."""
     random = np.random.default_rng([seed, number, 23])
     drawn = (_pressed, _fitted, _seated, _on_floor, _sealed, _pressed)[number % 6](random)
     friction = float(random.choice([0.0, random.uniform(0.05, 1.0)]))
@@ -26,8 +27,11 @@ def random_revolution(seed, number):
             {"temperature": f"{random.uniform(1.0, 10.0)}*(1 + 0.3*y)"},
             {"angular_velocity": float(0.05 * np.sqrt(modulus[0]))},
         ][random.integers(2)]
-    steps = [{}] + [{"boundary": [drawn.pop("then")]}] * (random.random() < 0.5)
-    drawn.pop("then", None)
+    then, moves = drawn.pop("then"), random.random() < 0.5
+    if friction and random.random() < 0.35:
+        angle = random.choice([-1.0, 1.0]) * 10.0 ** random.uniform(-3.0, -1.5)
+        then["value"], moves = [*then["value"], f"{angle}*x"], True
+    steps = [{}] + [{"boundary": [then]}] * moves
     data = {"symmetry": "axial", **drawn, "contact": contact, "step": steps}
     return parse(Problem, data, f"revolution {number}")
 

@@ -70,6 +70,25 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
     return _least_root(determinant)
 
 
+def shear_exponent(angle: float, first: bool, second: bool) -> float:
+    """The smallest exponent of what is displaced across the plane of a corner, at most 1: r^λ
+    cos(λθ) of Laplace's equation.
+
+    Parameters
+    ----------
+    angle : float
+        Interior, in (0, 2π] [rad].
+    first, second : bool
+        Whether the sides are held in that direction.
+
+    Examples
+    --------
+    >>> shear_exponent(math.pi, True, False), shear_exponent(2.0 * math.pi, False, False)
+    (0.5, 0.5)
+    """
+    return min(1.0, math.pi / angle / (1.0 if first == second else 2.0))
+
+
 @functools.lru_cache(maxsize=4096)
 def pair_exponent(
     angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float

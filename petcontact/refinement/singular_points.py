@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 from ..geometry.outline import Outline, Side
 from ..mesh.grading import at_ends, turn
 from ..model.problem import Condition, Contact, Displacement, Periodic, Problem, Symmetry, Traction
-from .corner_exponents import CLAMPED, FREE, SLIDING, SideKind, corner_exponent
+from .corner_exponents import (
+    CLAMPED,
+    FREE,
+    SLIDING,
+    SideKind,
+    corner_exponent,
+    shear_exponent,
+)
 
 
 def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, float]]:
@@ -25,17 +33,22 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
 
     def exponent(before: Side, after: Side) -> float:
         angle = round(math.pi - turn(before, after), 9)
-        pairs = itertools.product(
-            kinds(after, direction(after, 0.0)), kinds(before, direction(before, 1.0) + math.pi)
-        )
-        return min(corner_exponent(angle, kappa, first, second) for first, second in pairs)
+        seen = [
+            kinds(after, direction(after, 0.0)),
+            kinds(before, direction(before, 1.0) + math.pi),
+        ]
+        least = min(corner_exponent(angle, kappa, *pair) for pair in itertools.product(*seen))
+        if outline.components == 2:
+            return least
+        given = [conditions.get(side.part) for side in (after, before)]
+        return min(least, torsion_exponent(angle, given, seen))
 
     return at_ends(outline, exponent)
 
 
 def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[SideKind, ...]:
     """What a side may be, seen from a corner that it leaves in a direction [rad], which says in the
-    plane what a single component that is held means; of torsion the half section says nothing."""
+    plane what a single component that is held means."""
     if dim > 2 or not isinstance(condition, Displacement):
         return kinds_of(condition)
     free = _is_free(condition)[:dim]
@@ -58,6 +71,20 @@ def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:
         return (CLAMPED,)
     free = _is_free(condition)
     return (FREE,) if all(free) else (CLAMPED, SLIDING) if any(free) else (CLAMPED,)
+
+
+def torsion_exponent(
+    angle: float, given: Sequence[Condition | None], kinds: Sequence[tuple[SideKind, ...]]
+) -> float:
+    """λ of what is displaced round the axis at a corner, by the conditions on its two sides and
+    what these may be; a displacement says itself whether it is held."""
+    held = [
+        {not _is_free(condition)[2]}
+        if isinstance(condition, Displacement)
+        else {kind == CLAMPED for kind in each}
+        for condition, each in zip(given, kinds, strict=True)
+    ]
+    return min(shear_exponent(angle, *pair) for pair in itertools.product(*held))
 
 
 def _is_free(condition: Displacement) -> list[bool]:

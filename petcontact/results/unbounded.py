@@ -34,7 +34,7 @@ from ..refinement.corner_exponents import (
     pair_exponent,
 )
 from ..refinement.panels.edges import RIGID, SMOOTH, edges
-from ..refinement.singular_points import kinds_seen
+from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
 from .evaluated import Evaluated
 from .records import PairResult, StepResult
@@ -256,7 +256,13 @@ class _Body:
             facing = partner.facing(corner.x, closed[0].normal)[0] if partner else math.pi
             return closed[0].exponent((corner.angle, facing), (self.kappa, (partner or self).kappa))
         kinds = [side.kinds if isinstance(side, _Closed) else side for side in sides]
-        return min(_exponent(corner.angle, self.kappa, *pair) for pair in itertools.product(*kinds))
+        pairs = itertools.product(*kinds)
+        least = min(_exponent(corner.angle, self.kappa, *pair) for pair in pairs)
+        if self._mesh.components == self._mesh.dim or not corner.angle > 0.0:
+            return least
+        parts = self._mesh.part[list(corner.elements)]
+        given = [self._conditions.get(self._mesh.part_names[part]) for part in parts]
+        return min(least, torsion_exponent(corner.angle, given, kinds))
 
     def facing(self, x: Array, normal: Array) -> tuple[float, tuple[Array, tuple[int, ...]] | None]:
         """The angle of the corner at a point, and no more; where there is none the angle of a

@@ -197,3 +197,26 @@ def test_the_gallery_can_be_solved_adaptively(name, comm):
     solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)
     assert solution.converged and solution.accuracy.error <= 1e-4
     assert solution.elastic_residual < 1e-10
+
+
+def test_torsion_has_the_exponents_of_laplace_s_equation():
+    """A disc is turned on the top of a shaft, and no other direction is held there: r^(1/2) where it
+    ends."""
+    free = [
+        {"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("top", "side")
+    ]
+    turned = {"part": "disc", "condition": "displacement", "value": ["free", "free", "x"]}
+    held = {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}
+    ends = {"bottom": [2, 0], "side": [2, 2], "top": [1, 2], "disc": [0, 2], "axis": [0, 0]}
+    data = {
+        "symmetry": "axial",
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {
+            "shape": "outline",
+            "loops": [[{"part": k, "to": v} for k, v in ends.items()]],
+        },
+        "boundary": [held, turned, *free],
+    }
+    problem = Problem.model_validate(data)
+    found = corner_exponents(problem, problem.boundaries[0])
+    assert [round(a, 3) for a, _ in found] == [1.0, 0.711, 1.0, 0.5]

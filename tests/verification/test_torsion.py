@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from axial_forms import Lubkin, disc_error, turned_disc
 
-from petcontact import InputError, Material, solve
+from petcontact import InputError, Material, adapt, solve
 from petcontact.bem.kernels import kernel_for
 from petcontact.mesh.ring_mesh import TwistedRingMesh
 from petcontact.model.case import parse_problem
@@ -115,6 +116,19 @@ def test_tresca_and_bonded_fits():
     pair = solve(bonded).pairs["fit"]
     assert pair.moment == pytest.approx(-pair.moment_primary, rel=1e-9)
     assert np.abs(pair.slip).max() < 1e-15
+
+
+def test_a_disc_turns_a_half_space():
+    """The shear is infinite where the disc ends, and nothing but u_θ is held there."""
+    assert disc_error(solve(turned_disc())) < 1e-3
+
+
+@pytest.mark.slow
+def test_two_balls_are_turned():
+    """The torque, the shear and the radius up to which they stick."""
+    balls = Lubkin(0.6)
+    torque, shear, radius = balls.errors(adapt(balls.problem(), 2e-2))
+    assert torque < 1e-4 and shear < 2e-3 and radius < 2e-3
 
 
 def test_an_element_on_the_axis():

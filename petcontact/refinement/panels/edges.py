@@ -2,9 +2,7 @@
 conditions on either side.
 
 Across a straight edge the strongest singularity is that of a corner in plane strain
-(`corner_exponents`) or of shear along the edge, whose displacement r^λ cos(λθ) has λ = π/ω between
-sides that are both free or both held along it and π/(2ω) where one of them is, ω being the interior
-angle.
+(`corner_exponent`) or of shear along the edge (`shear_exponent`).
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from ...arrays import Array, Index
 from ...linalg.nearest import within
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SideKind, corner_exponent
+from ..corner_exponents import CLAMPED, SideKind, corner_exponent, shear_exponent
 from ..singular_points import kinds_of
 
 TOGETHER = 0.02
@@ -70,18 +68,13 @@ def edge_exponent(
     exponents = [
         min(
             corner_exponent(math.radians(number), kappa, first, second),
-            _along(math.radians(number), first, second),
+            shear_exponent(math.radians(number), first == CLAMPED, second == CLAMPED),
         )
         for ones, others, number in found
         if ones != others or abs(math.radians(number) - math.pi) > SMOOTH
         for first, second in itertools.product(ones, others)
     ]
     return min(exponents, default=1.0)
-
-
-def _along(angle: float, first: SideKind, second: SideKind) -> float:
-    """λ of the shear along an edge of sides of two kinds."""
-    return math.pi / angle / (1.0 if (first == CLAMPED) == (second == CLAMPED) else 2.0)
 
 
 def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
