@@ -14,7 +14,7 @@ from petcontact.model.base import parse
 from petcontact.model.problem import Problem
 from petcontact.pipeline.adapt.difference import difference, fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
-from petcontact.pipeline.adapt.traction_ladder import found_edges
+from petcontact.pipeline.adapt.traction_ladder import edges_of_steps
 from petcontact.refinement.contact_edges import Edge, edges, merged
 from petcontact.refinement.levels import believed, growing
 from petcontact.results.verdict.summary import verdict
@@ -122,8 +122,8 @@ def test_edges_of_earlier_increments_count(comm):
         ],
     )
     solution = solve(problem, comm=comm)
-    every = found_edges(solution, 1e-3, {"pair": 0.0})["pair"]
-    alone = found_edges(
+    every = edges_of_steps(solution, 1e-3, {"pair": 0.0})["pair"]
+    alone = edges_of_steps(
         dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]),
         1e-3,
         {"pair": 0.0},

@@ -29,7 +29,7 @@ from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
 from .difference import difference, displacement_difference, displacement_scale
-from .other_orders import beside_error, whole_error
+from .other_orders import other_faces_error, whole_error
 from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
@@ -97,7 +97,7 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
             )
         return _estimated(solution, Accuracy(error=min(whole, 1.0)))
     if solution.kind == "bilateral" and math.isnan(whole):
-        other_faces = beside_error(solution, solved_on)
+        other_faces = other_faces_error(solution, solved_on)
     error, of_resultants = TailErrors(solution).error(other_faces, whole)
     return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
 

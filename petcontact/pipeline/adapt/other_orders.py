@@ -1,4 +1,4 @@
-"""Errors by panels of another order: of u_t in bilateral contact, and of u where there is no
+"""Error estimates from panels of another order: of u_t in bilateral contact, and of u without
 contact."""
 
 from __future__ import annotations
@@ -21,28 +21,28 @@ from ..pose.discretise import MeshMaker
 from .difference import displacement_scale
 
 HIGHEST = 3
-"""Order of panels."""
+"""Largest order of panels."""
 FEW, MOST = 1200, 5000
-"""Nodes of a body up to which another solve is nothing to wait for: of panels of the next order,
-which costs up to four times the first one, and of the solution where they are of the order below,
-which costs .5 to .8 of it."""
+"""Largest number of nodes of a body for another solve. `FEW` counts nodes with order p + 1, which
+costs up to four times the first solve. `MOST` holds for order p - 1, which costs 0.5 to 0.8 of
+it."""
 SURE = 1.6
-"""Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than
-they do there."""
+"""Factor on `share`, measured by scripts/verify_space: errors on coarse meshes fall more slowly
+than in the limit [-]."""
 
 
 def share(order: int, other: int, exponent: float) -> float:
-    """Error over what another order changes, of a functional whose error falls as (p + 1)^-4λ.
+    """Return the error over the change by another order, for an error that falls as (p + 1)^-4λ.
 
-    As those of energies do where displacements behave like r^λ at the ends of elements: the error
-    in the norm of energy falls as (p + 1)^-2λ, twice as fast as in h (I. Babuska, M. Suri, The h-p
-    version of the finite element method with quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238),
-    and that of the energy is its square.
+    The errors of energies fall so where displacements behave like r^λ at the ends of elements. The
+    error in the energy norm falls as (p + 1)^-2λ, with twice the exponent of h. The error
+    of the energy is its square. Source: I. Babuska, M. Suri, The h-p version of the finite element
+    method with quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238.
 
     Parameters
     ----------
     order, other : int
-        p, and that of the solution that it is compared with.
+        p, and the order of the solution that it is compared with.
     exponent : float
         λ.
 
@@ -55,22 +55,23 @@ def share(order: int, other: int, exponent: float) -> float:
 
 
 def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Error of u_t of one body in bilateral contact, or of u of bodies without contact, the largest
-    over bodies and step ends: in L2 a `share` of what it changes by where all panels are of the
-    next order; without contact, where that costs too much, of the order below.
+    """Return the relative L2 error of u_t in bilateral contact, or of u without contact [-].
+
+    It is the largest over bodies and step ends. It is a `share` of the change when all panels get
+    the next order. Without contact, if that costs too much, they get the order below.
 
     Parameters
     ----------
     solution : Solution
     solved_on : callable
-        The solution of the same problem on other meshes.
+        Function that solves the same problem on other meshes.
 
     Returns
     -------
     float
-        nan where it is not known: in contact, with panels of order 3 and where more than `FEW`
-        nodes were to be solved for; without it with panels of order 0, too, where these are many,
-        and on more than `MOST`.
+        nan if unknown. In contact that is so with panels of order 3, and where the next order has
+        more than `FEW` nodes. Without contact the order below is impossible with panels of order 0,
+        and too expensive above `MOST` nodes.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     if not all(body.geometry.has_inside for body in solution.problem.body):
@@ -98,8 +99,8 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     worst = 0.0
     for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
         for mesh, second, each, name in zip(meshes, changed, shares, one.bodies, strict=True):
-            found = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
-            (lower, u), (higher, finer) = found[::change]
+            fields = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
+            (lower, u), (higher, finer) = fields[::change]
             apart, nodes = (
                 lower.basis_at(higher.element, higher.places) @ u - finer,
                 np.arange(higher.n_nodes),
@@ -118,12 +119,13 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     return worst
 
 
-def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Error of u_t of one body in bilateral contact that is due to its other faces, over ‖u_t‖, by
-    what it changes by where these are of the order below.
+def other_faces_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
+    """Return the error of u_t in bilateral contact that the other faces of the body cause, over
+    ‖u_t‖ [-].
 
-    It sees what tails do not: a body that is too stiff as a whole, since its held face or its
-    bending is resolved poorly.
+    It is a `share` of the change when the other faces get the order below. It includes a body that
+    is too stiff as a whole since its held face or its bending is poorly resolved. Tails do not show
+    that.
 
     Parameters
     ----------
@@ -133,7 +135,7 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     Returns
     -------
     float
-        nan where it is not known: beside panels of order 0 and 1, and on more than `MOST` nodes.
+        nan if unknown: if another face has panels of order 0 or 1, or above `MOST` nodes.
     """
     mesh, nodes = as_surface(solution.mesh), solution.contact.nodes
     contact = np.zeros(mesh.n_elements, dtype=bool)
@@ -143,19 +145,19 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
         return math.nan
     gained = share(p := int(order.max()), p - 1, _exponent(solution, 0))
-    other = _converged(solved_on, [other_order(mesh, ~contact, -1, gained)])
-    if other is None:
+    lower = _converged(solved_on, [other_order(mesh, ~contact, -1, gained)])
+    if lower is None:
         return math.nan
     return (
         SURE
         * gained
-        * _norm(solution.contact.weight, other.contact.u_t - solution.contact.u_t)
+        * _norm(solution.contact.weight, lower.contact.u_t - solution.contact.u_t)
         / displacement_scale(solution)
     )
 
 
 def _exponent(solution: Solution, number: int) -> float:
-    """λ of a body; what is in contact may stick where some of it does."""
+    """Return λ of a body; a part in contact slides if none of its nodes sticks."""
     sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
     slides = (
         dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
@@ -173,7 +175,7 @@ def _norm(weight: Array, values: Array) -> float:
 def _converged(
     solved_on: Callable[[MeshMaker], Solution], meshes: Sequence[SurfaceMesh]
 ) -> Solution | None:
-    """The solution on other meshes, where there is one."""
+    """Return the converged solution on other meshes, or None."""
     try:
         other = solved_on(lambda number, one, boundary: meshes[number])
     except PetcontactError:  # data given for the nodes of one mesh
@@ -182,27 +184,28 @@ def _converged(
 
 
 def _next_nodes(mesh: SurfaceMesh) -> int:
-    """Of the mesh with all panels of the next order."""
+    """Return the number of nodes if all panels get the next order."""
     triangle = np.isnan(mesh.corners[:, 3, 0])
     after = mesh.order + 2
     return int(np.sum(np.where(triangle, after * (after + 1) // 2, after**2)))
 
 
 def other_order(mesh: SurfaceMesh, marked: Mask, change: int, gained: float) -> SurfaceMesh:
-    """The mesh with marked panels of another order, and curved sides so far nearer to, or from, the
-    arcs through their points that this times `gained` is what they are off.
+    """Return the mesh with marked panels of another order, and with curved sides moved to match.
 
-    A parabola of chord h and sagitta s = hθ/4 lies hθ³/120 inside of an arc of the angle 2θ, on
-    average; one whose sagitta is less by 0.8 s (s/h)² lies that much further inside.
+    A curved side misses the arc through its points by an error, which is to fall with the order,
+    too. The sides move nearer to the arc or away from it, so that the motion times `gained` is this
+    error. A parabola with chord h and sagitta s = hθ/4 lies hθ³/120 inside an arc of the angle 2θ,
+    on average. A sagitta that is smaller by 0.8 s (s/h)² moves it inside by the same distance.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     marked : (n_elements,) bool array
     change : int
-        Of the order, 1 or -1.
+        Change of the order, 1 or -1.
     gained : float
-        As `share` has it.
+        The value of `share`.
     """
     start, end = mesh.corners, np.roll(mesh.corners, -1, axis=1)
     triangle = np.isnan(start[:, 3, 0])

@@ -1,5 +1,4 @@
-"""Slip of one body in bilateral contact, followed from mesh to mesh: what an adaptive solve refines
-for, and its error."""
+"""Adaptive strategy in the plane for the slip of one body in bilateral contact."""
 
 from __future__ import annotations
 
@@ -34,31 +33,33 @@ from ..steps.increment import PreparedProblem
 from .difference import displacement_scale
 
 GAIN = 25.0
-"""Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance:
-that of the first two."""
+"""Largest believed ratio of the errors of two neighbouring levels: that of the first two of
+`REFINEMENT_LEVELS`. A larger ratio is chance."""
 NEGLIGIBLE = 1e-5
-"""What friction moves a half space by, of that, below which the signs of slip are those of
-round-off."""
+"""Displacement of a half-space by friction over the scale of u_t, below which the sign of slip is
+round-off [-]."""
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
 BEYOND = 2.0
-"""σ_t where a start slips, over the largest: outside of the ball of the friction bound."""
+"""σ_t of a start in slip over the largest σ_t: it lies outside the ball of the friction bound
+[-]."""
 FIRST_LOOK = 12
-"""Least number of elements on a contact side when nothing is known of its zones."""
+"""Least number of elements on a contact side while its zones are unknown."""
 
 
 class Slip:
-    """u_t and its transition points between stick and slip, where it behaves like the power 3/2 of
-    the distance.
+    """The strategy for u_t, with its transition points between stick and slip.
+
+    Near such a point u_t behaves like the power 3/2 of the distance.
 
     Attributes
     ----------
     levels : tuple of Level
-        Meshes to climb, each with an error about ten times smaller than that of the one before.
+        Refinement levels of the meshes; the error of each is about a tenth of the one before.
     accuracy : float
-        That is wanted by default [-].
+        Default of the wanted accuracy [-].
     differences : list of float
-        Relative differences of u_t between neighbouring meshes.
+        Relative differences of u_t between neighbouring meshes [-].
     """
 
     accuracy, dense_nodes, exhausted = 1e-4, DENSE_NODES, ""
@@ -73,13 +74,13 @@ class Slip:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those of `SLIP_LADDER` that the wanted accuracy needs."""
+        """The levels of `SLIP_LADDER` that the wanted accuracy needs."""
         return SLIP_LADDER.to(self.wanted)
 
     def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
-        """Graded to the transition points that the last solution shows.
+        """Return a mesh that is graded to the transition points of the last solution.
 
         Raises
         ------
@@ -98,8 +99,7 @@ class Slip:
         return body.mesh(level, longest, self._shown[-1] if self._shown else None)
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """v and σ on another mesh whose sets are the zones of the last solution: exact where its
-        transition points are."""
+        """Return v and σ whose sets on another mesh are the zones of the last solution, or None."""
         if self._last is None:
             return None
         assert self._body is not None
@@ -108,20 +108,22 @@ class Slip:
             self._last.contact,
             list[Array](),
         )
-        for side, face in zip(problem.discrete.sides, problem.discrete.interfaces, strict=True):
-            mine = [zone for zone in zones if zone.part == side.part]
-            begins = np.maximum.accumulate([zone.start for zone in mine])
-            s = as_curve(problem.discrete.meshes[side.body]).arc_length[face.nodes]
-            ways.append(np.array([zone.sign for zone in mine])[np.searchsorted(begins[1:], s)])
+        for side, interface in zip(
+            problem.discrete.sides, problem.discrete.interfaces, strict=True
+        ):
+            own_zones = [zone for zone in zones if zone.part == side.part]
+            begins = np.maximum.accumulate([zone.start for zone in own_zones])
+            s = as_curve(problem.discrete.meshes[side.body]).arc_length[interface.nodes]
+            ways.append(np.array([zone.sign for zone in own_zones])[np.searchsorted(begins[1:], s)])
         # where all components are looked for none but the tangential one has zones
-        way = np.zeros((problem.system.size, problem.system.k))
-        way[:, 0] = np.concatenate(ways)
-        return float(np.abs(contact.u_t).max()) * way, -BEYOND * float(
+        direction = np.zeros((problem.system.size, problem.system.k))
+        direction[:, 0] = np.concatenate(ways)
+        return float(np.abs(contact.u_t).max()) * direction, -BEYOND * float(
             np.abs(contact.sigma_t).max()
-        ) * way
+        ) * direction
 
     def mark(self, solution: Solution, level: Level) -> bool:
-        """Keep the transition points that a solution shows, to which the next mesh is graded."""
+        """Store the transition points of a solution, to which the next mesh is graded."""
         assert self._body is not None
         lines = contact_lines(self._body, solution)
         if self._last is not None:
@@ -134,13 +136,13 @@ class Slip:
         return False
 
     def mark_failed(self, solution: Solution) -> bool:
-        """Whether a solution that is not accepted asks for another mesh."""
+        """Return whether a rejected solution needs another mesh."""
         failed = solution.failed
         return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     @property
     def estimate(self) -> float:
-        """Of the error of the last mesh."""
+        """Estimated error of the last mesh [-]."""
         assert self._body is not None
         if SLIP_LADDER.believes(self.differences, self.wanted):
             return max(self.differences[0], self._levels[1].error)
@@ -149,7 +151,7 @@ class Slip:
         )
 
     def shown(self) -> dict[str, Any]:
-        """Fields of `Accuracy`: the zones, and how far they moved."""
+        """Return fields of `Accuracy`: the zones, and how far their ends moved."""
         assert self._body is not None
         differ = {}
         if self.differences and self.estimate > self.wanted:
@@ -170,19 +172,19 @@ class Slip:
 
 
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
-    """Error of the last level from the differences of neighbouring ones, infinite while there are
-    fewer than two of them.
+    """Return the error of the last level from differences of neighbouring levels, infinite for
+    fewer than two.
 
-    The last difference is the error of the last level but one, and an estimate for the last one
-    that does not flatter. Two levels may be alike by chance, or because elements at a corner are as
-    small as they can be: no step is believed to gain more than GAIN, and nothing more than the
-    sizes of elements at corners allow: errors C T_k there show as differences d_k = C (T_k -
-    T_(k+1)).
+    The last difference is the error of the last level but one, hence a safe estimate for the last
+    one. Two levels may agree by chance, or because both have the smallest possible elements at a
+    corner. Therefore no level counts as more than GAIN times better than the one before. The
+    estimate is also at least the error at corners. Errors C T_k there cause differences d_k = C
+    (T_k - T_(k+1)), which bound C.
 
     Parameters
     ----------
     differences : list of k floats
-        Of levels 0 and 1, 1 and 2, ...
+        Differences between levels 0 and 1, 1 and 2, ...
     truncation : list of k + 1 floats
         T of each level, see `Body.truncation`.
     """
@@ -192,14 +194,14 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
         max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)
     ]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
-    # each difference bounds C, as far as its two meshes differ at corners at all
+    # a difference bounds C only if its two meshes differ at corners
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
     return max(believed(differences, GAIN), left)
 
 
 def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
-    """u_t and σ_t along each contact side of a solution."""
+    """Return u_t and σ_t along each contact side of a solution."""
     mesh, contact = as_curve(solution.mesh), solution.contact
     ends = np.cumsum([side.length for side in body.outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
@@ -211,24 +213,27 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k
-        # without friction, or with less than moves anything, there are no transitions: one zone,
-        # whatever the sign of u_t
+        # where friction is too weak to move anything, there is one zone with the mean sign of u_t
         free = chosen & (contact.friction_bound <= negligible)
         sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
-        mine = np.flatnonzero(side_of_element == k)
-        offset = mesh.side_start[mine[0]]
+        elements = np.flatnonzero(side_of_element == k)
+        offset = mesh.side_start[elements[0]]
         breaks = (
-            np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]])
+            np.append(
+                mesh.side_start[elements], mesh.side_start[elements[-1]] + mesh.length[elements[-1]]
+            )
             - offset
         )
         kinks = body.kinks[k]
-        power = mesh.power[mine]
+        power = mesh.power[elements]
         if power.any():
-            # no polynomial reaches into an element that is a power
+            # no polynomial is fitted across the end of an element with a power
             kinks = np.unique(
                 [
                     *kinks,
-                    *breaks[1:-1][[power[0] > 0.0, *[False] * (len(mine) - 3), power[-1] < 0.0]],
+                    *breaks[1:-1][
+                        [power[0] > 0.0, *[False] * (len(elements) - 3), power[-1] < 0.0]
+                    ],
                 ]
             )
         lines.append(
@@ -249,7 +254,7 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
 
 
 def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
-    """Zones with their ends at the estimated transition points, by arc length along the part."""
+    """Return the zones between estimated transition points, by arc length along the part."""
     zones: list[Zone] = []
     offset: dict[str, float] = {}
     lines = iter(shown)
@@ -259,12 +264,12 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
         if not contact:
             continue
         line = next(lines)
-        # between the nodes that it parts, whatever an extrapolation says
-        found = [
+        # an extrapolated point is kept between the two nodes that it separates
+        points = [
             min(max(at, float(line.s[cut - 1])), float(line.s[cut]))
             for at, cut in zip(line.transitions, line.cuts.tolist(), strict=True)
         ]
-        ends = [0.0, *found, side.length]
+        ends = [0.0, *points, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])
             if (
@@ -279,7 +284,7 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
 
 
 def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
-    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone
+    """Return the distance of both ends of each zone from the nearest end on a coarser mesh
     [length]."""
 
     def moved(part: str, at: float) -> float:

@@ -1,4 +1,4 @@
-"""The error of a solution in space from the tails of its tractions on panels."""
+"""Error of a solution in space, estimated from the tails of its tractions on panels."""
 
 from __future__ import annotations
 
@@ -24,32 +24,33 @@ from ..judge.thickness import bending_error
 from .difference import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
-"""Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of
-scripts/verify_space."""
+"""Error of u_t over its tail, for orders 0, 1, 2 and above [-]. The factors are fitted to the runs
+of scripts/verify_space."""
 LEAST = (0.26, 0.42)
-"""The next degrees over the last one, for order 2 and 3, of x ln x, which displacements are beside
-edges of loaded faces: Legendre coefficients fall as k^-3."""
+"""Least ratio of the next degrees of u to the last one, for orders 2 and 3 [-]. It is that of x ln
+x, the displacement near the edges of loaded faces: its Legendre coefficients fall as k^-3."""
 SECOND = 9.2
-"""Of linear elements in contact, over the square of that error relative to u_t: h² as against the h
-of their tail."""
+"""Error of u_t on linear contact elements over the square of `OF_SLIP` times its tail, all relative
+to u_t [-]. The error falls as h², the tail as h."""
 BESIDE = 0.41
-"""The error of u_t over that of u on other faces, before it fades with the distance."""
+"""Error of u_t over the error of u on other faces, before it fades with the distance [-]."""
 HELD = 0.085
-"""Error of u_t over what the tails of tractions on other faces would move a half space by; they
-move the whole contact."""
+"""Error of u_t over the displacement of a half-space under the tails of tractions on other faces
+[-]. These move the whole contact."""
 UNEVEN = 1.4
-"""Error of u_t over what tractions lack of equilibrium."""
+"""Relative error of u_t over the imbalance of the tractions [-]."""
 LINEAR = 1.65
-"""Factor on both of them, of linear panels: what bends them is of the next order, and not in their
-tails."""
+"""Factor on the error from other faces if these have linear panels [-]. Bending is of the next
+order, which their tails do not contain."""
 MOST = (1.3, 2.5)
-"""The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor,
-the step from it says little of the next one."""
+"""Largest error from other faces of order 2 and 3, over the one from their tails [-]. It bounds the
+estimate from the order below, which is too large if that order resolves little."""
 EVENLY, EVEN = 0.4, 0.1
-"""Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of
-a ring on a shaft; and the variance of such a p over the square of its mean."""
+"""Error of resultants over the error of a nearly uniform p, which has one sign everywhere: 0.24 and
+0.32 for a ring on a shaft. `EVEN` is the largest variance of such a p over the square of its
+mean."""
 SURELY = 2.0
-"""Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
+"""Distance of σ_t from the friction bound, in its estimated errors, at which slip is excluded."""
 
 
 class TailErrors:
@@ -62,7 +63,7 @@ class TailErrors:
     Attributes
     ----------
     meshes : list of SurfaceMesh
-        Of the bodies.
+        Meshes of the bodies.
     """
 
     def __init__(self, solution: Solution) -> None:
@@ -73,7 +74,7 @@ class TailErrors:
 
     @functools.cached_property
     def tails(self) -> list[Tails]:
-        """Of the meshes, at all their nodes."""
+        """Tails of each mesh, at all its nodes."""
         return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self.meshes]
 
     @functools.cached_property
@@ -87,8 +88,12 @@ class TailErrors:
         return DataRemainders(self.solution.problem, self.meshes)
 
     def gap_squares(self, step: StepResult, number: int) -> Array:
-        """Squared errors of p after a step that come from what elements do not see of the gap of an
-        interface, (n_elements,) of its secondary [stress² · area]."""
+        """Return the squared error of p from the part of a gap that elements do not represent,
+        (n_elements,).
+
+        The gap is that of one interface after a step, the elements are those of its secondary
+        [stress² · area].
+        """
         gap, side = self._gaps[number], self._sides[number]
         if gap is None or self.solution.kind == "bilateral":
             return np.zeros(self.meshes[side.body].n_elements)
@@ -98,8 +103,11 @@ class TailErrors:
         return self._of_gaps[key]
 
     def overlaps(self) -> list[list[tuple[Array, float]]]:
-        """Where surfaces overlap on open elements, and how wide, after the increment that failed or
-        after all steps, of each body: see `GapRemainder.overlaps`."""
+        """Return, for each body, where surfaces overlap on open elements, and the width of these
+        regions.
+
+        They are those of the failed increment, or of all step ends: see `GapRemainder.overlaps`.
+        """
         failed = self.solution.failed
         steps = [failed] if failed is not None else step_ends(self.solution.steps)
         result: list[list[tuple[Array, float]]] = [[] for _ in self.meshes]
@@ -111,8 +119,8 @@ class TailErrors:
         return result
 
     def data_squares(self, step: StepResult) -> list[Array]:
-        """The same of what elements do not see of given displacements and tractions, of each
-        body."""
+        """Return the squared error of p from the part of given displacements and tractions that
+        elements do not represent, (n_elements,) for each body [stress² · area]."""
         result = []
         for number, mesh in enumerate(self.meshes):
             parts = [part for side in self._sides for b, part in side.ends if b == number]
@@ -121,9 +129,11 @@ class TailErrors:
         return result
 
     def along(self) -> list[Array]:
-        """Squares of the tails of tractions along both coordinates of elements at the ends of all
-        steps, and of the pressure of what they do not see of gaps, (n_elements, 2) of each body
-        [stress²]."""
+        """Return the squared tails along both coordinates of elements, (n_elements, 2) for each
+        body [stress²].
+
+        They are the sum over step ends for tractions and for the pressure of unresolved gaps.
+        """
         ends, result = step_ends(self.solution.steps), list[Array]()
         for number, mesh in enumerate(self.meshes):
             fields = ([*step.bodies.values()][number] for step in ends)
@@ -134,18 +144,21 @@ class TailErrors:
                 result[side.body] += gap.along * (square / self._sizes[side.body] ** 2)[:, None]
         return result
 
-    def error(self, beside: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
-        """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and
-        q, and of resultants.
+    def error(self, other_faces: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
+        """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
+        [-].
 
-        The error of p and q is that of their tails over the norm of both, faded out towards the rim
-        of a part.
-        The error of u_t, over ‖u_t‖, is `whole` where that is known (see `whole_error`). Else it
-        is the tail of u in the contact and what other faces add, which is `beside` where that is
-        known (see `beside_error`) and else follows from `slip_squares` and from what tractions
-        lack of equilibrium. Resultants are off by about the product of both errors and by the same
-        lack. An even p is off alike everywhere, and so are its resultants. All are off by what
-        thin bodies bend too little.
+        They are the largest over all interfaces and step ends. The error of p and q is the norm of
+        their tails over their own norm, with weights that fade out towards the rim of a part.
+
+        The error of u_t over ‖u_t‖ is `whole` if that is given (see `whole_error`). Otherwise it is
+        the tail of u in the contact plus the error from other faces. The latter is `other_faces` if
+        that is given (see `other_faces_error`). Otherwise it follows from `slip_squares` and the
+        imbalance of tractions.
+
+        Resultants have about the product of both errors, plus the imbalance. A uniform p has an
+        error of one sign, which resultants then have, too. All errors include the bending of thin
+        bodies.
         """
         solution, ends = self.solution, step_ends(self.solution.steps)
         every = [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))]
@@ -155,7 +168,7 @@ class TailErrors:
             default=0.0,
         )
         if solution.kind != "bilateral":
-            # what overlaps between nodes in contact is not pressed apart: forces lack as much as p
+            # an overlap between nodes in contact means that p and the forces are too small
             pressed = max(
                 (step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)),
                 default=0.0,
@@ -176,16 +189,19 @@ class TailErrors:
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
         scale, order = displacement_scale(solution), int(mesh.order[~contact].max(initial=0))
         tails = math.hypot(math.sqrt(squares[~contact].sum()) / scale, UNEVEN * uneven)
-        if math.isnan(beside):
-            beside = tails * (LINEAR if order == 1 else 1.0)
+        if math.isnan(other_faces):
+            other_faces = tails * (LINEAR if order == 1 else 1.0)
         else:
-            beside = math.hypot(min(beside, MOST[order - 2] * tails), UNEVEN * uneven)
-        error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, beside), 1.0)
+            other_faces = math.hypot(min(other_faces, MOST[order - 2] * tails), UNEVEN * uneven)
+        error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, other_faces), 1.0)
         return error, worst * error + uneven
 
     def _of_pressure(self, step: StepResult, number: int) -> tuple[float, float, float]:
-        """Relative errors of p and q on an interface after a step: of all, the same where p is
-        nearly even, and of what elements do not see of the gap."""
+        """Return three relative errors of p and q on an interface after a step [-].
+
+        They are the total error, the total error if p is nearly uniform (else 0), and the error
+        from the unresolved gap.
+        """
         side = self._sides[number]
         pair, weight = step.pairs[side.name], self.weight(side, step)
         size = float(weight @ pair.size**2)
@@ -203,19 +219,17 @@ class TailErrors:
         return error, even, math.sqrt(float(rough.sum()) / size)
 
     def weight(self, side: PosedInterface, step: StepResult) -> Array:
-        """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""
+        """Return the weights of an interface's nodes (m,), faded out towards the rim of the part
+        [area]."""
         mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
         return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
 
     def smooth(self) -> list[Mask]:
-        """Which linear panels of secondaries stick, or slip, all over after each step, away from
-        rims of parts: p and q are smooth there, so that the next order gains more than smaller
-        panels.
+        """Return which linear panels of secondaries have smooth p and q, (n_elements,) for each
+        body.
 
-        Returns
-        -------
-        list of (n_elements,) bool arrays
-            A body.
+        All their nodes stick, or all slip, after each step, and they are away from rims of parts.
+        There a higher order gains more than smaller panels.
         """
         result = [np.zeros(mesh.n_elements, dtype=bool) for mesh in self.meshes]
         for number, side in enumerate(self._sides):
@@ -238,14 +252,14 @@ class TailErrors:
         return result
 
     def slip_squares(self, step: StepResult) -> Array:
-        """Squared errors of u_t after a step that come from each element of a body in bilateral
-        contact.
+        """Return the squared error of u_t after a step in bilateral contact, from each element.
 
-        In the contact that of the tail of u. Where all of an element slips u is smooth: its next
-        degree is taken to be to the tail as the tail is to the degree before, on linear elements to
-        u_t, and no less than `LEAST`. What other faces lack moves the contact, too, its elements
-        that slip somewhere: the tails of u the less the further away they are, those of tractions,
-        which are infinite along the edges of clamped faces, all alike.
+        In the contact it is that of the tail of u. Where a whole element slips, u is smooth. There
+        the next degree is extrapolated: its ratio to the tail is the ratio of the tail to the
+        degree below, at least `LEAST`. On linear elements the degree below is u_t itself. Errors of
+        other faces move the elements that slip. Those from the tails of u fade with the distance.
+        Those from the tails of tractions, which are infinite along edges of clamped faces, do not
+        fade.
 
         Returns
         -------
@@ -268,7 +282,7 @@ class TailErrors:
         of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
         of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
-        beside = (
+        of_others = (
             BESIDE**2 * faded(mesh, contact) * of_u
             + (HELD * compliance * self._sizes[0]) ** 2 * of_t
         )
@@ -278,18 +292,20 @@ class TailErrors:
             last, two = (area[higher] * tails.left(body.u, less)[higher] ** 2 for less in (1, 2))
             least = np.array(LEAST)[np.minimum(mesh.order[higher], 3) - 2]
             of_u[higher] = last * np.maximum(last.sum() / max(two.sum(), TINY), least**2)
-        return np.where(contact, of_u, share * beside)
+        return np.where(contact, of_u, share * of_others)
 
 
 def _is_even(pair: PairResult, weight: Array) -> bool:
-    """Whether p is nearly the same on all of an interface."""
+    """Return whether p is nearly uniform on an interface."""
     mean = float(weight @ pair.pressure) / float(weight.sum())
     return float(weight @ (pair.pressure - mean) ** 2) < EVEN * mean**2 * float(weight.sum())
 
 
 def _sticks(pair: PairResult) -> bool:
-    """Whether nothing slips, nor would if σ_t were off by several times its estimated error: then
-    u_t = 0 is exact."""
+    """Return whether u_t = 0 is exact.
+
+    Nothing slips, and nothing would slip if σ_t were larger by several times its estimated error.
+    """
     shear = np.linalg.norm(pair.sigma_t, axis=1) + SURELY * _errors(pair)[1]
     return not np.any(pair.state == SLIP) and bool(np.all(shear < pair.bound))
 
@@ -300,10 +316,10 @@ def _errors(pair: PairResult) -> tuple[Array, Array]:
 
 
 def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:
-    """Factors (m,) of nodes of a part that fall from 1 to 0 over `FADE` of its size towards its
-    rim.
+    """Return factors (m,) for nodes of a part that fall from 1 to 0 towards its rim over `FADE` of
+    its size.
 
-    p may be infinite at the rim, and no mesh its L2 norm exact.
+    p may be infinite at the rim, so that no mesh has its exact L2 norm.
     """
     size = float(mesh.weight[mesh.nodes_of(part)].sum()) ** (1.0 / (mesh.dim - 1))
     return np.asarray(np.minimum(1.0, rim_distance(mesh, nodes, FADE * size) / (FADE * size)) ** 2)

@@ -1,4 +1,4 @@
-"""Tails of tractions on surfaces: what an adaptive solve in space refines for."""
+"""Adaptive strategy in space: the tails of tractions on panels."""
 
 from __future__ import annotations
 
@@ -35,33 +35,34 @@ from .ringed import EllipticContacts, expected_start, small_contacts, zone_about
 from .surface_errors import TailErrors
 
 SHARE = 0.9
-"""Of the sum of squared errors, whose panels are cut."""
+"""Share of the sum of squared errors whose panels are cut [-]."""
 SMALLEST = 12
-"""Times that panels may be halved for one mesh where a contact is smaller than they are."""
+"""Largest number of halvings of panels for one mesh where a contact is smaller than a panel."""
 DEEPEST, NARROW = 4, 1.0
-"""Times that panels at a rim may be halved for one mesh, and their width over that of the strip
-there in which errors fade out: p may be infinite at a rim, and no panel wider than the strip sees
-an end of it."""
+"""`DEEPEST` is the largest number of halvings of panels at a rim for one mesh. `NARROW` is their
+final width over the strip in which errors fade out. p may be infinite at a rim, and wider panels do
+not resolve the strip."""
 
 
 class PanelTails:
-    """p and q, or u_t of one body in bilateral contact, by the tails of tractions on panels.
+    """The strategy for p and q, or for u_t in bilateral contact, from the tails of tractions on
+    panels.
 
     Attributes
     ----------
     levels : range
-        As many meshes as a budget allows; each has the panels of the one before, some of them cut
-        or of order 2.
+        Numbers of the meshes, as many as the budget allows. In each mesh some panels of the one
+        before are cut or get order 2.
     accuracy : float
-        That is wanted by default [-].
+        Default of the wanted accuracy [-].
     wanted : float
-        What is wanted [-].
+        The wanted accuracy [-].
     asked : bool
-        Whether somebody asked for it, which raises the budget.
+        Whether the user named it, which raises the budget.
     estimate : float
-        Of the error of the last mesh [-].
+        Estimated error of the last mesh [-].
     exhausted : str
-        Why there is no next mesh, or nothing.
+        Why there is no next mesh, or "".
     """
 
     levels, accuracy, dense_nodes = range(40), 2e-2, 0
@@ -84,7 +85,8 @@ class PanelTails:
     def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int
     ) -> LevelMesh:
-        """The mesh of the config, or a coarse one where it names none; later the refined one."""
+        """Return the first mesh of a body, from the config if it names one; later the refined
+        mesh."""
         if not self._meshes:
             bodies = len(self._problem.body)
             return LevelMesh(
@@ -96,15 +98,17 @@ class PanelTails:
         return LevelMesh(self._meshes[number], 0.0)
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """The first increment of the last solution, or where contact is expected that the last mesh
-        was too coarse for."""
+        """Return a start from the first increment of the last solution.
+
+        If that mesh was too coarse, the start is closed where contact is expected.
+        """
         self._motions = sum(free.shape[2] for free in problem.discrete.motions)
         if self._last is None:
             return expected_start(problem, self._expected)
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
 
     def mark(self, solution: Solution, level: int) -> bool:
-        """Keep what a solution shows, and mark its panels."""
+        """Estimate the error of a solution, and make the next meshes from its panels."""
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
         self._estimates.append(self.estimate)
@@ -115,20 +119,21 @@ class PanelTails:
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), SHARE)
             meshes, along = errors.meshes, errors.along()
-            mine = [marked[a:b] for a, b in itertools.pairwise(counts)]
-            raised = [each & smooth for each, smooth in zip(mine, errors.smooth(), strict=True)]
+            own = [marked[a:b] for a, b in itertools.pairwise(counts)]
+            raised = [each & smooth for each, smooth in zip(own, errors.smooth(), strict=True)]
             self._refine(
                 solution,
                 [
                     halved(mesh, each & ~higher, tails)
-                    for mesh, each, higher, tails in zip(meshes, mine, raised, along, strict=True)
+                    for mesh, each, higher, tails in zip(meshes, own, raised, along, strict=True)
                 ],
                 raised,
             )
         return False
 
     def _follows(self, solution: Solution) -> bool:
-        """Whether the next meshes have rings of panels that follow the edges of contacts."""
+        """Make the next meshes with rings along contact edges; return whether there are such
+        meshes."""
 
         def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
             count = 0
@@ -147,8 +152,11 @@ class PanelTails:
         return bool(meshes)
 
     def mark_failed(self, solution: Solution) -> bool:
-        """Whether a solution that is not accepted asks for smaller panels: those in which surfaces
-        may overlap, or all where tractions are not in equilibrium."""
+        """Make smaller panels for a rejected solution; return whether there are any.
+
+        They are the panels in which surfaces may overlap, or all if tractions are not in
+        equilibrium.
+        """
         failed = solution.failed
         if failed is None or any(finding.kind == "overlap" for finding in failed.findings):
             return False
@@ -160,17 +168,21 @@ class PanelTails:
         if not unresolved and self._follows(solution):
             return True
         marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
-        for mine, more in zip(marked, self._overlapping(solution, failed), strict=True):
-            mine |= more
-        for found in (overlapping_sides, unseen_panels):
-            for mine, more in zip(marked, found(self._problem, solution, failed), strict=True):
-                mine |= more
-        self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
+        for mask, more in zip(marked, self._overlapping(solution, failed), strict=True):
+            mask |= more
+        for panels_of in (overlapping_sides, unseen_panels):
+            for mask, more in zip(marked, panels_of(self._problem, solution, failed), strict=True):
+                mask |= more
+        self._refine(solution, marked, [mask[:, 0] & False for mask in marked])
         return not self.exhausted
 
     def _overlapping(self, solution: Solution, failed: StepResult) -> list[Mask]:
-        """Which panels of secondaries overlap most between their nodes, by the pressure that takes,
-        or are lowest where gaps are those of the geometry, (n_elements, 1) of each body."""
+        """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
+        each body.
+
+        The measure is the pressure of the overlap. Where the gap is that of the geometry, they are
+        the panels with the smallest gap.
+        """
         errors = TailErrors(solution)
         marked = [np.zeros((mesh.n_elements, 1), dtype=bool) for mesh in errors.meshes]
         for number, side in enumerate(self._sides):
@@ -183,8 +195,12 @@ class PanelTails:
         return marked
 
     def _squares(self, errors: TailErrors, step: StepResult) -> list[Array]:
-        """Squared errors of the elements of each body after a step, over those of p, or of u_t
-        [length² · area]."""
+        """Return the squared errors of each body's elements after a step, over the square of the
+        norm.
+
+        The norm is that of p. In bilateral contact the values are squared errors of u_t instead
+        [length² · area].
+        """
         solution = errors.solution
         meshes = list(solution.meshes.values())
         if solution.kind == "bilateral":
@@ -199,9 +215,9 @@ class PanelTails:
             error = error * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
             square[side.body] += errors.gap_squares(step, len(norms) - 1) / norms[-1]
-        # elsewhere tractions matter as far as their errors reach the contact; the estimate has none
-        # of them
-        beside = [
+        # elsewhere errors of tractions count as far as they reach the contact; the estimate leaves
+        # them out
+        elsewhere = [
             np.bincount(mesh.element, mesh.weight * size.of(body.traction) ** 2)
             * faded(mesh, contact)
             * ~contact
@@ -209,14 +225,17 @@ class PanelTails:
                 meshes, errors.tails, self._touching(meshes), step.bodies.values(), strict=True
             )
         ]
-        whole, there = sum(each.sum() for each in beside), sum(each.sum() for each in square)
-        share = min(1.0 / min(norms), there / whole) if whole > 0.0 else 0.0
-        known = np.concatenate(errors.data_squares(step)) / min(norms)
-        every = np.concatenate(square) + share * np.concatenate(beside) + known
+        whole, in_contact = (
+            sum(each.sum() for each in elsewhere),
+            sum(each.sum() for each in square),
+        )
+        share = min(1.0 / min(norms), in_contact / whole) if whole > 0.0 else 0.0
+        data = np.concatenate(errors.data_squares(step)) / min(norms)
+        every = np.concatenate(square) + share * np.concatenate(elsewhere) + data
         return np.split(every, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
 
     def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
-        """Which elements of each body are in contact, or face some that are."""
+        """Return which elements of each body are in a contact part, or face such elements."""
         touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
         for side in self._sides:
             mesh = meshes[side.body]
@@ -227,45 +246,48 @@ class PanelTails:
         return touching
 
     def _facing(self, side: PosedInterface, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
-        """`facing` of a side, looked for once on the same panels, of whichever orders."""
+        """Return `facing` of an interface, computed once for the same panels of any order."""
         assert side.primary is not None
         b, part = side.primary
-        mine, others = as_surface(meshes[side.body]), as_surface(meshes[b])
-        known = self._faced.get(side.name)
-        if known is None or known[0] is not mine.corners or known[1] is not others.corners:
-            found = facing((mine, side.part), (others, part), side.direction)
-            known = self._faced[side.name] = (mine.corners, others.corners, found)
-        return known[2]
+        secondary, primary = as_surface(meshes[side.body]), as_surface(meshes[b])
+        cached = self._faced.get(side.name)
+        if cached is None or cached[0] is not secondary.corners or cached[1] is not primary.corners:
+            couples = facing((secondary, side.part), (primary, part), side.direction)
+            cached = self._faced[side.name] = (secondary.corners, primary.corners, couples)
+        return cached[2]
 
     def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
-        """The next meshes: panels of the next order, others halved along marked coordinates, again
-        at rims; or why not."""
+        """Make the next meshes: panels of the next order, and panels halved along marked
+        coordinates.
+
+        Halving is repeated at rims. If the meshes are too expensive, `exhausted` says why.
+        """
         meshes, small = (
             [as_surface(mesh) for mesh in solution.meshes.values()],
             small_contacts(self._problem, solution),
         )
         if small:
             within = self._within(meshes, small)
-            marked = [mine | more for mine, more in zip(marked, within, strict=True)]
+            marked = [mask | more for mask, more in zip(marked, within, strict=True)]
             most = SMALLEST
         else:
             meshes, most = (
                 self._raised(meshes, raised),
                 1 if solution.kind == "bilateral" else DEEPEST,
             )
-        found, overlaps = list[SurfaceMesh](), TailErrors(solution).overlaps()
+        next_meshes, overlaps = list[SurfaceMesh](), TailErrors(solution).overlaps()
         for _ in range(most):
             finer, parent = self._cut(meshes, marked)
             reason = self._too_much(solution, finer)
             if reason:
                 break
-            found = meshes = finer
-            marked = [mine[number] for mine, number in zip(marked, parent, strict=True)]
+            next_meshes = meshes = finer
+            marked = [mask[number] for mask, number in zip(marked, parent, strict=True)]
             marked = self._once_more(meshes, marked, small, overlaps)
-            if not any(mine.any() for mine in marked):
+            if not any(mask.any() for mask in marked):
                 break
-        self.exhausted = "" if found else reason
-        self._meshes = [*found] or self._meshes
+        self.exhausted = "" if next_meshes else reason
+        self._meshes = [*next_meshes] or self._meshes
 
     def _once_more(
         self,
@@ -274,84 +296,89 @@ class PanelTails:
         small: Sequence[tuple[PosedInterface, SmallContact]],
         overlaps: Sequence[Sequence[tuple[Array, float]]],
     ) -> list[Mask]:
-        """Which halves of marked panels are to be halved for the same mesh: at rims, or too long
-        for small contacts, or over narrow overlaps."""
+        """Return which halves of marked panels are halved again for the same mesh.
+
+        They are at rims, too long for small contacts, or over narrow overlaps.
+        """
         more = self._within(meshes, small) if small else self._at_rims(meshes, marked)
         return [
-            mine | (wider_than(mesh, spots) & each.any(axis=1, keepdims=True))
-            for mine, mesh, spots, each in zip(more, meshes, overlaps, marked, strict=True)
+            mask | (wider_than(mesh, spots) & each.any(axis=1, keepdims=True))
+            for mask, mesh, spots, each in zip(more, meshes, overlaps, marked, strict=True)
         ]
 
     @staticmethod
     def _within(
         meshes: Sequence[SurfaceMesh], small: Sequence[tuple[PosedInterface, SmallContact]]
     ) -> list[Mask]:
-        """Which panels of secondaries are too long for small contacts, along both coordinates."""
+        """Return which panels of secondaries are too long for small contacts, (n_elements, 2)."""
         marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
         for side, expected in small:
             marked[side.body] |= expected.too_large(meshes[side.body], side.part)
         return marked
 
     def _raised(self, meshes: Sequence[SurfaceMesh], raised: Sequence[Mask]) -> list[SurfaceMesh]:
-        """Meshes with marked panels, and those that face them, of the next order."""
-        raised = [mine.copy() for mine in raised]
+        """Return the meshes with the next order on marked panels and on those that face them."""
+        raised = [mask.copy() for mask in raised]
         for side in self._sides:
             if side.primary is not None:
                 b = side.primary[0]
-                own, other = self._facing(side, meshes)
-                lower = meshes[b].order[other] <= meshes[side.body].order[own]
-                raised[b][other[raised[side.body][own] & lower]] = True
+                own, opposite = self._facing(side, meshes)
+                lower = meshes[b].order[opposite] <= meshes[side.body].order[own]
+                raised[b][opposite[raised[side.body][own] & lower]] = True
         return [
-            replace(mesh, order=mesh.order + mine)
-            for mesh, mine in zip(meshes, raised, strict=True)
+            replace(mesh, order=mesh.order + mask)
+            for mesh, mask in zip(meshes, raised, strict=True)
         ]
 
     def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Which of the marks are of secondaries, along coordinates on which panels of boxes end at
-        a rim and are long."""
-        result = [np.zeros_like(mine) for mine in marked]
+        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim
+        and are long."""
+        result = [np.zeros_like(mask) for mask in marked]
         for side in self._sides:
             mesh, boundary = meshes[side.body], self._problem.outline(side.body)
             if isinstance(boundary, BoxSurface):
                 size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
                 length = np.linalg.norm(sides(mesh), axis=2)
-                here = (mesh.part == mesh.part_names.index(side.part))[:, None] & (
+                long = (mesh.part == mesh.part_names.index(side.part))[:, None] & (
                     length > NARROW * FADE * size
                 )
-                result[side.body] |= marked[side.body] & here & at_edges(mesh, boundary)
+                result[side.body] |= marked[side.body] & long & at_edges(mesh, boundary)
         return result
 
     def _cut(
         self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
     ) -> tuple[list[SurfaceMesh], list[Index]]:
-        """Meshes cut along marked coordinates with the panels that face them and those too large
-        beside them, and the number of each panel's parent."""
-        vectors, marked = [sides(mesh) for mesh in meshes], [mine.copy() for mine in marked]
+        """Return meshes cut along marked coordinates, and the number of each panel's parent.
+
+        Panels that face cut panels, and panels that are too large next to the contact, are cut,
+        too.
+        """
+        vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
         lengths = [np.linalg.norm(each, axis=2) for each in vectors]
         for side in self._sides:
             if side.primary is not None:
                 b = side.primary[0]
-                own, other = self._facing(side, meshes)
-                axis = matched(vectors[side.body][own], vectors[b][other])
-                length = np.take_along_axis(lengths[b][other], axis, axis=1)
+                own, opposite = self._facing(side, meshes)
+                axis = matched(vectors[side.body][own], vectors[b][opposite])
+                length = np.take_along_axis(lengths[b][opposite], axis, axis=1)
                 k, a = np.nonzero(
                     marked[side.body][own] & (length > FINER * lengths[side.body][own])
                 )
-                marked[b][other[k], axis[k, a]] = True
+                marked[b][opposite[k], axis[k, a]] = True
         marked = [
-            mine | too_large(mesh, contact)
-            for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)
+            mask | too_large(mesh, contact)
+            for mask, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)
         ]
         for thin, multiple in self._first.thin.items():
             marked[thin] |= slender(meshes[thin], multiple)
         finer = [
-            cut(mesh, mine, surface)
-            for mesh, mine, surface in zip(meshes, marked, self._problem.boundaries, strict=True)
+            cut(mesh, mask, surface)
+            for mesh, mask, surface in zip(meshes, marked, self._problem.boundaries, strict=True)
         ]
-        parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
+        parent = [parents(mesh, mask) for mesh, mask in zip(meshes, marked, strict=True)]
         more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []
         if (
-            any(mine.any() for mine in more)
+            any(mask.any() for mask in more)
             and self._last is not None
             and not self._too_much(self._last, finer)
         ):
@@ -365,5 +392,6 @@ class PanelTails:
         )
 
     def shown(self) -> dict[str, Any]:
-        """Fields of `Accuracy`: the estimates on all meshes, and that of resultants on the last."""
+        """Return fields of `Accuracy`: the estimates of all meshes, and that of resultants on the
+        last."""
         return {"estimates": self._estimates, "resultants": self._resultants}

@@ -1,5 +1,4 @@
-"""Pressure and shear of any contact, followed from mesh to mesh: what an adaptive solve refines
-for, and its error."""
+"""Adaptive strategy in the plane for pressure and shear of any contact."""
 
 from __future__ import annotations
 
@@ -32,36 +31,37 @@ from .part_ends import PressedSides, pressed_sides
 from .slip_ladder import DENSE_NODES
 
 ATTEMPTS = 3
-"""How often one level is tried while a contact is seen by few nodes only."""
+"""Largest number of solves on one level while only few nodes are in contact."""
 FEW = 8
-"""Closed nodes of a contact below which its edges are looked for once more on the same level."""
+"""Number of closed nodes of a contact below which its edges are determined again on the same
+level."""
 PUNCH = 0.5
-"""Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a
-half-plane."""
+"""Exponent of displacements where a corner presses on a side, as for a rigid frictionless punch on
+a half-plane [-]."""
 APART = 3.0
-"""Distance of an edge from such a corner, in its smallest elements, below which it is that
+"""Distance of an edge from a pressing corner, in its smallest elements, below which it is the
 corner."""
 MANY = 12
-"""Edges on a contact that increments before the end of a step leave, of more of them only some are
-graded to: kinks that follow one another closely are weak."""
+"""Number of edges before the end of a step, above which only a part of them is kept. The kinks that
+they leave are weak if they are close to each other."""
 FINEST = 1e-6
-"""Smallest elements at edges, of the thickness of the body: the round-off of displacements over
-their size is one of p."""
+"""Size of the smallest elements at edges over the thickness of the body [-]. The round-off of
+displacements over this size becomes round-off of p."""
 OUTSIDE = 1e6
-"""Shear, in units of the pressure, that no coefficient of friction holds."""
+"""Shear of a start over its pressure that exceeds every friction coefficient [-]."""
 
 
 class Tractions:
-    """p and q, and the edges of contact and of stick.
+    """The strategy for p and q, with the edges of contact and stick that it has seen.
 
     Attributes
     ----------
     levels : tuple of Level
-        Meshes to climb.
+        Refinement levels of the meshes.
     accuracy : float
-        That is wanted by default [-].
+        Default of the wanted accuracy [-].
     differences : list of float
-        Relative differences of p and q between neighbouring meshes.
+        Relative differences of p and q between neighbouring meshes [-].
     """
 
     accuracy, dense_nodes, exhausted = 1e-2, DENSE_NODES, ""
@@ -80,30 +80,30 @@ class Tractions:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those of `CONTACT_LADDER` that the wanted accuracy needs."""
+        """The levels of `CONTACT_LADDER` that the wanted accuracy needs."""
         return CONTACT_LADDER.to(self.wanted)
 
     def refine(
         self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
-        """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
+        """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
         if number not in self._bodies:
             posed = one()
             body = Body.of(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number]
-        found: dict[str, list[Edge]] = {}  # of one part in several contacts those of all
+        edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
             if b == number:
-                found[part] = [*found.get(part, []), *self._edges.get(name, [])]
+                edges_on[part] = [*edges_on.get(part, []), *self._edges.get(name, [])]
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
         for k, (side, start) in enumerate(
             zip(body.outline.sides, body.outline.offsets, strict=True)
         ):
-            unseen = side.part in found and not self._last
+            unseen = side.part in edges_on and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
-            edges = [(e.s - start, e.width) for e in found.get(side.part, [])]
+            edges = [(e.s - start, e.width) for e in edges_on.get(side.part, [])]
             pressing = *pressed.inner.get(k, []), *pressed.kinks.get(k, [])
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
@@ -117,12 +117,14 @@ class Tractions:
         body: Body,
         length: float,
     ) -> list[tuple[float, float]]:
-        """Places inside a side that meshes are graded to, with the smallest elements there: where
-        corners press or the gap is rough, and edges that are not one with these or with an end."""
+        """Return the points inside a side to which its mesh is graded, and the smallest elements
+        there.
+
+        They are pressing corners and rough points of the gap, and edges that do not coincide with
+        these or with an end of the side.
+        """
         corners = list[tuple[float, float]]()
-        for s in sorted(
-            pressing
-        ):  # two contacts of a part may jump at one place, but for round-off
+        for s in sorted(pressing):  # points of two contacts may differ by round-off only
             size = self._size_at(s, edges, level, body)
             if not corners or s - corners[-1][0] > size:
                 corners.append((s, size))
@@ -137,21 +139,23 @@ class Tractions:
 
     @staticmethod
     def _size_at(s: float, edges: list[tuple[float, float]], level: Level, body: Body) -> float:
-        """Of the elements at a corner that presses, or a kink or jump of the gap: no larger than at
-        an edge of the contact that it lies in [length]."""
+        """Return the element size at a pressing corner, or at a kink or jump of the gap [length].
+
+        It is no larger than at an edge of the contact around the point.
+        """
         widths = [width for at, width in edges if abs(at - s) <= 2.0 * width + body.closest]
         size = body.corner_size(PUNCH, level.resolved)
         return max(min([size, *(level.edge * width for width in widths)]), FINEST * body.scale)
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """Zones of the last solution."""
+        """Return a start with the zones of the last solution, or None."""
         return warm_start(self._last[-1], problem.discrete) if self._last else None
 
     def mark(self, solution: Solution, level: Level) -> bool:
-        """Keep the edges that a solution shows, to which the next mesh is graded.
+        """Store the edges of a solution, to which the next mesh is graded.
 
-        A contact that few nodes see is looked at again on the same level, `ATTEMPTS` times in all;
-        these solutions are not compared.
+        Return whether the level is solved again since only few nodes are in contact, `ATTEMPTS`
+        times in all. Such solutions are not compared.
         """
         if self._last and not _few(self._last[-1]):
             self._apart = difference(self._last[-1], solution, self._places)
@@ -161,30 +165,31 @@ class Tractions:
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
-        self._edges = found_edges(solution, level.edge, finest)
+        self._edges = edges_of_steps(solution, level.edge, finest)
         return _few(solution) and self._attempt < ATTEMPTS
 
     def mark_failed(self, solution: Solution) -> bool:
-        """Whether a solution that is not accepted asks for another mesh."""
+        """Return whether a rejected solution needs another mesh."""
         failed = solution.failed
         return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     @property
     def estimate(self) -> float:
-        """Of the error of the last mesh: the last difference, which is the error of the mesh
-        before."""
+        """Estimated error of the last mesh: the last difference, which is the error of the mesh
+        before [-]."""
         alone = CONTACT_LADDER.believes(self.differences, self.wanted)
         return max(self.differences[0], self._level.error) if alone else believed(self.differences)
 
     def shown(self) -> dict[str, Any]:
-        """Fields of `Accuracy`: the edges of contact and stick, and what the ends of parts add."""
+        """Return fields of `Accuracy`: edges of contact and stick, and the errors at ends of
+        parts."""
         edges = {name: [edge.s for edge in items] for name, items in self._edges.items()}
         ends = {"with_ends": self._apart.whole, "singular": self._apart.singular}
         return {"edges": edges, **(ends if self.differences else {})}
 
 
 def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
-    """A body whose corners that press on another one are at least as singular as a punch."""
+    """Return the body with pressing corners that are at least as singular as a punch."""
     exponents = [
         (
             min(first, PUNCH) if (k, 0) in pressed.pressing else first,
@@ -200,16 +205,16 @@ def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
 
 
 def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:
-    """A body whose data are those of all steps; `one` is it as a problem of its own."""
+    """Return the body with the data of all steps; `one` is the problem of this body alone."""
     steps = problem.conditions(number)
     for condition in {
         id(c): c for step in steps for c in step.values() if c not in one.boundary
     }.values():
-        rest = tuple(other for other in one.boundary if other.part != condition.part)
+        rest = tuple(given for given in one.boundary if given.part != condition.part)
         later = fields(one.model_copy(update={"boundary": (*rest, condition)}), body.outline)
-        here = [side.part == condition.part for side in body.outline.sides]
+        on_part = [side.part == condition.part for side in body.outline.sides]
         body = _with_data(
-            body, [more if mine else [] for more, mine in zip(later, here, strict=True)]
+            body, [more if is_on else [] for more, is_on in zip(later, on_part, strict=True)]
         )
     for loads in set(loads_by_step(problem, number)) - {one.loads or NO_LOADS}:
         body = _with_data(
@@ -230,25 +235,28 @@ def _with_data(body: Body, data: list[list[Field]]) -> Body:
     return replace(body, data=[[*row, *more] for row, more in zip(body.data, data, strict=True)])
 
 
-def found_edges(
+def edges_of_steps(
     solution: Solution, smallest: float, finest: dict[str, float]
 ) -> dict[str, list[Edge]]:
-    """Edges on every interface at the ends of all steps, those that are one merged, and those of
-    the increments before elsewhere: what they leave in q has a kink there."""
+    """Return the edges of every interface at the ends of all steps, and of earlier increments.
+
+    Edges that coincide are merged. An edge of an earlier increment leaves a kink in q, and is kept
+    if no later edge is there.
+    """
     last = {id(step) for step in step_ends(solution.steps)}
     result: dict[str, list[Edge]] = {}
     for name in solution.nodes:
-        found = {True: list[Edge](), False: list[Edge]()}
+        edges = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
-            found[id(step) in last] += pair_edges(step.pairs[name], smallest, finest[name])
-        ends = merged(found[True], smallest, (), finest[name])
-        between = sorted(found[False], key=lambda edge: edge.s)
+            edges[id(step) in last] += pair_edges(step.pairs[name], smallest, finest[name])
+        ends = merged(edges[True], smallest, (), finest[name])
+        between = sorted(edges[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])
     return result
 
 
 def _few(solution: Solution) -> bool:
-    """Whether a contact is seen by so few nodes that its edges are guesses."""
+    """Return whether a contact has so few closed nodes that its edges are guesses."""
     pairs = [step.pairs.values() for step in step_ends(solution.steps)]
     closed = [
         np.count_nonzero(pair.state != 2)
@@ -260,20 +268,23 @@ def _few(solution: Solution) -> bool:
 
 
 def warm_start(before: Solution, discrete: Discrete) -> Start:
-    """v and σ on another mesh whose sets are the zones that a solution had after its first
-    increment; of size one."""
+    """Return v and σ of size 1 on another mesh.
+
+    Their sets are the zones of a solution after its first increment.
+    """
     parts = []
     first = before.steps[0]
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         pair = first.pairs[side.name]
         along = main_direction(pair.sigma_t)
-        way = np.where(pair.state == SLIP, -np.sign(signed(pair.sigma_t, along)), 0.0)
+        direction = np.where(pair.state == SLIP, -np.sign(signed(pair.sigma_t, along)), 0.0)
         s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]
         own, state = pair_edges(pair), pair.state.astype(np.int64)
-        state, way = (
-            zone_at(pair.arc_length, values, own, s) for values in (state, way.astype(np.int64))
+        state, direction = (
+            zone_at(pair.arc_length, values, own, s)
+            for values in (state, direction.astype(np.int64))
         )
-        slip = np.outer(np.where(state == SLIP, np.where(way == 0, 1, way), 0), along)
+        slip = np.outer(np.where(state == SLIP, np.where(direction == 0, 1, direction), 0), along)
         columns = (
             ([slip], [-slip * OUTSIDE])
             if interface.held
