@@ -52,7 +52,7 @@ def draw_curves(figure, solution, values, curve):
     s, units = pair.arc_length[order], solution.problem.units
     plane._shaded(axes, solution, name)
     plane._window(axes, [pair])
-    shear = np.abs(pair.sigma_t[:, 0])
+    shear = np.linalg.norm(pair.sigma_t, axis=1)
     found = {"pressure": pair.pressure}
     if shear.max(initial=0.0) > 1e-9 * np.abs(pair.pressure).max(initial=1.0):
         found["shear"] = shear

@@ -120,7 +120,7 @@ def solved_line(solution) -> str:
     """How many elements, unknowns and iterations."""
     orders = sorted({int(order) for mesh in solution.meshes.values() for order in mesh.order})
     elements = sum(mesh.n_elements for mesh in solution.meshes.values())
-    unknowns = sum(mesh.dim * mesh.n_nodes for mesh in solution.meshes.values())
+    unknowns = sum(mesh.components * mesh.n_nodes for mesh in solution.meshes.values())
     order = "-".join(map(str, dict.fromkeys((orders[0], orders[-1]))))
     accuracy = solution.accuracy
     reported = f" Estimated error of p and q: {accuracy.error:.1e}." if accuracy.is_known else ""

@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from axial_forms import INDENTED, Lubkin
 from curved_bodies import written
 
 from petcontact import (
@@ -148,3 +149,19 @@ def round_punch(kind="frictionless"):
         ]
     body = Body("half", Material(young, nu), Gmsh(file), MeshOptions(order=2), boundary=held)
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
+
+
+LUBKIN = Lubkin(0.6)
+
+
+def turned_balls(c=LUBKIN.c):
+    """Two balls that are pressed and turned until they stick up to a radius c."""
+    return Lubkin(c).problem()
+
+
+def hertz_pressure(x):
+    return LUBKIN.scale * INDENTED["ball"].pressure(np.minimum(x[:, 0], 1.0)) * (x[:, 0] < 1.0)
+
+
+def lubkin_shear(x):
+    return LUBKIN.shear(x[:, 0]) * (x[:, 0] < 1.0)
