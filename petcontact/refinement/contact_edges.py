@@ -1,9 +1,9 @@
-"""Edges of contact and of stick along an interface, by extrapolation, and what lies between them.
+"""Edges of contact and of stick along an interface, found by extrapolation.
 
-Next to the edge of a contact the gap opens like d^(3/2), d the distance, and p vanishes like the
-root of d; next to the edge of a stick zone |δw| and µp - |q| do the same. Those of their powers
-that are linear vanish at the edge. Displacements are the smoother ones: they show it ten times
-better than tractions, whose last element is the worst of all.
+Let d be the distance to an edge. At the edge of a contact the gap opens like d^(3/2), and p
+vanishes like d^(1/2). At the edge of a stick zone |δw| and µp - |q| do the same. Powers 2/3 and 2
+of these are linear and vanish at the edge. Displacements give its position ten times as accurately
+as tractions, which are worst in the last element.
 """
 
 from __future__ import annotations
@@ -17,26 +17,27 @@ from ..arrays import Array, Index
 from ..frozen import frozen
 
 SPECK = 4e-3
-"""Zones narrower than this fraction of all that is closed have no edges of their own on coarse
-meshes."""
+"""Width over that of all contact, below which zones have no edges of their own on coarse meshes
+[-]."""
 SEEN = 5.0
-"""Smallest elements in a zone that has edges on finer ones."""
+"""Number of smallest elements in a zone from which it has edges on finer meshes."""
 BACK = 3
-"""State of a node that slips the other way than those of state 1."""
+"""State of a node that slips opposite to those of state 1."""
 SKIPPED, FITTED = 2, 4
-"""Nodes next to an edge that do not show it, and those after them that do."""
+"""Nodes next to an edge that are left out (`SKIPPED`), and nodes after them that the line is fitted
+to (`FITTED`)."""
 
 
 @frozen
 class Edge:
-    """Where the state changes along an interface.
+    """Point at which the state changes along an interface.
 
     Attributes
     ----------
     s : float
         Arc length along the secondary's part [length].
     width : float
-        Half the length of the closed stretch that it belongs to [length].
+        Half the length of the closed interval that it bounds [length].
     """
 
     s: float
@@ -54,7 +55,7 @@ def edges(
     smallest: float = SPECK,
     finest: float = 0.0,
 ) -> list[Edge]:
-    """Edges between nodes of different states, or that slip different ways.
+    """Return the edges between nodes of different states, or of opposite slip.
 
     Parameters
     ----------
@@ -67,21 +68,21 @@ def edges(
     state : (m,) array
         0 stick, 1 slip, 2 open.
     smallest : float
-        Elements at edges, over half the width of their contact: zones of a few of them have edges,
-        but none below SPECK.
+        Size of elements at edges over half the width of the contact [-]. Zones of at least `SEEN`
+        of them have edges; the limit is never above SPECK.
     finest : float
-        What no element there is smaller than [length].
+        Size of the smallest elements at edges [length].
     """
     if not len(s):  # a side that faces nothing
         return []
     state = np.where((state == 1) & (shear > 0.0), BACK, state)
     state = _without_specks(s, state, min(SPECK, SEEN * smallest), SEEN * finest)
     closed = state != 2
-    found = []
+    result = []
     for k in np.flatnonzero(np.diff(state)):
         low, high = float(s[k]), float(s[k + 1])
         if {state[k], state[k + 1]} == {1, BACK}:
-            found.append(
+            result.append(
                 Edge(low + (high - low) * _share(moved[k], moved[k + 1]), _half_width(s, closed, k))
             )
             continue
@@ -91,26 +92,26 @@ def edges(
             opening, values, inward = moved, bound - np.abs(shear), (-1 if state[k] == 0 else 1)
         inner, outer = (k, k + 1) if inward < 0 else (k + 1, k)
         reach = high - low
-        places = (
+        roots = (
             _opens(s, np.abs(opening), state, outer, -inward),
             _vanishes(s, values**2, state, inner, inward),
         )
-        near = [
-            place for place in places if place is not None and low - reach <= place <= high + reach
-        ]
-        found.append(Edge(near[0] if near else 0.5 * (low + high), _half_width(s, closed, inner)))
-    return found
+        near = [root for root in roots if root is not None and low - reach <= root <= high + reach]
+        result.append(Edge(near[0] if near else 0.5 * (low + high), _half_width(s, closed, inner)))
+    return result
 
 
 def _share(first: float, last: float) -> float:
-    """Where between two places the line through values of different signs vanishes, from 0 to 1."""
+    """Return the root of the line through two values on [0, 1], or 0.5 without change of sign."""
     return abs(first) / (abs(first) + abs(last)) if first * last < 0.0 else 0.5
 
 
 def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> Index:
-    """States in which zones much narrower than the contact have the state before them: next to a
-    singular corner single nodes may have any, and corners are graded anyway. A zone that sticks
-    between two that slip opposite ways is kept."""
+    """Return the states, with zones much narrower than the contact joined to the zone before them.
+
+    Single nodes next to a singular corner may have any state, and corners are graded in any case. A
+    stick zone between two zones of opposite slip is kept.
+    """
     state = state.copy()
     ends = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     total = float(s[state != 2][-1] - s[state != 2][0]) if np.any(state != 2) else 0.0
@@ -123,15 +124,17 @@ def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> I
 
 
 def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> float | None:
-    """Where the line through opening^(2/3) in a zone vanishes; k is its first node, `outward` the
-    way to the others."""
+    """Return the root of the line through opening^(2/3) in a zone, or None.
+
+    k is the first node of the zone, `outward` the direction to its other nodes.
+    """
     nodes = k + outward * np.arange(SKIPPED, SKIPPED + FITTED)
     if nodes.min() < 0 or nodes.max() >= len(s) or np.any(state[nodes] != state[k]):
         return None
     values = opening[nodes] ** (2.0 / 3.0)
     if not np.all(np.isfinite(values)) or values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
         return None
-    # the line of least relative deviations
+    # fit a line with the least relative deviations
     weight, away = (values[0] / values) ** 2, s[nodes] - s[k]
     weight /= weight.sum()
     middle, mean = weight @ away, weight @ values
@@ -140,12 +143,18 @@ def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> floa
 
 
 def _vanishes(s: Array, values: Array, state: Index, k: int, inward: int) -> float | None:
-    """Where the line through the last two nodes of a zone vanishes; k is the last one, `inward` the
-    way to the other."""
-    other = k + inward
-    if not 0 <= other < len(s) or state[other] != state[k] or values[other] <= values[k]:
+    """Return the root of the line through the last two nodes of a zone, or None.
+
+    k is the last node, `inward` the direction to the other one.
+    """
+    next_node = k + inward
+    if (
+        not 0 <= next_node < len(s)
+        or state[next_node] != state[k]
+        or values[next_node] <= values[k]
+    ):
         return None
-    return float(s[k] - (s[other] - s[k]) * values[k] / (values[other] - values[k]))
+    return float(s[k] - (s[next_node] - s[k]) * values[k] / (values[next_node] - values[k]))
 
 
 def _half_width(s: Array, closed: Array, k: int) -> float:
@@ -160,21 +169,26 @@ def _half_width(s: Array, closed: Array, k: int) -> float:
 def merged(
     found: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0
 ) -> list[Edge]:
-    """Edges by arc length, those that are kept and of the others all that are not closer to one
-    before them than three of their smallest elements."""
+    """Return the kept edges and those of the others that are not too close, by arc length.
+
+    An edge is dropped if it is closer to one of the result than three of their smallest elements.
+    """
     result = list(kept)
     for edge in sorted(found, key=lambda e: e.s):
         if all(
-            abs(edge.s - other.s) > 3.0 * max(smallest * min(edge.width, other.width), finest)
-            for other in result
+            abs(edge.s - kept_edge.s)
+            > 3.0 * max(smallest * min(edge.width, kept_edge.width), finest)
+            for kept_edge in result
         ):
             result.append(edge)
     return sorted(result, key=lambda e: e.s)
 
 
 def zone_at(old_s: Array, old: Index, found: list[Edge], new_s: Array) -> Index:
-    """The values (n,) of zones at other places: nodes on one side of an edge are asked on that
-    side."""
+    """Return the zones' values (n,) at new positions.
+
+    Each value is that of the nearest old node between the same edges.
+    """
     borders = np.array([edge.s for edge in found])
     if len(borders) == 0:
         return np.asarray(old[np.abs(old_s[None] - new_s[:, None]).argmin(axis=1)])

@@ -1,10 +1,9 @@
-"""What a discrete solution on Γ_C says beyond its nodes: u_t between them, transition points,
-differences.
+"""The discrete solution on Γ_C between its nodes: u_t, transition points, and differences.
 
-Collocation at Gauss points is superconvergent: nodal values of u_t are far better than the
-polynomials of degree p through the p+1 nodes of one element. Polynomials through the nodes of
-neighbouring elements too keep that accuracy between the nodes, as long as they do not reach over a
-point where the solution is not smooth.
+Collocation at Gauss points is superconvergent: nodal values of u_t are far more accurate than the
+polynomial of degree p through the p+1 nodes of one element. Polynomials through nodes of
+neighbouring elements, too, keep that accuracy between the nodes. They must not cross a point where
+the solution is not smooth.
 """
 
 from __future__ import annotations
@@ -20,9 +19,9 @@ from ..frozen import frozen
 from ..round_off import HALF
 
 PEAK_SAMPLES = 9
-"""Points of an element at which the largest displacement is looked for, its ends included."""
+"""Points of an element, both ends included, at which the largest displacement is looked for."""
 NEIGHBOURS = 3
-"""Nodes borrowed on either side of an element."""
+"""Nodes of neighbouring elements that a polynomial uses on either side."""
 
 
 @frozen
@@ -46,9 +45,9 @@ class ContactLine:
     sign : (k,) array
         0 where a node sticks, else the sign of u_t.
     kinks : (j,) array
-        Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
+        Ends of elements at which g has a kink or a jump; no polynomial crosses them [length].
     powers : pair of float
-        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the
+        λ if u_t is r^λ in the first and the last element, r being the distance to the end of the
         side, else 0.
     """
 
@@ -65,21 +64,21 @@ class ContactLine:
 
     @functools.cached_property
     def cuts(self) -> Index:
-        """Places k with different states at the nodes k - 1 and k."""
+        """Numbers k for which the nodes k - 1 and k have different states."""
         return np.flatnonzero(np.diff(self.sign)) + 1
 
     @functools.cached_property
     def transitions(self) -> list[float]:
-        """Arc length at which states meet at each cut in the exact solution, estimated [length]."""
+        """Estimated arc length of the exact transition point at each cut [length]."""
         return [transition(self, k) for k in self.cuts]
 
     def zones(self) -> list[slice]:
-        """Runs of nodes of one state."""
+        """Return the runs of nodes with one state."""
         ends = [0, *self.cuts.tolist(), len(self.s)]
         return list(itertools.starmap(slice, itertools.pairwise(ends)))
 
     def pieces(self) -> list[slice]:
-        """Runs of nodes on which the solution is smooth: zones cut at the kinks."""
+        """Return the runs of nodes on which the solution is smooth: zones cut at the kinks."""
         ends = sorted(
             {0, *self.cuts.tolist(), *np.searchsorted(self.s, self.kinks).tolist(), len(self.s)}
         )
@@ -87,8 +86,10 @@ class ContactLine:
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, by polynomials through those of neighbouring
-    elements; 0 in stick zones, and powers of the distance where elements at corners are.
+    """Return u_t between the nodes of a contact side.
+
+    It is a polynomial through nodes of neighbouring elements, 0 in stick zones, and a power of the
+    distance in elements at singular corners.
 
     Parameters
     ----------
@@ -106,8 +107,8 @@ def displacement(line: ContactLine, s: Array) -> Array:
     base, breaks = int(line.element[0]), line.breaks.tolist()
     element = (line.element - base).tolist()
     first = np.searchsorted(line.element, np.arange(base, base + len(breaks))).tolist()
-    # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds
-    # there
+    # a cell is the part of an element in one piece; `low` is its start, `run` the nodes that its
+    # polynomial uses
     low, run = [], []
     for piece, start in zip(pieces, borders, strict=False):
         for e in range(element[piece.start], element[piece.stop - 1] + 1):
@@ -129,7 +130,8 @@ def displacement(line: ContactLine, s: Array) -> Array:
 
 
 def _border(line: ContactLine, k: int) -> float:
-    """Where the states of nodes k - 1 and k meet: between elements, or half-way inside one."""
+    """Return the arc length between the states of nodes k - 1 and k: an element's end, or their
+    middle."""
     if k == 0:
         return float(line.breaks[0])
     if line.element[k - 1] == line.element[k]:
@@ -138,19 +140,22 @@ def _border(line: ContactLine, k: int) -> float:
 
 
 def _interpolate(nodes: Array, values: Array, run: Index, cell: Index, points: Array) -> Array:
-    """Polynomials through runs (c, 2) of nodes, in barycentric form, at points (n,) of cells (n,);
-    0 for empty runs."""
+    """Return polynomials through runs (c, 2) of nodes at points (n,) in cells (n,), 0 for empty
+    runs.
+
+    They are evaluated in barycentric form.
+    """
     count = run[:, 1] - run[:, 0]
-    place = np.arange(count.max(initial=1))
-    used = place < count[:, None]
-    place = np.minimum(run[:, :1] + place, len(nodes) - 1)
-    x, f = nodes[place], values[place]
+    slot = np.arange(count.max(initial=1))
+    used = slot < count[:, None]
+    slot = np.minimum(run[:, :1] + slot, len(nodes) - 1)
+    x, f = nodes[slot], values[slot]
     length = np.where(count > 1, nodes[np.maximum(run[:, 1] - 1, 0)] - nodes[run[:, 0]], 1.0)
-    # 4/length is the reciprocal of the capacity of the interval: products of differences neither
-    # over- nor underflow
+    # 4/length is the reciprocal capacity of the interval: products of differences do not overflow
+    # or underflow
     gaps = (x[:, :, None] - x[:, None, :]) * (4.0 / length)[:, None, None]
-    others = used[:, None, :] & used[:, :, None] & ~np.eye(x.shape[1], dtype=bool)
-    weight = np.where(used, 1.0 / np.prod(np.where(others, gaps, 1.0), axis=2), 0.0)
+    distinct = used[:, None, :] & used[:, :, None] & ~np.eye(x.shape[1], dtype=bool)
+    weight = np.where(used, 1.0 / np.prod(np.where(distinct, gaps, 1.0), axis=2), 0.0)
     away = points[:, None] - x[cell]
     hit = (away == 0.0) & used[cell]
     terms = weight[cell] / np.where((away == 0.0), 1.0, away)
@@ -163,39 +168,38 @@ def _interpolate(nodes: Array, values: Array, run: Index, cell: Index, points: A
 
 
 def difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
-    """‖u_coarse - u_fine‖ in L2(Γ_C), the larger of what the nodes of either see, side by side
+    """Return ‖u_coarse - u_fine‖ in L2(Γ_C), the larger of its values at both sets of nodes
     [length^3/2].
 
-    Either alone is blind: the coarse nodes to slip zones that only the fine mesh has, the fine ones
-    to those that only the coarse mesh has.
+    The coarse nodes do not show slip zones that only the fine mesh has, and the other way round.
     """
     at_fine = at_coarse = 0.0
-    for one, other in zip(coarse, fine, strict=True):
-        at_fine += float(other.weight @ (displacement(one, other.s) - other.u_t) ** 2)
-        at_coarse += float(one.weight @ (displacement(other, one.s) - one.u_t) ** 2)
+    for rough, line in zip(coarse, fine, strict=True):
+        at_fine += float(line.weight @ (displacement(rough, line.s) - line.u_t) ** 2)
+        at_coarse += float(rough.weight @ (displacement(line, rough.s) - rough.u_t) ** 2)
     return float(np.sqrt(max(at_fine, at_coarse)))
 
 
 def farthest_apart(coarse: list[ContactLine], fine: list[ContactLine]) -> tuple[int, float]:
-    """The side, and the arc length along it, of the fine element on which two solutions differ most
-    in L2 [length]."""
+    """Return the side and the arc length of the fine element with the largest L2 difference
+    [length]."""
     worst, result = -1.0, (0, 0.0)
-    for number, (one, other) in enumerate(zip(coarse, fine, strict=True)):
+    for number, (rough, line) in enumerate(zip(coarse, fine, strict=True)):
         square = np.bincount(
-            other.element - other.element[0],
-            other.weight * (displacement(one, other.s) - other.u_t) ** 2,
+            line.element - line.element[0],
+            line.weight * (displacement(rough, line.s) - line.u_t) ** 2,
         )
         k = int(np.argmax(square))
         if square[k] > worst:
             worst, result = (
                 float(square[k]),
-                (number, 0.5 * float(other.breaks[k] + other.breaks[k + 1])),
+                (number, 0.5 * float(line.breaks[k] + line.breaks[k + 1])),
             )
     return result
 
 
 def largest(lines: list[ContactLine]) -> float:
-    """Largest |u_t| of the function between the nodes, ends of the sides included [length]."""
+    """Return the largest |u_t| on the sides, between nodes and at ends, too [length]."""
     peak = 0.0
     for line in lines:
         cuts = (
@@ -207,7 +211,7 @@ def largest(lines: list[ContactLine]) -> float:
         k = int(np.argmax(size))
         peak = max(peak, float(size[k]), float(np.abs(line.u_t).max()))
         if 0 < k < len(s) - 1:
-            # the vertex of the parabola through the largest sample and its neighbours
+            # take the vertex of the parabola through the largest sample and its neighbours
             size = size[k - 1 : k + 2]
             fit = _fitted((s[k - 1 : k + 2] - s[k]) / (s[k + 1] - s[k - 1]), size, 2)
             peak = max(peak, float(fit[2] - 0.25 * fit[1] ** 2 / fit[0])) if fit[0] < 0.0 else peak
@@ -215,32 +219,34 @@ def largest(lines: list[ContactLine]) -> float:
 
 
 def _fitted(x: Array, y: Array, degree: int) -> list[float]:
-    """Coefficients of the polynomial next to values, the highest first; half of `numpy.polyfit` is
-    looking at its input."""
+    """Return the coefficients of the least-squares polynomial, the highest first.
+
+    `numpy.polyfit` spends half of its time on checks of its input.
+    """
     powers = x[:, None] ** np.arange(degree, -1, -1)
     return [float(value) for value in np.linalg.lstsq(powers, y, rcond=None)[0]]
 
 
 def transition(line: ContactLine, k: int) -> float:
-    """Arc length at which the states of nodes k - 1 and k meet in the exact solution, estimated
+    """Return the estimated arc length of the exact transition point between the nodes k - 1 and k
     [length].
 
-    Next to a transition point s* the slip is C r^(3/2) with r the distance from it; where the
-    discrete states meet at another point a term K r^(1/2) appears, K being 3/2 C times the distance
-    between the two points, so that away from them u_t is C (r + δ)^(3/2) again. So s* is where the
-    polynomial through |u_t|^(2/3) vanishes, taken from nodes that are not too close. Between slip
-    of opposite sign u_t itself vanishes.
+    Let r be the distance from a transition point s*. The exact slip near s* is C r^(3/2). If the
+    discrete states meet at a distance δ from s*, a term K r^(1/2) with K = 3/2 C δ appears. Away
+    from both points u_t is then C (r + δ)^(3/2) again. Thus s* is the zero of the polynomial
+    through |u_t|^(2/3) at nodes that are not too close. Between slips of opposite sign u_t itself
+    vanishes.
     """
     border = _border(line, k)
-    one, other = line.sign[k - 1], line.sign[k]
-    if one != 0 and other != 0:
+    before, after = line.sign[k - 1], line.sign[k]
+    if before != 0 and after != 0:
         a, b = line.u_t[k - 1], line.u_t[k]
         return float(line.s[k - 1] + (line.s[k] - line.s[k - 1]) * a / (a - b))
-    zone = next(z for z in line.pieces() if (z.stop == k if one != 0 else z.start == k))
-    places = np.arange(zone.start, zone.stop)[:: -1 if one != 0 else 1]
-    direction = -1.0 if one != 0 else 1.0
-    r = direction * (line.s[places] - border)
-    far_end = zone.start if one != 0 else zone.stop
+    zone = next(z for z in line.pieces() if (z.stop == k if before != 0 else z.start == k))
+    nodes = np.arange(zone.start, zone.stop)[:: -1 if before != 0 else 1]
+    direction = -1.0 if before != 0 else 1.0
+    r = direction * (line.s[nodes] - border)
+    far_end = zone.start if before != 0 else zone.stop
     reach = direction * (
         (_border(line, far_end) if far_end < len(line.s) else line.breaks[-1]) - border
     )
@@ -252,7 +258,7 @@ def transition(line: ContactLine, k: int) -> float:
     if degree < 1:
         return border
     scale = float(r[chosen].max())
-    fit = _fitted(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree)
+    fit = _fitted(r[chosen] / scale, np.abs(line.u_t[nodes][chosen]) ** (2.0 / 3.0), degree)
     root = 0.0
     for _ in range(8):
         value = steepness = 0.0
@@ -261,28 +267,30 @@ def transition(line: ContactLine, k: int) -> float:
         if steepness <= 0.0:
             return border
         root -= value / steepness
-    # the states of the nodes say more than an extrapolation that contradicts them
+    # an extrapolation that contradicts the states of the nodes is not used
     if not abs(root) < 1.0:
         return border
     return border + direction * root * scale
 
 
 def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
-    """Arc lengths of the transition points, and whether slip changes its sign there [length].
+    """Return the arc lengths of the transition points, and whether slip changes its sign there
+    [length].
 
-    Between slip of opposite sign there is a stick zone, which may be narrower than any element: the
-    smooth part A of du_t/ds is balanced by that of a jump 2g of σ_t, c g ln(L/w), so that its width
-    w is about L exp(-A/cg). From far away the slip beside it is no power 3/2, and the ends that are
-    extrapolated from its two sides come in the wrong order: it is one point then, where u_t
-    vanishes. A mesh with a cut in more than every other element shows no zones but its own error.
+    Between slips of opposite sign there is a stick zone, which may be narrower than any element.
+    The smooth part A of du_t/ds balances that of a jump 2g of σ_t, c g ln(L/w). Its width w is
+    therefore about L exp(-A/cg). Away from it the slip is not a power 3/2, and the two extrapolated
+    ends come in the wrong order. They are replaced by the one point where u_t vanishes. If more
+    than half of the elements have a cut, the mesh shows only its own error, and no point is
+    returned.
     """
     result: list[tuple[float, bool]] = []
     if len(line.cuts) > 0.5 * (len(line.breaks) - 1):
         return result
-    for place, before, k in zip(
+    for point, before, k in zip(
         line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False
     ):
-        if result and line.sign[before] == 0 and place <= result[-1][0]:
+        if result and line.sign[before] == 0 and point <= result[-1][0]:
             a, b = line.u_t[before - 1], line.u_t[k]
             share = a / (a - b) if a * b < 0.0 else 0.5
             result[-1] = (
@@ -290,16 +298,16 @@ def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
                 a * b < 0.0,
             )
         else:
-            result.append((place, bool(line.sign[k - 1] * line.sign[k])))
+            result.append((point, bool(line.sign[k - 1] * line.sign[k])))
     return result
 
 
 def slip_at_end(line: ContactLine, last: bool) -> float:
-    """Width of the slip zone to expect at an end of a side that sticks there, infinite where none
-    is [length].
+    """Return the expected width of a slip zone at an end of a side that sticks, or infinity
+    [length].
 
-    Where the side ends σ_t of a stick zone grows like a negative power of the distance. It exceeds
-    g within the distance at which the power through the nodes of the last element reaches g.
+    At an end, σ_t of a stick zone grows like a negative power of the distance. The width is the
+    distance at which the power through the nodes of the last element reaches g.
     """
     order = slice(None, None, -1) if last else slice(None)
     sign, element = line.sign[order], line.element[order]
@@ -316,9 +324,10 @@ def slip_at_end(line: ContactLine, last: bool) -> float:
 
 
 def without_specks(sign: Index, element: Index) -> Index:
-    """Signs in which a zone inside one element, between two others, has the sign before it.
+    """Return the signs, with a zone inside one element joined to the zone before it.
 
-    Next to a singular point single nodes of an unresolved element may have any state.
+    The zone must lie between two others. Next to a singular point, single nodes of an unresolved
+    element may have any state.
     """
     sign = sign.copy()
     ends = [0, *(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(sign)]

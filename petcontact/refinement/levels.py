@@ -1,5 +1,4 @@
-"""The ladders of gradings that adaptive solves climb, and what differences between their meshes let
-one believe."""
+"""Refinement levels of adaptive solves, and error estimates from differences of their meshes."""
 
 from __future__ import annotations
 
@@ -11,26 +10,26 @@ from ..mesh.hp_grading import Grading
 from ..round_off import SOLVED
 
 MOST_GAIN = 40.0
-"""Ratio of the errors of two neighbouring levels beyond which it is chance."""
+"""Largest believed ratio of the errors of two neighbouring levels; a larger one is chance [-]."""
 LEAST_GAIN = 1.5
 """The same of a single number, as a force, that is counted on where two meshes are all: the finer
 one is off by up to 1/(gain - 1) = 2 times what they differ by. Of 492 numbers of random bodies six
 were off by more than the difference, by 1.01, 1.08, 1.10, 1.15, 1.30 and 1.65 times."""
 MARGIN = 1.3
-"""How far below the wanted error a level's typical error is when it is tried first."""
+"""Wanted error over a level's typical error, from which the level is tried first [-]."""
 
 
 @frozen
 class Level:
-    """One refinement level: a grading.
+    """One refinement level: a grading and its errors.
 
     Attributes
     ----------
     grading : Grading
     resolved : float
-        Relative error that the smallest elements leave at corners and transition points [-].
+        Relative error due to the smallest elements at corners and transition points [-].
     error : float
-        Typical relative error; only ratios of it are used as estimates [-].
+        Typical relative error; only ratios of it are used in estimates [-].
     edge : float
         Smallest element at an edge of contact or stick over half the width of the contact [-].
     """
@@ -50,7 +49,7 @@ REFINEMENT_LEVELS = (
     Level(Grading(5, 0.40, 0.5), 1.2e-8, 1.3e-8),
     Level(Grading(5, 0.50, 0.4), 2.5e-9, 3.0e-9),
 )
-"""For u_t of one body in bilateral contact, errors measured on the paper's examples."""
+"""Levels for u_t in bilateral contact; errors were measured on the paper's examples."""
 CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(2, 0.30), 2.5e-3, 2e-2, 1e-1),
     Level(Grading(3, 0.25), 5e-4, 3e-3, 2e-2),
@@ -60,25 +59,25 @@ CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 5e-6),
     Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 2e-6),
 )
-"""For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges
-to a tenth of its elements or better, and those of the next one are ten times smaller."""
+"""Levels for pressure and shear; errors were measured on Cattaneo's and Mindlin's blocks. A level
+finds edges to a tenth of its elements there, and the next level's elements are a tenth as large."""
 
 
 @frozen
 class Ladder:
-    """Levels to climb, and what takes the place of the second where a rough accuracy is wanted.
+    """The levels of an adaptive solve, and a milder level for rough accuracies.
 
-    There one difference is believed, that of the first two meshes: it is the error of the first.
-    The second level does not do for that, whose orders and smallest elements are near those of the
-    first: both may miss the same.
+    For a rough accuracy one difference is believed, that of the first two meshes; it is the error
+    of the first. The second level is left out then. Its orders and smallest elements are close to
+    those of the first, so that both may miss the same features.
 
     Attributes
     ----------
     levels : tuple of Level
     rough : float
-        Accuracy from which on the second level is left out [-].
+        Accuracy from which the second level is left out [-].
     rougher : float
-        Accuracy from which on `milder` stands before the third [-].
+        Accuracy from which `milder` comes before the third level [-].
     milder : Level
     """
 
@@ -88,7 +87,7 @@ class Ladder:
     milder: Level
 
     def to(self, accuracy: float) -> tuple[Level, ...]:
-        """The levels to climb to an accuracy."""
+        """Return the levels for a wanted accuracy."""
         if accuracy < self.rough:
             return self.levels
         return (
@@ -98,24 +97,25 @@ class Ladder:
         )
 
     def believes(self, differences: list[float], accuracy: float) -> bool:
-        """Whether one difference is the estimate."""
+        """Return whether the only difference is the estimate."""
         return accuracy >= self.rough and len(differences) == 1
 
 
 SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
-"""Of 183 random bodies the error on the third level was at most .99 times the one difference, of 9
-in 10 less than a fifth. On the milder one it was at most 2.8e-3 on all 168 of 214 whose difference
-was below 1e-2, and .14, .57, 1.06 times the estimate on 50, 90, 99 % of them. With corners twice as
-coarse two of 62 were above 1e-2, where the difference was a tenth of the error."""
+"""Levels for u_t. On 183 random bodies the error on the third level was at most 0.99 times the only
+difference, and in 9 of 10 below a fifth of it. On the milder level 168 of 214 bodies had a
+difference below 1e-2, and errors of at most 2.8e-3. 50, 90 and 99 % of these errors were below
+0.14, 0.57 and 1.06 times the estimate. With corners twice as coarse, two of 62 errors exceeded 1e-2
+and were ten times the difference."""
 CONTACT_LADDER = Ladder(
     CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3)
 )
-"""On the milder level errors of 108 random problems were at most .032 where 5e-2 was wanted, and
-.40, .90, 1.44 times the estimate in 50, 90, 99 % of them."""
+"""Levels for p and q. On the milder level the errors of 108 random problems were at most 0.032 for
+a wanted 5e-2. 50, 90 and 99 % of them were below 0.40, 0.90 and 1.44 times the estimate."""
 
 
 def first_level(accuracy: float) -> int:
-    """The lowest level but the first that may be expected to have this error."""
+    """Return the lowest level, except the first, that is expected to reach an accuracy."""
     last = len(REFINEMENT_LEVELS) - 1
     return next(
         (k for k in range(1, last + 1) if MARGIN * REFINEMENT_LEVELS[k].error <= accuracy), last
@@ -123,7 +123,7 @@ def first_level(accuracy: float) -> int:
 
 
 def check_accuracy(accuracy: float) -> None:
-    """Refuse what no refinement level reaches.
+    """Refuse an accuracy that no refinement level reaches.
 
     Raises
     ------
@@ -135,11 +135,12 @@ def check_accuracy(accuracy: float) -> None:
 
 
 def believed(differences: list[float], most: float = MOST_GAIN) -> float:
-    """Error of the last level but one from the differences of neighbouring ones; infinite while
-    there are fewer than two.
+    """Return the error that the last two differences of levels let one expect, infinite for fewer
+    than two.
 
-    Two levels may be alike by chance: no step is believed to gain more than `most` times.
-    Differences that grow are believed to grow once more.
+    It is at least the last difference, which is the error of the last level but one. Two levels may
+    agree by chance: the last difference counts as at least the one before over `most`. Growing
+    differences are assumed to grow once more.
     """
     if len(differences) < 2:
         return math.inf
@@ -148,7 +149,7 @@ def believed(differences: list[float], most: float = MOST_GAIN) -> float:
 
 
 def growing(differences: list[float]) -> bool:
-    """Whether one of the last two differences is larger than the one before, and than round-off."""
+    """Return whether one of the last two differences exceeds round-off and the one before it."""
     return any(
         after > max(before, SOLVED) for before, after in itertools.pairwise(differences[-3:])
     )

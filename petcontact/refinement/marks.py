@@ -1,5 +1,7 @@
-"""Where and how much meshes are graded: corners, ends of parts, given points, the transition points
-of a solution."""
+"""Points to which meshes are graded, and the sizes of the smallest elements there.
+
+The points are corners, ends of parts, the user's points, and transition points of a solution.
+"""
 
 from __future__ import annotations
 
@@ -27,40 +29,40 @@ from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
 
 MILDEST, STRONGEST = 0.7, 2.0
-"""Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is
-that of a right angle clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
+"""Bounds of 1/(2λ), the power of the error with which elements shrink at corners [-]. `MILDEST` is
+that of a right angle that is clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
 WEAK = 0.3
-"""Exponents below which elements at corners are powers: only where two sides slide they are as
-small."""
+"""Exponent λ below which elements at corners are powers of the distance. It is so small only
+between two sliding sides."""
 CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
-"""Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a
-corner of power 1."""
+"""Size of the smallest elements over the thickness of the body that leaves an error of 1e-4 at a
+corner of power 1 [-]."""
 DATA_SHARE = 0.2
-"""Defect of the known data on one element, of a level's error."""
+"""Accepted defect of the given data on one element, over the level's error [-]."""
 NODES_A_SIDE = 12
-"""At the least, of meshes that are graded at both ends of every side."""
+"""Least number of nodes on a side whose mesh is graded at both ends."""
 UNSEEN = 24
-"""Least number of elements on a contact side without given transition points."""
+"""Least number of elements on a contact side whose transition points are unknown."""
 
 
 ACCURACY = 1e-4
-"""Of u_t, of meshes for which none is named."""
+"""Default of the accuracy of u_t for which a mesh is made [-]."""
 TOUCH = 1e-6
-"""Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
+"""Size of the smallest elements at a minimum of the gap over the side, while the width of the
+contact is unknown [-]."""
 NEAR_END = 1e-4
-"""Distance of such places from the ends of a side and from one another, of the side, below which
-they count as one."""
+"""Distance over the side within which minima of the gap count as one, or as an end [-]."""
 IN_ZONES = 0.25
-"""Power of a level's error with which elements shrink at the ends of narrow zones, relative to
-these."""
+"""Power of a level's error with which elements at the ends of narrow zones shrink, relative to the
+zones' widths [-]."""
 ON_KINK = 1e-3
-"""Distance of a transition point from a kink of the data, in smallest elements, below which the
-kink is its mark."""
+"""Distance of a transition point from a kink of the data over the smallest elements, below which
+the mesh is graded only to the kink [-]."""
 
 
 @frozen
 class Body:
-    """What all meshes of an adaptive solve share.
+    """Data of a body that all meshes of an adaptive solve share.
 
     Attributes
     ----------
@@ -70,11 +72,11 @@ class Body:
     contact : list of bool
         Which sides are in contact.
     given : list of (k,) arrays
-        Arc lengths of the points of each side that the user wants graded [length].
+        Arc lengths of the user's points on each side [length].
     data : list of lists of Field
-        What is known and varies along each side.
+        Given data that vary along each side.
     singular : list of pairs of bool
-        Whether the start and the end of each side are corners or places where parts meet.
+        Whether the start and the end of each side are corners or ends of a part.
     exponents : list of pairs of float
         λ there, see `singular_points.corner_exponents`.
     powers : list of pairs of float, optional
@@ -91,8 +93,8 @@ class Body:
     powers: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
-    def of(problem: Problem, outline: Outline) -> Body:
-        """Of a problem, whose outline is made once."""
+    def from_problem(problem: Problem, outline: Outline) -> Body:
+        """Return the body of a problem and its outline."""
         if len(outline.sides) * NODES_A_SIDE > LARGEST_MESH:
             raise InputError(
                 f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
@@ -115,9 +117,9 @@ class Body:
         )
 
     def with_powers(self) -> Body:
-        """The body with elements that are powers at corners where no polynomial is small enough.
+        """Return the body with elements that are powers at corners with very small exponents.
 
-        What they leave of the next term, of the order r, is as at a corner whose exponent is (1 +
+        Their error comes from the next term, of order r. It is that of a corner with exponent (1 +
         λ)/2.
         """
         powers = [(a if a < WEAK else 0.0, b if b < WEAK else 0.0) for a, b in self.exponents]
@@ -133,43 +135,49 @@ class Body:
         [length]."""
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
-            found = np.concatenate([np.empty(0), *(field.switches[0] for field in row)])
-            result.append(inside(found * side.length, self.closest, side.length))
+            fractions = np.concatenate([np.empty(0), *(field.switches[0] for field in row)])
+            result.append(inside(fractions * side.length, self.closest, side.length))
         return result
 
     @functools.cached_property
     def touching(self) -> list[Array]:
-        """Arc lengths inside each side at which a gap is least, increasing [length]."""
+        """Arc lengths of the minima of the gap inside each side, increasing [length]."""
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
-            found = [gap_minima(field) for field in row if field.kind == "gap"]
-            result.append(side.length * inside(np.concatenate([[], *found]), NEAR_END, 1.0))
+            fractions = [gap_minima(field) for field in row if field.kind == "gap"]
+            result.append(side.length * inside(np.concatenate([[], *fractions]), NEAR_END, 1.0))
         return result
 
     @property
     def closest(self) -> float:
-        """Distance within which places are one [length]."""
+        """Distance within which points count as one [length]."""
         return TOLERANCE * self.outline.diameter
 
     @functools.cached_property
     def smallest(self) -> float:
-        """Size below which elements at corners do not shrink [length]."""
+        """Least size of elements at corners [length]."""
         farthest = max(float(np.abs(side.start).max()) for side in self.outline.sides)
         return SMALLEST * max(self.scale, farthest)
 
     def corner_size(self, exponent: float, resolved: float) -> float:
-        """Size of the smallest elements at a corner that leave a relative error of u_t [length].
+        """Return the size of the smallest elements at a corner for a relative error of u_t
+        [length].
 
-        Far away the error of elements of size a is about a^(2λ), measured on the paper's examples.
+        Far from the corner, elements of size a cause an error of about a^(2λ), measured on the
+        paper's examples.
         """
         power = min(max(0.5 / exponent, MILDEST), STRONGEST)
         return max(self.smallest, self.scale * float((CORNER_SIZE * resolved / 1e-4) ** power))
 
     def truncation(self, resolved: float) -> float:
-        """What elements of these sizes leave at the worst corner, a^(2λ) [-]; only ratios mean
-        something."""
-        found = {exponent for pair in self.exponents for exponent in pair}
-        return max(float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in found)
+        """Return the error a^(2λ) of elements of these sizes at the worst corner [-].
+
+        Only ratios of the value have a meaning.
+        """
+        exponents = {exponent for pair in self.exponents for exponent in pair}
+        return max(
+            float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in exponents
+        )
 
     def mesh(
         self,
@@ -178,13 +186,13 @@ class Body:
         shown: list[ContactLine] | None,
         edges: dict[int, list[tuple[float, float]]] | None = None,
     ) -> LevelMesh:
-        """The mesh of a level, with elements that resolve the data.
+        """Return the mesh of a level, with elements that resolve the data.
 
         Parameters
         ----------
         level : Level
         largest : list of float, one a side
-            Length that no element of the side exceeds [length].
+            Largest length of elements on the side [length].
         shown : list of ContactLine, optional
             As in `marks_for`.
         edges : dict of lists by side, optional
@@ -212,24 +220,26 @@ class Body:
             self.outline, marks, level.grading, largest, resolve if any(self.data) else None
         )
         if max(missed) > 0.0:
-            # elements by the thousand that still do not show the data are not worth solving on
+            # thousands of elements do not resolve the data: a solve on them is not worth its cost
             mesh = graded_mesh(self.outline, marks, level.grading, largest)
         return LevelMesh(mesh, max(missed))
 
 
 @frozen
 class LevelMesh:
-    """A mesh, and the largest defect of the data that it leaves beyond what was asked (or 0)."""
+    """A mesh, and the largest defect of the data above the accepted one, or 0 [-]."""
 
     mesh: BoundaryMesh
     missed: float
 
 
 def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
-    """The mesh of a problem that names no element size, order or grading: a refinement level, with
-    the points given."""
+    """Return the mesh of a problem without element size, order or grading.
+
+    It is that of a refinement level, with the user's points.
+    """
     body, level = (
-        Body.of(problem, outline),
+        Body.from_problem(problem, outline),
         REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)],
     )
     largest = [
@@ -242,41 +252,39 @@ def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
 def marks_for(
     body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None
 ) -> list[Marks]:
-    """Corners, given points and transition points of each side, with the sizes of the smallest
-    elements there.
+    """Return the points of each side to which meshes are graded, and their smallest elements.
 
     Parameters
     ----------
     body : Body
     grading : Grading
     resolved : float
-        Relative error of u_t that the smallest elements may leave [-].
+        Relative error of u_t that the smallest elements may cause [-].
     shown : list of ContactLine, optional
-        A solution so far, one a contact side, which shows the transition points.
+        Solution on an earlier mesh, one line for each contact side; it gives the transition points.
     """
-    # truncation errors fall with the square of the size at transition points (measured on the
-    # paper's examples)
+    # errors at transition points fall with the square of the size (measured on the paper's
+    # examples)
     at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
-    # where slip changes its sign they fall with the size itself
+    # they fall with the size itself where slip changes its sign
     turning = min(1.0, (resolved / 1e-4) ** 0.5)
-    # in zones narrower than these sizes the elements of one level are no copies of those of the one
-    # before, or what both miss there would be no part of their difference
+    # in narrower zones two levels must have different elements: an error that both meshes share
+    # does not appear in their difference
     first = REFINEMENT_LEVELS[0]
     share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        # points that are given on contact sides stand for transition points, until a solution shows
-        # them
-        found = grading_points(line) if line is not None else []
+        # the user's points on contact sides stand for transition points until there is a solution
+        transitions = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
         closest = body.closest
         kinks = body.kinks[k]
         apart = max(closest, ON_KINK * at_transition)
-        found = [
+        transitions = [
             (s, turns)
-            for s, turns in found
+            for s, turns in transitions
             if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)
         ]
         ends = [
@@ -288,7 +296,7 @@ def marks_for(
         every = [
             (0.0, begin),
             *((s, at_given) for s in given.tolist() if closest < s < side.length - closest),
-            *((s, at_transition * (turning if turns else 1.0)) for s, turns in found),
+            *((s, at_transition * (turning if turns else 1.0)) for s, turns in transitions),
             *((s, at_transition) for s in kinks.tolist()),
             (side.length, end),
         ]
@@ -300,14 +308,16 @@ def marks_for(
         ]
         points, sizes = (np.array(values) for values in zip(*kept, strict=True))
         points[0] = 0.0
-        for place, singular in zip((0, -1), ends, strict=True):
+        for end_number, singular in zip((0, -1), ends, strict=True):
             if not singular:
-                sizes[place] = np.inf
+                sizes[end_number] = np.inf
             elif line is not None:
-                sizes[place] = min(sizes[place], 0.3 * slip_at_end(line, place == -1))
+                sizes[end_number] = min(
+                    sizes[end_number], 0.3 * slip_at_end(line, end_number == -1)
+                )
             elif body.contact[k]:
-                # small enough to show how the traction grows towards the end
-                sizes[place] = min(sizes[place], 0.015 * body.scale)
+                # resolve the growth of the traction towards the end
+                sizes[end_number] = min(sizes[end_number], 0.015 * body.scale)
         marks.append(
             balanced(
                 Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share
@@ -317,21 +327,23 @@ def marks_for(
 
 
 def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
-    """Marks with further points; one that is there already is moved where it is close to one of
-    them."""
-    places, sizes = (np.array(values) for values in zip(*inner, strict=True))
-    apart = np.abs(marks.position[:, None] - places[None]).min(axis=1)
+    """Return the marks with further points; they replace marks close to them."""
+    points, sizes = (np.array(values) for values in zip(*inner, strict=True))
+    apart = np.abs(marks.position[:, None] - points[None]).min(axis=1)
     kept = apart > 3.0 * sizes.max()
     kept[[0, -1]] = True
-    position, size = np.append(marks.position[kept], places), np.append(marks.size[kept], sizes)
+    position, size = np.append(marks.position[kept], points), np.append(marks.size[kept], sizes)
     order = np.argsort(position)
     return balanced(replace(marks, position=position[order], size=size[order]), grading)
 
 
 def _equal_at_corners(outline: Outline, marks: list[Marks]) -> list[Marks]:
-    """Both sides of a corner get the smaller of their smallest elements."""
+    """Set the smaller of both smallest elements on both sides of each corner, and return the
+    marks."""
     for k, following in enumerate(outline.neighbours[1].tolist()):
         if following != k:
-            one, other = marks[k], marks[following]
-            one.size[-1] = other.size[0] = min(one.size[-1], other.size[0])
+            marks_before, marks_after = marks[k], marks[following]
+            marks_before.size[-1] = marks_after.size[0] = min(
+                marks_before.size[-1], marks_after.size[0]
+            )
     return marks

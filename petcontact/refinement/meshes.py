@@ -1,4 +1,4 @@
-"""The mesh that a problem asks for, by the kind of its boundary."""
+"""Meshes from the options of a problem, by the kind of its boundary."""
 
 from __future__ import annotations
 
@@ -28,21 +28,23 @@ from ..model.solver_options import MeshOptions
 from .marks import default_mesh
 
 LARGEST_MESH = 400_000
-"""Nodes in space; compressed operators of more do not fit a machine."""
+"""Largest number of nodes in space; compressed operators of more do not fit into a machine's
+memory."""
 PANELS = 4
 """Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
-"""Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges
-and corners ask."""
+"""Exponent of the grading of boxes [-]. Friction limits the order to 2; 1.4 is then near the best
+grading for edges and corners."""
 PLANE_KEYS = ("grading", "levels", "graded_points")
-"""Keys of `[mesh]` that say nothing in space."""
+"""Keys of `[mesh]` that apply only in the plane."""
 BOX_KEYS = ("element_sizes", "exponent")
-"""Keys of `[mesh]` that only boxes have."""
+"""Keys of `[mesh]` that apply only to boxes."""
 
 
 def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
-    """The mesh that a problem of one body asks for, or the default one; on its boundary, where that
-    is made already.
+    """Return the mesh of a problem of one body from its options, or the default one.
+
+    `boundary` is the body's boundary, if it is made already.
 
     Raises
     ------
@@ -137,8 +139,10 @@ def _(boundary: CondensedSurface, problem: Problem) -> BoundaryMesh:
 
 
 def _faces(surface: CondensedSurface) -> BoundaryMesh:
-    """The mesh of the contact surface: its faces as elements, linear ones unless the file says
-    another order."""
+    """Return the mesh whose elements are the faces of a superelement.
+
+    They are linear unless the file gives another order.
+    """
     at, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
     if surface.dim == 3:
         corners, middles = (
@@ -165,7 +169,7 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
 
 
 def _order(options: MeshOptions) -> int:
-    """The order of panels, by default 2."""
+    """Return the order of panels, 2 by default."""
     _refuse(options, PLANE_KEYS, "is for plane bodies; meshes of boxes are graded by mesh.exponent")
     if options.accuracy is not None and not options.automatic:
         raise InputError(
@@ -184,8 +188,10 @@ def _check_size(nodes: float, advice: str = "choose a larger mesh.element_size")
 
 
 def _refuse(options: MeshOptions, keys: Iterable[str], why: str) -> None:
-    """Of keys that say nothing of a body none may differ from its default: `Problem.toml` writes
-    defaults, too."""
+    """Raise InputError if a key that does not apply to the body differs from its default.
+
+    Defaults are accepted since `Problem.toml` writes them, too.
+    """
     for key in keys:
         if getattr(options, key) != MeshOptions.model_fields[key].get_default(
             call_default_factory=True

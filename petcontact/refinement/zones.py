@@ -1,4 +1,4 @@
-"""Where the contact part of a plane body sticks and slips: intervals of arc length."""
+"""Stick and slip zones on the contact part of a plane body, as intervals of arc length."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..mesh.curve_mesh import CurveMesh
 
 @frozen
 class Zone:
-    """A stretch of one contact part, in arc length along it [length]; sign 0 sticks, ±1 slips along
+    """Interval of one contact part in arc length [length]; sign 0 sticks, ±1 slips along
     ±tangent."""
 
     part: str
@@ -24,20 +24,22 @@ class Zone:
 
     @property
     def name(self) -> str:
-        """The word for the state: stick or slip."""
+        """The name of the state: "stick" or "slip"."""
         return "slip" if self.sign else "stick"
 
 
 @functools.singledispatch
 def zones_of(mesh: BoundaryMesh, nodes: Index, sign: Array) -> list[Zone]:
-    """Runs of contact nodes of one sign (0 stick, ±1 slip); none on surfaces, which `state` shows
-    node by node."""
+    """Return the intervals of contact nodes with equal sign (0 stick, ±1 slip).
+
+    On surfaces the list is empty: the field `state` shows the zones there.
+    """
     return []
 
 
 @zones_of.register
 def _(mesh: CurveMesh, nodes: Index, sign: Array) -> list[Zone]:
-    """They end where two elements meet, or half-way between nodes of one element."""
+    """Return zones that end between two elements, or half-way between nodes of one element."""
     zones = []
     arc_length, parts = mesh.arc_length[nodes], mesh.node_part[nodes]
     for part in dict.fromkeys(parts.tolist()):

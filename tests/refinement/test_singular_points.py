@@ -114,7 +114,7 @@ def skew(**mesh) -> Problem:
 
 def true_error(solution, best) -> float:
     """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
-    body = Body.of(solution.problem, solution.problem.geometry.outline())
+    body = Body.from_problem(solution.problem, solution.problem.geometry.outline())
     return difference(
         contact_lines(body, solution), contact_lines(body, best)
     ) / displacement_scale(best)

@@ -180,7 +180,7 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
     if not solution.nodes:
         return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
-        body = Body.of(solution.problem, as_outline(solution.problem.outline(), "u_t"))
+        body = Body.from_problem(solution.problem, as_outline(solution.problem.outline(), "u_t"))
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))
     apart_by = difference(coarse, solution)

@@ -89,7 +89,9 @@ class Slip:
         """
         if self._body is None:
             posed = one()
-            self._body = Body.of(posed, as_outline(boundary, "--adapt").joined).with_powers()
+            self._body = Body.from_problem(
+                posed, as_outline(boundary, "--adapt").joined
+            ).with_powers()
             check_compatible(posed, self._body.outline)
         body = self._body
         longest = [

@@ -89,7 +89,7 @@ class Tractions:
         """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
         if number not in self._bodies:
             posed = one()
-            body = Body.of(posed, as_outline(boundary, "--adapt").joined)
+            body = Body.from_problem(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number]
