@@ -92,7 +92,7 @@ class SolutionData(Evaluated):
             return list(self.written)
         # numbers of an altered file, or of a solve that failed, may overflow
         with np.errstate(all="ignore"):
-            return with_errors(self, self.coarser)
+            return with_errors(self)
 
     @property
     def converged(self) -> bool:

@@ -9,7 +9,8 @@ tractions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,12 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
-from ..round_off import SINGLE
+from ..round_off import EPS, SINGLE
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
+from .peaks import NEAR
 from .records import PairResult, StepResult
-from .unbounded import corners_of
+from .unbounded import corners_of, unbounded_places
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -38,11 +40,11 @@ BESIDE, INSIDE = 4, 0.2
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
 
 
-def with_errors(solution: Evaluated, coarser: Evaluated | None) -> list[Number]:
-    """The numbers of a solution with their errors; `coarser` is the solution on another mesh."""
+def with_errors(solution: Evaluated) -> list[Number]:
+    """The numbers of a solution with their errors."""
     numbers = numbers_of(solution)
-    if coarser is not None:
-        numbers = _compared(solution, coarser, numbers)
+    if solution.coarser is not None:
+        numbers = _compared(solution, numbers)
     elif not np.isnan(solution.accuracy.resultants):
         numbers = [_by_tails(solution, number) for number in numbers]
     by_path = path_errors(solution, numbers)
@@ -80,23 +82,41 @@ def _path_change(
     return float(np.abs(one - two)[pairs[0].state != OPEN].max(initial=0.0))
 
 
-def _compared(solution: Evaluated, coarser: Evaluated, numbers: Sequence[Number]) -> list[Number]:
-    before = {number.key: number for number in numbers_of(coarser, peaks=False)}
-    # two meshes may agree by chance: what the two before differ by says how much they gain at most
-    earlier = numbers_of(coarser.coarser, peaks=False) if coarser.coarser is not None else []
-    last_but_one = {number.key: number.value for number in earlier}
+def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
+    others = [
+        (each, share, {number.key: number for number in numbers_of(each, peaks=False)})
+        for each, share in _coarser(solution)
+    ]
+    single = len(others) == 1 and not solution.accuracy.estimates
     found = list[Number]()
     for number in numbers:
-        old = before.get(number.key)
+        error = number.error
+        for other, share, there in others:
+            old = there.get(number.key)
+            error = np.fmax(error, share * _change(solution, other, number, old))
+            if single and old is not None:
+                apart = float(np.abs(number.value - old.value).max())
+                error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
         alone = number.alone - _of_increments(number)
-        error = max(_change(solution, coarser, number, old), alone)
-        if old is not None:
-            one, other, share = old.value, last_but_one.get(number.key), 1.0 / MOST_GAIN
-            if other is None:
-                one, other, share = number.value, old.value, 1.0 / (LEAST_GAIN - 1.0)
-            error = max(error, share * float(np.abs(one - other).max()))
-        found.append(number.known_to(error))
+        found.append(number.known_to(float(np.maximum(error, alone))))
     return found
+
+
+def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
+    """The solutions on the two meshes before, and the error of this one over what it differs by
+    from each, 1/(gain - 1).
+
+    Panels are refined where errors are largest: neighbouring meshes have most of them in common,
+    and no number gains more than the estimates do. Along curves each mesh is another one, and two
+    may agree by chance: the two before say how much they gain at most.
+    """
+    gains, other = np.array([2.0, 1.0 + MOST_GAIN]), solution.coarser
+    if len(estimates := np.array(solution.accuracy.estimates)) > 1:
+        gains = estimates[-2:-4:-1] / max(estimates[-1], EPS)
+    for gain in np.clip(gains, LEAST_GAIN, 1.0 + MOST_GAIN).tolist():
+        if other is not None:
+            yield other, 1.0 / (gain - 1.0)
+            other = other.coarser
 
 
 def _of_increments(number: Number) -> float:
@@ -165,49 +185,58 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
 
 
 def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
-    """What a largest stress changes by where it lies and around it. At a corner it may go on
-    changing as slowly as it does in the last element on either mesh."""
+    """What a largest stress changes by where it lies and around it, and by how much it may be
+    larger elsewhere. At a corner it may go on changing as slowly as it does in the last element."""
     if number.place is None or number.size == 0.0:
         return 0.0
-    x, change = _around(solution, number), np.nan
-    meshes = [solution, coarser, *filter(None, [coarser.coarser])]
-    stress = [_stress_at(each, number, x) for each in meshes]
-    for one, other, gain in zip(stress, stress[1:], (1.0, MOST_GAIN), strict=False):
-        change = np.fmax(change, np.nan_to_num(np.abs(one - other), nan=-1.0).max() / gain)
-    mesh = solution.meshes[number.of]
-    if number.part and np.linalg.norm(corners_of(mesh).x - x[0], axis=1).min() < SINGLE * np.ptp(
-        mesh.x
-    ):
-        change = np.fmax(change, np.ptp(stress[0]))
-    return float(change) if change >= 0.0 else np.nan
+    x, parts, count = _places(solution, number)
+    now, before = (_stress_at(each, number, x, parts) for each in (solution, coarser))
+    change, mesh = np.abs(now - before), solution.meshes[number.of]
+    if np.isnan(change[:count]).all():
+        return np.nan
+    off = max(np.nanmax(change[:count]), np.nanmax(now + change) - float(number.value[0]))
+    corners = np.linalg.norm(corners_of(mesh).x - number.place, axis=1) if number.part else []
+    if np.any(corners < SINGLE * np.ptp(mesh.x)):
+        off = max(off, np.ptp(now[:count]))
+    return float(off)
 
 
-def _around(solution: Evaluated, number: Number) -> Array:
-    """The place of a largest stress and places beside it, on its part or inside."""
-    mesh, place = solution.meshes[number.of], number.place
+def _places(solution: Evaluated, number: Number) -> tuple[Array, Any, int]:
+    """The place of a largest stress and places beside it, how many these are, and those of the
+    surface at which it is more than half as large and has a bound; and the parts of all."""
+    mesh, place, end = solution.meshes[number.of], number.place, _end(solution, number)
     assert place is not None, "largest stresses lie somewhere"
-    if number.part:
-        element, state = solution.boundary_state(number.of, _end(solution, number))
-        mine = state.x[mesh.part[element] == mesh.part_names.index(number.part)]
-        beside = mine[np.linalg.norm(mine - place, axis=1).argsort()[:BESIDE]]
-        return np.vstack([place, beside])
-    reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
-    ways = np.eye(mesh.dim)
-    return np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
+    if not number.part:
+        reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
+        ways = np.eye(mesh.dim)
+        x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
+        return x, np.full(len(x), ""), len(x)
+    element, state = solution.boundary_state(number.of, end)
+    parts = np.array(mesh.part_names)[mesh.part[element]]
+    away = np.linalg.norm(state.x - place, axis=1)
+    rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
+    for each in unbounded_places(solution, end)[number.of]:
+        rival &= np.linalg.norm(state.x - each.x, axis=1) > NEAR * np.ptp(mesh.x, axis=0).max()
+        rival &= ~np.isin(element, each.elements)
+    beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
+    rows = np.append(beside, np.flatnonzero(rival))
+    return np.vstack([place, state.x[rows]]), np.append(number.part, parts[rows]), 1 + len(beside)
 
 
-def _stress_at(solution: Evaluated, number: Number, x: Array) -> Array:
-    """The stress that a number is the largest of, at points; nan off the body."""
-    mesh = solution.meshes[number.of]
+def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:
+    """The stress that a number is the largest of, at points inside, or on parts of the surface; nan
+    off the body."""
+    mesh, key = solution.meshes[number.of], stress_name(number)
     fields = solution.body_fields(number.of, _end(solution, number))
     if not number.part:
-        state = fields.at(x, outside=np.nan)
-    else:
-        element, place = located(mesh, x, number.part, within=sizes(mesh))
-        if np.any(element < 0):
-            return np.full(len(x), np.nan)
-        state = fields.on_boundary(element, place)
-    return np.asarray(getattr(state, stress_name(number)))
+        return np.asarray(getattr(fields.at(x, outside=np.nan), key))
+    found = np.full(len(x), np.nan)
+    for part in np.unique(parts).tolist():
+        rows = np.flatnonzero(parts == part)
+        element, place = located(mesh, x[rows], part, within=sizes(mesh))
+        on = element >= 0
+        found[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
+    return found
 
 
 def _by_tails(solution: Evaluated, number: Number) -> Number:
