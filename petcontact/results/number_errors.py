@@ -19,10 +19,10 @@ from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
-from ..round_off import EPS, SINGLE
+from ..round_off import EPS
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
-from .peaks import NEAR
+from .peaks import FINEST, NEAR
 from .records import PairResult, StepResult
 from .unbounded import corners_of, unbounded_places
 
@@ -195,8 +195,12 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     if np.isnan(change[:count]).all():
         return np.nan
     off = max(np.nanmax(change[:count]), np.nanmax(now + change) - float(number.value[0]))
-    corners = np.linalg.norm(corners_of(mesh).x - number.place, axis=1) if number.part else []
-    if np.any(corners < SINGLE * np.ptp(mesh.x)):
+    corners = corners_of(mesh)
+    ends = (
+        np.linalg.norm(corners.x - number.place, axis=1)
+        < FINEST * sizes(mesh)[corners.element[:, 0]]
+    )
+    if number.part and ends.any():
         off = max(off, np.ptp(now[:count]))
     return float(off)
 

@@ -2,24 +2,21 @@
 
 Stress is sampled on the boundary, below every contact and all over the body. Where it has no bound
 (`unbounded`) the samples say how near they lie, and no more: such a place is named, and its hill is
-left out. The hill is what is reached from the place by going down from sample to sample, up to a
-distance of `NEAR` times the size of the body. A peak of another kind nearby, as at a notch, is no
-part of it. Of the samples that are left the largest counts; inside the body it is climbed to its
-top.
+left out. The hill is what keeps falling with the distance from the place, in some direction, up to
+`NEAR` times the size of the body. A peak of another kind nearby, as at a notch, is no part of it.
+Of the samples that are left the largest counts; inside the body it is climbed to its top.
 """
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Mask
 from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
-from ..linalg.nearest import nearest
 from .evaluated import Evaluated
 from .peak_places import places_inside
 from .records import StepResult, step_ends
@@ -35,7 +32,7 @@ MOVED = 1e-13
 leaves of it by round-off."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
-CLIMBS, FINEST, GRID = 12, 0.01, np.linspace(-1.0, 1.0, 5)
+CLIMBS, FINEST, GRID = 12, 1e-3, np.linspace(-1.0, 1.0, 5)
 """Most steps of a climb, each to the best of a grid, which is a fifth as wide as the one before, or
 twice as wide where the way leads on; it ends with a grid of this share of the first, which is as
 wide as samples are apart. A maximum is flat: its value is right to the square of that. A field
@@ -247,33 +244,19 @@ class _Samples:
         values = np.where(np.abs(values) < self._least, 0.0, values)
         return np.where(np.isfinite(values), values, -np.inf)
 
-    def _on_hills(self, values: Array) -> Array:
-        """Which samples are reached from unbounded places by going down: along the way that keeps
-        highest, a value is at most (1 + `UPHILL`) times the least before it."""
+    def _on_hills(self, values: Array) -> Mask:
+        """Which samples lie on the hills of unbounded places: no higher than (1 + `UPHILL`) times
+        the largest at any smaller distance, up to a factor of 2."""
         reached = np.zeros(len(values), dtype=bool)
-        if not len(self._seeds):
-            return reached
-        near = self._neighbours()
+        reached[self._seeds] = True
         # what elements at such a place say of a stress without a bound is chance
-        heap = [(-np.inf, int(k)) for k in self._seeds]
-        while heap:
-            low, k = heapq.heappop(heap)
-            if reached[k]:
-                continue
-            reached[k] = True
-            for other in near[k]:
-                goes_down = -np.inf < values[other] <= -low * (1.0 + UPHILL)
-                if self._beside[other] and not reached[other] and goes_down:
-                    heapq.heappush(heap, (max(low, -values[other]), int(other)))
+        known = np.where(reached | ~np.isfinite(values), np.inf, values)
+        for place in self._places:
+            away = np.linalg.norm(self._x - place.x, axis=1)
+            rows = np.flatnonzero(away < self._reach)
+            rows = rows[np.argsort(away[rows])]
+            ends = np.searchsorted(away[rows], np.outer([0.5, 2.0], away[rows]))
+            around = [known[rows[first:end]].max() for first, end in ends.T]
+            least = np.minimum.accumulate(around)
+            reached[rows[values[rows] <= (1.0 + UPHILL) * least]] = True
         return reached
-
-    def _neighbours(self) -> dict[int, Index]:
-        """Of each sample that may be on a hill those that are among the nearest of the other."""
-        rows = np.union1d(np.flatnonzero(self._beside), self._seeds)
-        x = self._x[rows]
-        count = min(2 ** (x.shape[1] + 1), len(x))
-        near = nearest(x, x, count)[1]
-        one, other = np.repeat(np.arange(len(x)), count), near.ravel()
-        pairs = np.unique(np.column_stack([[*one, *other], [*other, *one]]), axis=0)
-        parts = np.split(rows[pairs[:, 1]], np.flatnonzero(np.diff(pairs[:, 0])) + 1)
-        return dict(zip(rows.tolist(), parts, strict=True))
