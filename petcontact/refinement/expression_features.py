@@ -1,8 +1,9 @@
-"""Where a function along a side is rough or narrow.
+"""Points at which a function along a side is rough or narrow.
 
-Kinks and jumps are found on the sampled function. Samples never show a peak that is narrower than
-their spacing; the text of the function does: what is small or singular somewhere has a
-sub-expression that vanishes or turns there, as x - 3 does in exp(-((x - 3)/1e-6)**2).
+Kinks and jumps are found from samples of the function. Samples do not show a peak that is narrower
+than their spacing, but the text of the expression does. A feature that is narrow or singular
+contains a sub-expression that vanishes or has an extremum there. An example is x - 3 in exp(-((x -
+3)/1e-6)**2).
 """
 
 from __future__ import annotations
@@ -21,47 +22,50 @@ from ..round_off import ROUNDED
 SAMPLES = 4096
 """Uniform samples of a side."""
 HALVINGS = 79
-"""Samples on either side of a centre: at the distances 2^(-j/2), j = 2 ... HALVINGS, of the side's
-length."""
+"""Largest j of the samples on either side of a centre. Their distances are 2^(-j/2) of the side, j
+= 2 ... HALVINGS."""
 NARROWEST = 2.0 ** (-0.5 * HALVINGS)
-"""Distance of the samples next to a centre: of two that are closer the samples are the same."""
+"""Smallest distance of a sample from its centre over the side; closer centres share samples [-]."""
 MOST_CENTRES = 64
-"""Places at which one sub-expression vanishes or turns that get samples of their own."""
+"""Largest number of zeros and extrema of one sub-expression that get samples of their own."""
 BISECTIONS = 60
 CONSTANT = frozenset({"pi", "e", "nx", "ny"})
-"""Names that stand for one number on a straight line."""
+"""Names that are constant on a straight line."""
 MOST_KINKS = 512
-"""Candidates of one function; more of them are a function that is rough everywhere."""
+"""Largest number of candidates in one function; a function with more is rough everywhere."""
 PARTS, ROUNDS = 8, 24
-"""Into how many parts the interval around a candidate is cut, and how often at most: a quarter of
-it is left each time, 4^-24 of the first in the end."""
+"""The interval around a candidate is cut into `PARTS` parts, at most `ROUNDS` times. Each round
+keeps a quarter of it, so that 4^-24 of the first one is left."""
 MARGIN = 1e-3
-"""Of an interval, by which the next one reaches beyond its parts: a jump may lie at their end."""
+"""Overlap of the next interval over its parts, over the interval: a jump may lie at its end [-]."""
 DIGITS = 1e3 * np.finfo(float).eps
-"""Change of slope times the interval over the size of the function that is round-off."""
+"""Change of slope times the interval over the size of the function, up to which it is round-off
+[-]."""
 NEXT = 8.0 * TOLERANCE
-"""Width of neighbouring samples between which a function changes its slope by its noise only
-(J. J. Moré and S. M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
+"""Width of neighbouring samples up to which a change of slope is only noise [-] (J. J. Moré and S.
+M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
 NOISE = 16.0
-"""The largest of thousands of changes by noise over their median; of normal ones it is 7."""
+"""Largest of thousands of changes by noise over their median [-]; it is 7 for a normal
+distribution."""
 SMOOTH = 0.75
-"""Power of the interval with which the change of slope falls from which on a function is smooth: it
-is 1 where there is a curvature, 0 at a kink, -1 at a jump."""
+"""Power of the interval with which the change of slope falls, from which a function is smooth [-].
+The power is 1 at a curvature, 0 at a kink, -1 at a jump."""
 BEFORE = 3
-"""Intervals back that this power is taken over."""
+"""Number of intervals over which this power is measured."""
 
 Variables = Callable[[Array], dict[str, Array]]
 
 
 def samples_of(text: str, variables: Variables) -> Array:
-    """Fractions in [0, 1] that miss no peak of an expression on a side, increasing (n,).
+    """Return increasing fractions (n,) in [0, 1] that resolve every peak of an expression on a
+    side.
 
     Parameters
     ----------
     text : str
         An expression that `evaluate` accepts.
     variables : callable
-        Fractions (n,) of the side to the expression's variables there, (n,) each.
+        Function from fractions (n,) of the side to the expression's variables there, (n,) each.
 
     Raises
     ------
@@ -70,11 +74,11 @@ def samples_of(text: str, variables: Variables) -> Array:
     """
     done = np.array([0.0, 1.0])
     samples = _around(done, uniform())
-    known = variables(samples)
-    # a sub-expression that stands there again shows what it showed
-    parts = {ast.dump(node): node for node in _parts(parse_expression(text), known)}
+    names = variables(samples)
+    # each sub-expression is examined once
+    parts = {ast.dump(node): node for node in _parts(parse_expression(text), names)}
     for node in parts.values():
-        values = plain_value(node, known, len(samples))
+        values = plain_value(node, names, len(samples))
         centres = np.concatenate(
             [_zeros(node, variables, samples, values), _turns(samples, values)]
         )
@@ -82,29 +86,31 @@ def samples_of(text: str, variables: Variables) -> Array:
         centres = centres[(np.abs(centres[:, None] - done) > NARROWEST).all(axis=1)]
         if len(centres):
             done, samples = np.append(done, centres), _around(centres, samples)
-            known = variables(samples)
+            names = variables(samples)
     return samples
 
 
 def kinks(
     values: Callable[[Array], Array], samples: Array, sampled: Array, far: float = 1.0
 ) -> tuple[Array, Array]:
-    """Places inside a side at which a function has a kink or a jump, as fractions, in any order,
-    and the power of the distance with which its slope changes there: -1 at a jump, 0 at a kink.
+    """Return the fractions inside a side at which a function has a kink or a jump, and their
+    powers.
 
-    Around each sample where the slope changes more than at those beside it, the part of the
-    interval with the largest change is cut again and again: where the function is smooth the change
-    falls with the interval, at a kink it stays, at a jump it grows.
+    The power is that of the distance with which the slope changes: -1 at a jump, 0 at a kink. The
+    fractions are in any order. Candidates are samples at which the slope changes more than at their
+    neighbours. The part of the interval around a candidate with the largest change is cut
+    repeatedly. There the change falls with the interval if the function is smooth. It stays
+    constant at a kink, and grows at a jump.
 
     Parameters
     ----------
     values : callable
-        Fractions (n,) to values (n,).
+        Function from fractions (n,) to values (n,).
     samples, sampled : (n,) arrays
         Increasing fractions, and the values there.
     far : float, optional
-        The largest coordinate over the length of the side: so many times as large is the round-off
-        of a place, and that of values with it.
+        Largest coordinate over the length of the side. It multiplies the round-off of positions and
+        therefore that of values.
     """
     apart = np.append(True, np.diff(samples) > TOLERANCE)
     samples, sampled = samples[apart], sampled[apart]
@@ -112,29 +118,29 @@ def kinks(
     far = float(DIGITS * max(1.0, far))
     width = samples[2:] - samples[:-2]
     size = float(np.abs(sampled).max(initial=0.0)) * far
-    if (width < NEXT).any():  # of what cancels, the digits of what it is a difference of
+    if (width < NEXT).any():  # noise of differences of large terms
         size = max(size, NOISE * float(np.median((change * width)[width < NEXT])))
-    here = _candidates(change, width, size)
-    if not 0 < len(here) <= MOST_KINKS:
+    chosen = _candidates(change, width, size)
+    if not 0 < len(chosen) <= MOST_KINKS:
         return np.empty(0), np.empty(0)
-    low, width = samples[here], samples[here + 2] - samples[here]
-    widths, changes = [width], [change[here]]
+    low, width = samples[chosen], samples[chosen + 2] - samples[chosen]
+    widths, changes = [width], [change[chosen]]
     for _ in range(ROUNDS):
         first, largest = _sharpest(values, low, width)
-        here = (largest * width > PARTS * size) & (width > PARTS * far)
-        if not here.any():
+        chosen = (largest * width > PARTS * size) & (width > PARTS * far)
+        if not chosen.any():
             break
-        low = np.where(here, first - MARGIN * width, low)
-        width = np.where(here, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
+        low = np.where(chosen, first - MARGIN * width, low)
+        width = np.where(chosen, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
         widths.append(width)
-        changes.append(np.where(here, largest, changes[-1]))
+        changes.append(np.where(chosen, largest, changes[-1]))
     power = _powers(np.array(widths), np.array(changes))
     return (low + 0.5 * width)[power < SMOOTH], power[power < SMOOTH]
 
 
 def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tuple[Array, Array]:
-    """Where in each interval the two parts begin between which the slope changes most, and by how
-    much."""
+    """Return the start of the two parts of each interval between which the slope changes most, and
+    the change."""
     step = width / PARTS
     at = low + step * np.arange(PARTS + 1)[:, None]
     slope = np.diff(values(at.ravel()).reshape(at.shape), axis=0) / step
@@ -143,7 +149,7 @@ def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tup
 
 
 def _candidates(change: Array, width: Array, least: float) -> Index:
-    """Where the change of slope over its interval is largest, beside its neighbours' and beyond
+    """Return the samples at which the change of slope over its interval exceeds its neighbours and
     round-off."""
     bent = np.where(change * width > least, change / width, 0.0)
     most = np.concatenate([[0.0], bent, [0.0]])
@@ -151,7 +157,10 @@ def _candidates(change: Array, width: Array, least: float) -> Index:
 
 
 def _powers(width: Array, change: Array) -> Array:
-    """By intervals and changes of slope (k, n), the last ones repeated where there are no more."""
+    """Return the powers (n,) with which changes of slope fall with the intervals, both (k, n).
+
+    Rows after the last round of a candidate repeat it.
+    """
     last, each = (width > width[-1]).sum(axis=0), np.arange(width.shape[1])
     first = np.maximum(0, last - BEFORE)
     narrower = np.log(width[first, each] / width[last, each])
@@ -162,8 +171,9 @@ def _powers(width: Array, change: Array) -> Array:
 
 
 def degree(value: Value) -> float:
-    """Degree of a number or an expression as a polynomial of the place on a straight line; infinite
-    where it is none.
+    """Return the degree of a number or an expression as a polynomial on a straight line.
+
+    It is infinite if the expression is no polynomial.
 
     Examples
     --------
@@ -199,7 +209,10 @@ def _degree(node: ast.expr) -> float:
 
 
 def _parts(tree: ast.expr, names: Container[str]) -> Iterator[ast.expr]:
-    """Sub-expressions that may vanish or turn, inner ones first; `names`: of the variables."""
+    """Yield sub-expressions that may vanish or have an extremum, inner ones first.
+
+    `names` are the variables.
+    """
     for node in reversed(list(ast.walk(tree))):
         if isinstance(node, ast.Compare):
             yield ast.BinOp(node.left, ast.Sub(), node.comparators[0])
@@ -219,8 +232,10 @@ def _values(node: ast.expr, variables: Variables, at: Array) -> Array:
 
 
 def uniform() -> Array:
-    """Samples in equal intervals, one in each at a place of its own, so that no wave is zero at all
-    of them."""
+    """Return one sample in each of equal intervals, at different positions in them.
+
+    Thus no wave vanishes at all samples.
+    """
     offset = np.random.default_rng(4096).random(SAMPLES)
     return np.asarray((np.arange(SAMPLES) + offset) / SAMPLES)
 
@@ -233,15 +248,17 @@ def _around(centres: Array, samples: Array) -> Array:
 
 
 def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Array:
-    """Where a sub-expression vanishes: samples at which it does (the ends of runs of them), changes
-    of sign, bisected."""
+    """Return where a sub-expression vanishes.
+
+    These are samples at which it is 0 (ends of runs of them), and bisected changes of sign.
+    """
     zero: Mask = values == 0.0
     edges = zero & ~(np.append(zero[1:], False) & np.insert(zero[:-1], 0, False))
     sign = np.sign(values)
     cut = np.flatnonzero(sign[1:] * sign[:-1] < 0.0)
     low, high, below = at[cut], at[cut + 1], sign[cut]
     if len(cut) > SAMPLES // 8:
-        return at[edges]  # rough everywhere: samples see it
+        return at[edges]  # rough everywhere: the samples show that
     for _ in range(BISECTIONS if len(cut) else 0):
         middle = 0.5 * (low + high)
         same = np.sign(_values(node, variables, middle)) == below
@@ -250,9 +267,9 @@ def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Ar
 
 
 def _turns(at: Array, values: Array) -> Array:
-    """Samples at which a sub-expression has a maximum or a minimum beyond the round-off of it."""
+    """Return the samples at which a sub-expression has an extremum above its round-off."""
     least = ROUNDED * np.minimum(np.abs(values[1:]), np.abs(values[:-1]))
-    with np.errstate(invalid="ignore"):  # of two infinite ones
+    with np.errstate(invalid="ignore"):  # differences of infinite values
         rise = (values[1:] > values[:-1] + least) * 1 - (values[1:] < values[:-1] - least)
     moves = np.flatnonzero(rise)
     return np.asarray(at[moves[1:]][rise[moves[1:]] * rise[moves[:-1]] < 0.0])

@@ -1,5 +1,7 @@
-"""What is known along the sides (g, displacements, tractions, loads of the volume): where it is
-rough, and elements that resolve it."""
+"""Given data along the sides, where they are rough, and elements that resolve them.
+
+The data are g, displacements, tractions and loads of the volume.
+"""
 
 from __future__ import annotations
 
@@ -25,16 +27,16 @@ from .expression_features import degree, kinks, samples_of, uniform
 ORDER = 5
 """Largest order of an element."""
 OWN_SAMPLES = 16
-"""Samples of an element besides those of its side that lie in it."""
+"""Samples in each element, besides the samples of its side."""
 ARC_SAMPLES = 64
-"""Samples of a side, more only where an expression may be narrow."""
+"""Least number of samples of a side; an expression that may be narrow has more."""
 MOST_ELEMENTS = 600
-"""Elements of one side beyond which data are given up as unresolved."""
+"""Number of elements of one side above which data count as unresolved."""
 MIDDLE = np.array([0.5])
 JUMP = -0.75
-"""Power of the distance with which slopes change below which data jump."""
+"""Power of the distance with which slopes change, below which data jump [-], see `kinks`."""
 PARABOLA = 2.0
-"""Degree of polynomials that have one minimum and no narrow places."""
+"""Largest degree of polynomials with at most one minimum and no narrow features."""
 
 
 @frozen
@@ -44,22 +46,22 @@ class Field:
     Attributes
     ----------
     kind : str
-        "displacement", "traction", "friction bound", ...: errors are relative to the integral of
-        all that is of one kind.
+        "displacement", "traction", "friction bound", ...: errors are relative to the integral over
+        all data of one kind.
     values : callable
-        Fractions (n,) of the side to values (n, c).
+        Function from fractions (n,) of the side to values (n, c).
     switches : (2, k) array
-        Places of the side at which the data have a kink or a jump, as fractions, and the powers
-        that tell which, see `kinks`.
+        Fractions at which the data have a kink or a jump, and the powers that distinguish these,
+        see `kinks`.
     samples, sampled : (n,) and (n, c) arrays
-        Fractions that show all of it, increasing, and the values there.
+        Increasing fractions that resolve the data, and the values there.
     size : float
         Integral of |values| over the boundary, of all data of this kind [unit of the data ·
         length].
     length : float
-        Of the side [length].
+        Length of the side [length].
     degree : float
-        Of the polynomial that the values are of the place, infinite where they are none.
+        Degree of the values as a polynomial of the fraction, infinite if they are none.
     """
 
     kind: str
@@ -72,10 +74,10 @@ class Field:
     degree: float = math.inf
 
     def defects(self, start: Array, end: Array, order: int) -> Array:
-        """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through
-        the Gauss points.
+        """Return the integral of |f - I_p f| over each element (k,), relative to `size` [-].
 
-        Elements are given by their ends as fractions, increasing and apart.
+        I_p f interpolates f at the Gauss points. `start` and `end` are the ends of the elements as
+        fractions, increasing and apart.
         """
         width = end - start
         xi = gauss(order)[0]
@@ -87,32 +89,34 @@ class Field:
         )
         gap = inside - np.einsum("bq,ebc->eqc", lagrange(order, 2.0 * own - 1.0), nodal)
         by_own = np.sqrt(np.einsum("eqc,eqc->eq", gap, gap)).mean(axis=1) * width
-        # samples of the side see what is narrower than an element
+        # the samples of the side show features that are narrower than an element
         element = np.searchsorted(start, self.samples, side="right") - 1
-        mine = (element >= 0) & (self.samples < end[np.maximum(element, 0)])
-        element, s = element[mine], self.samples[mine]
+        within = (element >= 0) & (self.samples < end[np.maximum(element, 0)])
+        element, s = element[within], self.samples[within]
         basis = lagrange(order, 2.0 * (s - start[element]) / width[element] - 1.0)
-        gap = self.sampled[mine] - np.einsum("bq,qbc->qc", basis, nodal[element])
-        by_side = np.bincount(element, self.weights[mine] * np.linalg.norm(gap, axis=1), len(start))
+        gap = self.sampled[within] - np.einsum("bq,qbc->qc", basis, nodal[element])
+        by_side = np.bincount(
+            element, self.weights[within] * np.linalg.norm(gap, axis=1), len(start)
+        )
         return np.asarray(np.maximum(by_own, by_side) * self.length / self.size)
 
     @functools.cached_property
     def weights(self) -> Array:
-        """Of the trapezoidal rule on the samples."""
+        """Weights of the trapezoidal rule on the samples [-]."""
         width = np.diff(self.samples)
         return np.asarray(0.5 * (np.append(width, 0.0) + np.insert(width, 0, 0.0)))
 
 
 def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
-    """Data of each side that vary along it.
+    """Return the data of each side that vary along it.
 
     Raises
     ------
     InputError
-        As `evaluate`; values that are not finite count as zero (those at nodes are reported when
-        they are evaluated there).
+        As `evaluate`. Values that are not finite count as zero here; those at nodes are reported
+        when they are evaluated there.
     """
-    found: list[list[Field]] = [[] for _ in outline.sides]
+    result: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
     every = []
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
@@ -123,7 +127,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
             )
             every.append((k, side, at, kind, given, values, varies))
     if not any(varies for *_, varies in every):
-        return found
+        return result
     for k, side, at, kind, given, values, varies in every:
         size = float(np.linalg.norm(values(MIDDLE)))
         if varies:
@@ -131,12 +135,12 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
             field = Field(
                 kind, values, *_shown(given, side, at, values, power), 1.0, side.length, power
             )
-            found[k].append(field)
+            result[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
     return [
         [replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0]
-        for row in found
+        for row in result
     ]
 
 
@@ -147,24 +151,28 @@ def _shown(
     values: Callable[[Array], Array],
     power: float,
 ) -> tuple[Array, Array, Array]:
-    """Kinks and jumps, samples, and values there, of expressions and functions together; a function
-    shows no text, and a parabola shows all of it on few samples."""
+    """Return kinks and jumps, samples, and the values there, of expressions and functions together.
+
+    Only an expression can be examined; a function has no text. A parabola is resolved by few
+    samples.
+    """
     texts = [value for value in given if isinstance(value, str) and power > PARABOLA]
     samples = [samples_of(text, at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
-    sampled, found = values(every), [np.empty((2, 0))]
+    sampled, switches = values(every), [np.empty((2, 0))]
     far = float(np.abs([side.start, side.end]).max()) / side.length
     if len(every) > ARC_SAMPLES:
         for c, column in enumerate(sampled.T):
             one = functools.partial(_component, values, c)
-            found.append(np.stack(kinks(one, every, column, far)))
-    return np.concatenate(found, axis=1), every, sampled
+            switches.append(np.stack(kinks(one, every, column, far)))
+    return np.concatenate(switches, axis=1), every, sampled
 
 
 NEAR = 1e-3
-"""Of a side, between points that show a slope: round-off and the fourth power leave 1e-9 of it."""
+"""Distance of the points of a one-sided slope over the side [-]. Round-off and the fourth-order
+term leave errors of 1e-9."""
 
 
 def _component(values: Callable[[Array], Array], number: int, at: Array) -> Array:
@@ -172,30 +180,32 @@ def _component(values: Callable[[Array], Array], number: int, at: Array) -> Arra
 
 
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
-    """Places inside a side at which a gap has a kink, and at which it jumps, as fractions."""
+    """Return the fractions inside a side at which a gap has a kink, and at which it jumps."""
     if not (callable(gap) or isinstance(gap, str)):
         return np.empty(0), np.empty(0)
     at = functools.partial(variables, side, offset)
     values = functools.partial(_values, [gap], "gap", at, False)
     power = math.inf if side.curvature else degree(gap)
-    (place, power), *_ = _shown([gap], side, at, values, power)
-    return place[power >= JUMP], place[power < JUMP]
+    (fraction, power), *_ = _shown([gap], side, at, values, power)
+    return fraction[power >= JUMP], fraction[power < JUMP]
 
 
 def gap_slope(gap: Value, side: Side, offset: float, end: int) -> float:
-    """Of a gap along a side, at its start (0) or end (1), over the largest gap per length of the
-    side; of a parabola through three points, which is exact to the fourth order where it is even.
+    """Return the slope of a gap at the start (0) or end (1) of a side, over the largest gap per
+    length.
+
+    It is that of a parabola through three points, which is exact to fourth order for an even gap.
     """
     at = functools.partial(variables, side, offset)
     near = NEAR * np.arange(3)
-    places = np.concatenate([1.0 - near if end else near, np.linspace(0.0, 1.0, 17)])
-    values = _values([gap], "gap", at, False, places)[:, 0]
+    fractions = np.concatenate([1.0 - near if end else near, np.linspace(0.0, 1.0, 17)])
+    values = _values([gap], "gap", at, False, fractions)[:, 0]
     slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * NEAR)
     return float(abs(slope) / (np.abs(values).max() or 1.0))
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
-    """Variables of expressions at fractions (n,) of a side."""
+    """Return the variables of expressions at fractions (n,) of a side."""
     (x, y), (nx, ny) = side.point(at).T, _normals(side, at).T
     return {"x": x, "y": y, "nx": nx, "ny": ny, "s": offset + side.length * at}
 
@@ -211,8 +221,10 @@ def _normals(side: Side, at: Array) -> Array:
 def _conditions(
     problem: Problem, side: Side, at: Callable[[Array], dict[str, Array]]
 ) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
-    """Kind, components and values of what is known on a side, but for arrays, which belong to the
-    nodes of one mesh."""
+    """Yield kind, components and values of the given data on a side.
+
+    Arrays are left out, since they belong to the nodes of one mesh.
+    """
     for number, condition in enumerate(problem.boundary):
         if condition.part != side.part:
             continue
@@ -220,7 +232,7 @@ def _conditions(
         for kind, given, normal in given_data(condition):
             if not any(isinstance(value, tuple) for value in given):
                 yield kind, given, functools.partial(_values, given, key, at, normal and side)
-    # the tractions of particular solutions are about as rough as what they are for
+    # the tractions of a particular solution are about as rough as its load
     for key, given in _in_volume(problem.loads):
         yield (
             key,
@@ -232,7 +244,7 @@ def _conditions(
 
 
 def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
-    """Keys and components of loads that vary in the volume."""
+    """Yield keys and components of loads that vary in the volume."""
     if loads is not None:
         every = [
             ("temperature", (loads.temperature,)),
@@ -247,7 +259,8 @@ def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
 
 
 def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
-    """Kinds of data of a condition, their components, and whether they are along the normal."""
+    """Yield each kind of data of a condition, its components, and whether they act along the
+    normal."""
     if isinstance(condition, Displacement):
         yield (
             "displacement",
@@ -276,8 +289,10 @@ def _values(
     along_normal: Side | Literal[False],
     fractions: Array,
 ) -> Array:
-    """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0
-    where not finite."""
+    """Return values (n, c) of components at fractions (n,) of a side, 0 where not finite.
+
+    They are multiplied by the side's normal if `along_normal` is given.
+    """
     names = at(fractions)
     columns = [evaluate(value, names, len(fractions), key, otherwise=0.0) for value in given]
     values = np.column_stack(columns or [np.zeros(len(fractions))])
@@ -289,7 +304,8 @@ def _values(
 def resolved(
     breaks: Array, orders: Index, data: list[Field], tolerance: float, least: float = SMALLEST
 ) -> tuple[Array, Index, float]:
-    """Elements of a side with orders and cuts enough for its data.
+    """Return the elements of a side, with orders raised and elements cut until they resolve its
+    data.
 
     Parameters
     ----------
@@ -297,19 +313,18 @@ def resolved(
         Fractions of the side.
     orders : (n,) array
     data : list of Field
-        Of the side.
+        Data of the side.
     tolerance : float
-        Defect that an element may have [-].
+        Accepted defect of an element [-].
     least : float, optional
-        Fraction of the side that no element is smaller than.
+        Least size of an element, as a fraction of the side.
 
     Returns
     -------
     breaks, orders : arrays
-        The same elements with orders raised up to ORDER or, where that is not enough, cut in
-        halves.
+        The elements. Orders are raised up to ORDER; if that is not enough, elements are halved.
     missed : float
-        Largest defect that is left above the tolerance, 0 where there is none.
+        Largest remaining defect above the tolerance, or 0.
     """
     missed = 0.0
     for field in data:
@@ -343,15 +358,17 @@ def _resolved(
         )
         order = np.repeat(order, 2)
     starts, _, all_orders = (np.concatenate(column) for column in zip(*done, strict=True))
-    place = np.argsort(starts)
-    return np.append(starts[place], breaks[-1]), all_orders[place].astype(np.int64), missed
+    sorting = np.argsort(starts)
+    return np.append(starts[sorting], breaks[-1]), all_orders[sorting].astype(np.int64), missed
 
 
 def _order_enough(
     field: Field, start: Array, end: Array, order: Index, tolerance: float
 ) -> tuple[Index, Array]:
-    """The least order of each element, not below its own, that resolves the data, or -1; and the
-    defect it leaves."""
+    """Return the least order of each element that resolves the data, or -1, and its defect.
+
+    The order is not below the present one.
+    """
     result, defect = np.full(len(order), -1), np.full(len(order), np.inf)
     for p in range(int(order.min()), ORDER + 1):
         open_ = np.flatnonzero((result < 0) & (order <= p))
