@@ -437,7 +437,7 @@ def test_few_panels_have_no_small_error():
     for loaded, share in ((1, 1.0), (3, 0.5), (9, 0.0)):
         p = np.where(element < loaded, 1.0, 0.0)
         error, weight = (
-            tails.of_pressure(p, p == 0.0) if loaded < 9 else tails.of_pressure(p, p > 0.0),
+            tails.pressure_errors(p, p == 0.0) if loaded < 9 else tails.pressure_errors(p, p > 0.0),
             mesh.weight[nodes],
         )
         assert np.sqrt(weight @ error**2 / (weight @ p**2)) == pytest.approx(share, abs=1e-12)

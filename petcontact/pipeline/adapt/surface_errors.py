@@ -279,8 +279,10 @@ class TailErrors:
             sticks[mesh.element[solution.nodes[name][pair.state != SLIP]]] = True
         area = np.bincount(mesh.element, mesh.weight)
         share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
-        of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
-        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
+        of_u = np.bincount(mesh.element, mesh.weight * tails.errors(body.u, OF_SLIP, 1.0) ** 2)
+        of_t = np.bincount(
+            mesh.element, mesh.weight * tails.errors(body.traction, (1.0,), 1.0) ** 2
+        )
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
         of_others = (
             BESIDE**2 * faded(mesh, contact) * of_u

@@ -218,7 +218,7 @@ class PanelTails:
         # elsewhere errors of tractions count as far as they reach the contact; the estimate leaves
         # them out
         elsewhere = [
-            np.bincount(mesh.element, mesh.weight * size.of(body.traction) ** 2)
+            np.bincount(mesh.element, mesh.weight * size.errors(body.traction) ** 2)
             * faded(mesh, contact)
             * ~contact
             for mesh, size, contact, body in zip(

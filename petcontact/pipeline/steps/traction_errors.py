@@ -30,7 +30,7 @@ class TractionErrors:
 
     def __call__(self, pressure: Array, sigma_t: Array, state: States) -> tuple[Array, Array]:
         """Of p (m,) and σ_t (m, d-1), (m,) each [stress]."""
-        return self._tails.of_pressure(pressure, state == OPEN), self._tails.of(sigma_t)
+        return self._tails.pressure_errors(pressure, state == OPEN), self._tails.errors(sigma_t)
 
 
 def traction_errors(discrete: Discrete) -> list[TractionErrors]:

@@ -1,5 +1,8 @@
-"""Panels in rings about an elliptical contact: sides of panels follow its edge, where p is a root,
-and that of its stick zone, where µp - |q| is one."""
+"""Panels in rings around an elliptical contact.
+
+Sides of panels follow the edge of contact, where p is a square root, and the edge of the stick
+zone, where µp - |q| is one.
+"""
 
 from __future__ import annotations
 
@@ -17,45 +20,47 @@ from .patches import Patch
 from .zone import Zone
 
 CORE, SHRINK = 0.5, 0.4
-"""Share of the zone in its core, and width of a ring over that of all from its inner side to the
-edge, beyond the first."""
+"""`CORE` is the radius of the core over that of the zone [-]. `SHRINK` is the distance of a ring's
+outer side from the edge over that of its inner side."""
 SECTOR, LONG = np.pi / 6.0, 5.0
-"""About the angle of a panel, and largest length of one at the edge over its width: on longer ones
-of order 2 single nodes beside the edge were in contact, and others open (three rings of 12: p 8 %
-off; of 16: .1 %)."""
+"""`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
+edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
+by 8 % with three rings of 12 panels, and by 0.1 % with rings of 16."""
 SMOOTH = 1
-"""Rings outside of the zone of order 2: jumps of u beside narrow panels are pressures there."""
+"""Number of rings of order 2 outside of the zone: jumps of u next to narrow panels cause
+pressures."""
 GROWTH = 2.5
-"""Width of a ring outside of the zone over that of the one before it."""
+"""Width of a ring outside of the zone over that of the next inner one [-]."""
 NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the
-contact. Between them and the core is one ring of order 2: a second one made no estimate smaller."""
+"""Distances of the ends of rings of order 1 from the edge of a stick zone, over the radius of the
+contact [-]. One ring of order 2 lies between them and the core; a second one made no estimate
+smaller."""
 DISTORTED = 8.0
-"""Largest ratio of area factors within a panel."""
+"""Largest accepted ratio of area factors within a panel [-]."""
 STEPS = 60
-"""Of the search for the points of a face above those of a zone."""
+"""Largest number of steps of the projection of points from the zone onto the face."""
 
 
 def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
-    """The mesh with a patch filled by rings about a zone, of order 2 in it and 1 outside.
+    """Return the mesh with a patch filled by rings around a zone, of order 2 in it and 1 outside.
 
-    In the zone's own coordinates, where it is a disc: a core of panels like a grid's, rings about
-    it up to the edge, and rings from there to the rim of the patch.
+    In the zone's coordinates it is the unit disc. Its core has panels in a grid. Rings lead from
+    the core to the edge, and from the edge to the rim of the patch.
 
     Parameters
     ----------
     patch : Patch
     zone : Zone
-        It is brought onto the face along its normal.
+        It is projected onto the face along its normal.
     rings : int
-        Between the core, or the stick zone, and the edge.
+        Number of rings between the core, or the stick zone, and the edge.
     stick : Zone, optional
-        In the zone and of its shape; narrow rings end at its edge.
+        A zone of the same shape inside; narrow rings end at its edge.
 
     Returns
     -------
     SurfaceMesh or None
-        Nothing where panels would be too distorted.
+        None if panels would be too distorted.
     """
     zone = zone.facing(patch.rim)
     middle, radius = np.zeros(2), 1.0
@@ -66,12 +71,12 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     core = _filled(lines[0], *patch.counts)
     both = np.repeat(lines, 2, axis=0)[:-1]
     both[1::2] = 0.5 * (lines[1:] + lines[:-1])
-    found = _lifted(patch, zone, np.concatenate([core.reshape(-1, 2), both.reshape(-1, 2)]))
-    if found is None:
+    points = _lifted(patch, zone, np.concatenate([core.reshape(-1, 2), both.reshape(-1, 2)]))
+    if points is None:
         return None
     filled, inside = (
         part.reshape(*grid.shape[:2], 3)
-        for part, grid in zip(np.split(found, [core[..., 0].size]), (core, both), strict=True)
+        for part, grid in zip(np.split(points, [core[..., 0].size]), (core, both), strict=True)
     )
     outside = _outside(
         patch, inside[-1], _widths(lines, np.linalg.norm(zone.local(patch.rim), axis=1))
@@ -96,8 +101,10 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
 
 
 def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> float:
-    """About the angle of panels in rings from the core, or the edge of the stick zone, to that of
-    the zone [rad]."""
+    """Return about the angle of panels in rings [rad].
+
+    It depends on the width of the rings, between the core or stick zone and the edge.
+    """
     inner = CORE
     if zone is not None and stick is not None:
         inner = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes)) + NARROW[-1]
@@ -107,12 +114,12 @@ def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> f
 def _inside(
     rim: Array, counts: tuple[int, int], rings: int, middle: Array, radius: float
 ) -> tuple[Array, list[int]]:
-    """Lines (n, 2s, 2) around the core, in rings to the edge of the unit disc; orders of panels
-    between and next beyond.
+    """Return the lines (n, 2s, 2) from the core to the edge of the unit disc, and the orders of
+    panels.
 
-    A stick zone is a smaller disc in it, of a middle and radius.
+    The lines bound rings. A stick zone is a smaller disc with a centre `middle` and a radius.
     """
-    # equal sectors: quadratic arcs whose middle is not half way are no circles
+    # sectors are equal: a quadratic arc is nearest to a circle if its middle is half-way
     angle = 2.0 * np.pi * np.arange(len(rim)) / len(rim)
     angle += np.mean(np.unwrap(np.angle(rim @ [1.0, 1.0j])) - angle)
     disc = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -123,7 +130,7 @@ def _inside(
     )
     half = 0.5 * np.diff(full)[side]
     chord = np.cos(half) / np.cos(angle - full[side] - half)
-    # the core is half way between a polygon and a disc: its corners are neither 90 nor 180 degrees
+    # the core is half-way between a polygon and a disc, for corners between 90 and 180 degrees
     core = middle + radius * 0.5 * CORE * (1.0 + chord)[:, None] * disc
     curves, orders = [core], list[int]()
     if radius < 1.0:
@@ -135,7 +142,7 @@ def _inside(
 
 
 def _widths(lines: Array, reach: Array) -> Array:
-    """Where rings from the edge to a rim begin and end, over the distance between them, (n,)."""
+    """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
     steps = np.log1p((reach.max() - 1.0) * (GROWTH - 1.0) / (2.0 * narrow)) / np.log(GROWTH)
     number = max(1, int(steps))
@@ -143,7 +150,7 @@ def _widths(lines: Array, reach: Array) -> Array:
 
 
 def _outside(patch: Patch, edge: Array, share: Array) -> Array:
-    """Lines beyond the edge (2s, 3) to the rim, and half way between them, (2n, 2s, 3)."""
+    """Return lines (2n, 2s, 3) from the edge (2s, 3) to the rim, with lines half-way between."""
     every = np.repeat(share, 2)[1:-2]
     every[::2] = 0.5 * (share[1:] + share[:-1])
     between = edge + every[:, None, None] * (patch.rim - edge)
@@ -153,7 +160,8 @@ def _outside(patch: Patch, edge: Array, share: Array) -> Array:
 
 
 def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
-    """The points (n, 3) of the face that are above those of the zone, of coordinates (n, 2)."""
+    """Return the points (n, 3) of the face above points of the zone with coordinates (n, 2), or
+    None."""
     x = patch.onto(zone.centre + z @ zone.axes.T)
     for _ in range(STEPS):
         off = z - zone.local(x)
@@ -164,13 +172,15 @@ def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
 
 
 def _graded(low: Array, high: Array, rings: int) -> list[Array]:
-    """Curves between two, the first of which is the lower one, that bound rings which are narrower
-    towards the upper one."""
+    """Return curves that bound rings between two curves, without the upper one.
+
+    The rings are narrower towards the upper curve.
+    """
     return [low + (1.0 - SHRINK**k) * (high - low) for k in range(rings)]
 
 
 def _filled(rim: Array, *count: int) -> Array:
-    """A grid (2 count + 1, 2 count + 1, 2) within points along its four sides, by Coons."""
+    """Return a Coons grid (2 count + 1, 2 count + 1, 2) inside points along its four sides."""
     ends = np.cumsum([0, *(2 * n for n in (*count, *count))])
     closed = np.append(rim, rim[:1], axis=0)
     low, right, top, left = (closed[a : b + 1] for a, b in itertools.pairwise(ends))
@@ -190,7 +200,7 @@ def _filled(rim: Array, *count: int) -> Array:
 
 
 def _cells(grid: Array) -> Array:
-    """Panels (n, 9, d) of a grid (2 i + 1, 2 j + 1, d)."""
+    """Return the panels (n, 9, d) of a grid (2 i + 1, 2 j + 1, d)."""
     i, j = grid.shape[0] - 1, grid.shape[1] - 1
     points = np.stack([grid[a : a + i : 2, b : b + j : 2] for a, b in GRID], axis=2)
     return np.asarray(points.reshape(-1, 9, grid.shape[2]))

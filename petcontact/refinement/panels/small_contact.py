@@ -1,5 +1,5 @@
-"""Contacts that are smaller than a panel: where Hertz' theory expects them, and which panels are
-too large for them."""
+"""Contacts that are smaller than a panel: Hertz' theory gives their size, and panels are cut to
+it."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ...mesh.surface_mesh import CURVED, SurfaceMesh
 from .axes import NARROWEST, sides
 
 NEIGHBOURS = 24
-"""Nodes whose gaps the surfaces are fitted to."""
+"""Number of nodes to whose gaps a parabola is fitted."""
 ACROSS = 0.5
-"""Largest panel over the half-width of a contact."""
+"""Largest panel over the half-width of a contact [-]."""
 REACH = 1.5
-"""Part of the half-widths within which panels are that small: the estimate of them is off by a few
-per cent of a Hertzian contact, by more where surfaces are not parabolic."""
+"""Distance from the centre over the half-widths up to which panels are so small [-]. The estimated
+half-width of a Hertzian contact is wrong by a few per cent, more if surfaces are not parabolic."""
 SMALL = 0.75
-"""Half-width of a contact over a panel there up to which it is small."""
+"""Half-width of a contact over the size of its panels up to which it counts as small [-]."""
 LINE = 0.05
-"""The smaller over the larger curvature of a gap between nodes up to which contact is along a
-line."""
+"""Ratio of the smaller curvature of a gap to the larger one up to which the contact is a line
+[-]."""
 STRAY = 2.5
-"""Panels by which nodes in contact may lie farther off than its edge: farther ones are another
+"""Distance of a closed node beyond the edge, in panels, above which it belongs to another
 contact."""
 
 
@@ -49,7 +49,7 @@ class SmallContact:
     half: Array
 
     def too_large(self, mesh: SurfaceMesh, part: str) -> Mask:
-        """Along which coordinates panels of a part near the contact are too long for it,
+        """Return along which coordinates panels of a part near the contact are too long,
         (n_elements, 2)."""
         corners = mesh.corners - self.centre
         local = np.einsum("ecd,ad->eca", corners, self.axes / self.half[:, None])
@@ -57,9 +57,9 @@ class SmallContact:
         away = np.linalg.norm(np.maximum(0.0, np.maximum(low, -high)), axis=1)
         vectors = sides(mesh)
         length = np.linalg.norm(vectors, axis=2)
-        # the same place on the far side of a body is no part of the contact
+        # leave out panels on the opposite side of a thin body
         height = np.nanmin(np.abs(corners @ self.normal), axis=1)
-        here = (
+        near = (
             (mesh.part == mesh.part_names.index(part))
             & (away < REACH)
             & (height < length.max(axis=1) + self.half[0])
@@ -68,28 +68,28 @@ class SmallContact:
         wide = np.linalg.norm(along, axis=2) > ACROSS
         narrow = np.where(mesh.kind & CURVED > 0, NARROWEST[True], NARROWEST[False])[:, None]
         wide |= (length > 0.75 * narrow * length[:, ::-1]) & wide.any(axis=1, keepdims=True)
-        return np.asarray(here[:, None] & wide)
+        return np.asarray(near[:, None] & wide)
 
 
 def small_contact(
     mesh: SurfaceMesh, nodes: Index, pressure: Array, gap: Array, modulus: float
 ) -> SmallContact | None:
-    """The contact that Hertz expects of the force and of the surfaces about it; None where it is
-    not smaller than panels.
+    """Return the contact that Hertz' theory expects from the force, or None if it is not smaller
+    than panels.
 
-    The gap about the contact is fitted by a parabola; ½(k_1 x² + k_2 y²) with k_1 >= k_2 and a
-    force F give half-widths c (k_2/k_1)^⅓ and c (k_1/k_2)^⅓ about, with c³ = 3 F/(4 E* √(k_1 k_2)),
-    and where the longer one ends beyond the contact that there is, of length L, √(4 F/(π E* L k_1))
-    (Johnson, Contact Mechanics, 1985, 4.2).
+    A parabola ½(k_1 x² + k_2 y²) with k_1 >= k_2 is fitted to the gap. A force F gives half-widths
+    of about c (k_2/k_1)^⅓ and c (k_1/k_2)^⅓ with c³ = 3 F/(4 E* √(k_1 k_2)). If the longer one ends
+    beyond the present contact, of length L, the half-width is √(4 F/(π E* L k_1)). Source: Johnson,
+    Contact Mechanics, 1985, 4.2.
 
     Parameters
     ----------
     mesh : SurfaceMesh
-        Of the secondary.
+        Mesh of the secondary.
     nodes : (m,) int array
-        Those of the contact.
+        Nodes of the contact.
     pressure, gap : (m,) arrays
-        [stress]; the gap that is left, infinite where nothing is faced [length].
+        Pressure [stress], and gap after the solve, infinite where nothing is opposite [length].
     modulus : float
         E* of both bodies [stress].
     """
@@ -98,53 +98,53 @@ def small_contact(
     force = float(load.sum())
     if (
         not force > 0.0
-        or (found := _parabola(mesh, nodes, gap, load @ x / force, load @ mesh.normal[nodes]))
-        is None
+        or (fit := _parabola(mesh, nodes, gap, load @ x / force, load @ mesh.normal[nodes])) is None
     ):
         return None
-    lengths = found.lengths(mesh, mesh.element[nodes[closed]])
-    reach = (x[closed] - mesh.x[nodes].mean(axis=0)) @ found.axes[1]
+    lengths = fit.lengths(mesh, mesh.element[nodes[closed]])
+    reach = (x[closed] - mesh.x[nodes].mean(axis=0)) @ fit.axes[1]
     extent = float(np.ptp(reach) + lengths[:, 1].mean())
-    k_1, k_2 = found.curvatures
+    k_1, k_2 = fit.curvatures
     scale, ratio = math.cbrt(0.75 * force / (modulus * math.sqrt(k_1 * k_2))), math.cbrt(k_2 / k_1)
     half = np.array([scale * ratio, scale / ratio])
     if 2.0 * half[1] > extent:
         half = np.array([math.sqrt(4.0 * force / (math.pi * modulus * extent * k_1)), 0.5 * extent])
         half = np.sort(half)
-    off = np.abs((x[closed] - found.centre) @ found.axes[0])
+    off = np.abs((x[closed] - fit.centre) @ fit.axes[0])
     if half[0] > SMALL * lengths[:, 0].min() or np.any(off > half[0] + STRAY * lengths[:, 0].max()):
         return None
-    return SmallContact(found.centre, found.normal, found.axes, half)
+    return SmallContact(fit.centre, fit.normal, fit.axes, half)
 
 
 def overlapping_contact(
     mesh: SurfaceMesh, nodes: Index, gap: Array, depth: float
 ) -> SmallContact | None:
-    """The contact that Hertz expects about where the gap is least, of surfaces that overlap by some
-    depth there, between their nodes; None where it is not smaller than panels.
+    """Return the contact expected around the least gap of surfaces that overlap between nodes, or
+    None.
 
-    Half-widths are √(δ/k_1) and √(δ/k_2) about, which of spheres is √(R δ) (Johnson, Contact
-    Mechanics, 1985, 4.2).
+    The result is None if the contact is not smaller than panels. For the overlap δ (`depth`) the
+    half-widths are about √(δ/k_1) and √(δ/k_2), which is √(R δ) for spheres. Source: Johnson,
+    Contact Mechanics, 1985, 4.2.
     """
     low = nodes[int(np.argmin(gap))]
-    found = _parabola(mesh, nodes, gap, mesh.x[low], mesh.normal[low])
-    if found is None or found.off > depth:
+    fit = _parabola(mesh, nodes, gap, mesh.x[low], mesh.normal[low])
+    if fit is None or fit.off > depth:
         return None
-    k_1, k_2 = found.curvatures
-    half, along = np.sqrt(depth / found.curvatures), (mesh.x[nodes] - found.centre) @ found.axes[1]
-    reach = np.inf if k_2 < LINE * k_1 else half[1]  # a line as long as the face
+    k_1, k_2 = fit.curvatures
+    half, along = np.sqrt(depth / fit.curvatures), (mesh.x[nodes] - fit.centre) @ fit.axes[1]
+    reach = np.inf if k_2 < LINE * k_1 else half[1]  # a line contact is as long as the face
     ends = np.clip([along.min(), along.max()], -reach, reach)
-    centre = found.centre + 0.5 * ends.sum() * found.axes[1]
-    expected = SmallContact(
-        centre, found.normal, found.axes, np.array([half[0], 0.5 * np.ptp(ends)])
-    )
-    return expected if half[0] <= SMALL * found.lengths(mesh, mesh.element[[low]])[0, 0] else None
+    centre = fit.centre + 0.5 * ends.sum() * fit.axes[1]
+    expected = SmallContact(centre, fit.normal, fit.axes, np.array([half[0], 0.5 * np.ptp(ends)]))
+    return expected if half[0] <= SMALL * fit.lengths(mesh, mesh.element[[low]])[0, 0] else None
 
 
 @frozen
 class _Parabola:
-    """½(k_1 x² + k_2 y²) beyond its lowest value, k_1 >= k_2 > 0 [1/length], axes along x and y,
-    (2, 3), and how far it is off the gap [length]."""
+    """The parabola ½(k_1 x² + k_2 y²) around its lowest point, k_1 >= k_2 > 0 [1/length].
+
+    `axes` (2, 3) are the directions x and y, `off` is its largest difference from the gap [length].
+    """
 
     centre: Array
     normal: Array
@@ -153,7 +153,7 @@ class _Parabola:
     off: float
 
     def lengths(self, mesh: SurfaceMesh, panels: Index) -> Array:
-        """Of panels along the axes, (q, 2) [length]."""
+        """Return the lengths of panels along the axes, (q, 2) [length]."""
         return np.asarray(
             np.abs(np.einsum("ekd,ad->eka", sides(mesh)[panels], self.axes)).max(axis=1)
         )
@@ -162,7 +162,7 @@ class _Parabola:
 def _parabola(
     mesh: SurfaceMesh, nodes: Index, gap: Array, centre: Array, normal: Array
 ) -> _Parabola | None:
-    """Fitted to the gap about a place; None where it is none."""
+    """Return the parabola fitted to the gap around a point, or None if the gap is not convex."""
     if np.count_nonzero(np.isfinite(gap)) < NEIGHBOURS:
         return None
     x, normal = mesh.x[nodes], normal / (np.linalg.norm(normal) or 1.0)
@@ -172,16 +172,16 @@ def _parabola(
     z, size = (x[near] - centre) @ plane.T, float(distance[near[-1]])
     one, two = z.T / size
     terms = np.column_stack([np.ones_like(one), one, two, 0.5 * one**2, one * two, 0.5 * two**2])
-    found = np.linalg.lstsq(terms, gap[near], rcond=None)[0]
+    coefficients = np.linalg.lstsq(terms, gap[near], rcond=None)[0]
     curvatures, vectors = np.linalg.eigh(
-        np.array([[found[3], found[4]], [found[4], found[5]]]) / size**2
+        np.array([[coefficients[3], coefficients[4]], [coefficients[4], coefficients[5]]]) / size**2
     )
-    (k_2, k_1), off = curvatures, float(np.abs(terms @ found - gap[near]).max())
+    (k_2, k_1), off = curvatures, float(np.abs(terms @ coefficients - gap[near]).max())
     if not k_1 * size**2 > off:
         return None
     axes = vectors[:, ::-1].T @ plane
-    # where the parabola is lowest, along what is curved
-    slope = vectors[:, ::-1].T @ found[1:3] / size
+    # move the centre to the lowest point, along directions with curvature
+    slope = vectors[:, ::-1].T @ coefficients[1:3] / size
     lowest = np.where(
         curvatures[::-1] > 0.1 * k_1, -slope / np.maximum(curvatures[::-1], 0.1 * k_1), 0.0
     )

@@ -1,4 +1,4 @@
-"""Elliptical zones on surfaces: where contact is, and where it sticks."""
+"""Elliptical zones of contact and of stick on surfaces."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from ...frozen import frozen
 from ...mesh.pairs.clipping import cross
 
 INSET = 0.999
-"""Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one
-before it does no harm."""
+"""Factor on the semi-axes [-]. A panel that ends outside the contact has pressure where there is
+none; a panel that ends just inside causes no error."""
 STRAY = 0.1
-"""Largest share of a contact that is not in the ellipse, or lacks in it, beside a strip at its
-edge."""
+"""Largest share of a contact that may differ from the ellipse outside a strip at its edge [-]."""
 STRIP = 0.04
-"""Half the width of that strip over the radius: a row of nodes there may be in contact or not."""
+"""Half the width of this strip over the radius [-]: one row of nodes there may be open or
+closed."""
 LEAST, MOST = 0.15, 0.9
-"""Radius of a stick zone that has rings, and how far it reaches, over the radius of the contact."""
+"""Limits of a stick zone that gets rings, over the radius of the contact [-]: its radius is at
+least `LEAST`, and it reaches at most `MOST` from the centre."""
 ELONGATED = 3.0
-"""Largest ratio of the axes of an ellipse."""
+"""Largest ratio of the axes of an ellipse [-]."""
 
 
 @frozen
@@ -38,26 +39,31 @@ class Zone:
     axes: Array
 
     def local(self, x: Array) -> Array:
-        """z of points (n, 3), (n, 2)."""
+        """Return z (n, 2) of points (n, 3)."""
         return np.asarray((x - self.centre) @ np.linalg.pinv(self.axes).T)
 
     def distance(self, x: Array) -> Array:
-        """Of points (n, 3) over that of the edge, (n,) [-]; those high above the zone are as far as
-        they are high."""
+        """Return the distance of points (n, 3) from the centre over that of the edge, (n,) [-].
+
+        The height above the zone's plane is included, over the longer semi-axis.
+        """
         away = x - self.centre - (z := self.local(x)) @ self.axes.T
         high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
         return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
 
     def apart(self, other: Zone) -> float:
-        """How far centre and axes are from those of another zone of the same order of axes, over
-        the axes [-]."""
+        """Return the difference of centre and axes from those of another zone, over the axes [-].
+
+        Both zones must have their axes in the same order.
+        """
         square = np.sum((self.centre - other.centre) ** 2) + np.sum(
             (self.axes @ self.axes.T - other.axes @ other.axes.T) ** 2
         ) / np.sum(self.axes**2)
         return float(np.sqrt(square / np.sum(self.axes**2)))
 
     def facing(self, loop: Array) -> Zone:
-        """With axes in the order in which points (n, 3) around it run counter-clockwise."""
+        """Return the zone with axes ordered so that points (n, 3) around it run
+        counter-clockwise."""
         z = self.local(loop)
         return (
             self
@@ -67,13 +73,12 @@ class Zone:
 
 
 def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | None:
-    """The ellipse over which Hertz' pressure has the moments of a given one; None where the contact
-    is another.
+    """Return the ellipse on which Hertz' pressure has the moments of the given pressure.
 
-    Hertz' pressure on semi-axes a, b has ∫p x²/∫p = a²/5. Moments are exact to a few thousandths on
-    meshes on which p is off by a tenth, but other pressures have others: with friction the edge
-    lies farther out by 4 %. It is not moved past the last node that is closed nor the first that is
-    open.
+    The result is None if the contact has another shape. Hertz' pressure on semi-axes a, b has ∫p
+    x²/∫p = a²/5. On meshes with errors of p of a tenth, moments have errors of a few thousandths.
+    Other pressures have other moments: with friction the edge lies farther out by 4 %. The edge
+    therefore stays between the last closed node and the first open one.
 
     Parameters
     ----------
@@ -104,13 +109,12 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | No
 
 
 def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) -> Zone | None:
-    """The ellipse, of the shape of the contact's, that parts what sticks from what slips; None
-    where none does.
+    """Return the ellipse between stick and slip, with the shape of the contact, or None.
 
-    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal one
-    (Spence), shifted where a body is stretched besides. The edge lies between the last node that
-    sticks and the first that slips, where |Δw|, which grows like the power 3/2 of the distance, is
-    0 by a line through its power 2/3 over the square of the radius.
+    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal load
+    (Spence). They are shifted if a body is also stretched. The edge lies between the last node that
+    sticks and the first that slips. |Δw| grows like the power 3/2 of the distance from the edge.
+    The edge is the zero of the line through its power 2/3 over the squared radius.
 
     Parameters
     ----------
@@ -145,15 +149,17 @@ def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) ->
 
 
 def _parted(square: Array, inner: Mask, weight: Array) -> tuple[int, tuple[float, float]]:
-    """Where a circle parts inner nodes from others best: the last node in it, and squares of the
-    radius (n,) at that one and the next."""
+    """Return the last node inside the circle that best separates inner nodes from others.
+
+    Return the squared radii (n,) of this node and of the next one, too.
+    """
     order = np.argsort(square)
     last = int(np.cumsum(np.where(inner, weight, -weight)[order])[:-1].argmax())
     return int(order[last]), (float(square[order[last]]), float(square[order[last + 1]]))
 
 
 def _root(square: Array, values: Array, weight: Array) -> float:
-    """Where the line through values over squares of the radius is zero."""
+    """Return the zero of the line through values over squares of the radius."""
     root = np.sqrt(weight)
     (start, slope), *_ = np.linalg.lstsq(
         root[:, None] * np.vander(square, 2, True), root * values, rcond=None
