@@ -27,29 +27,28 @@ from ..arrays import Complex
 
 SideKind = str | float
 CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
-"""Kinds of sides; a number is the angle from the side's direction, away from the corner, to the one
-direction in which it is held, while it carries no traction across that: π/2 is the side's normal
-[rad]."""
+"""Kinds of sides. A number is an angle from the side's direction, away from the corner [rad]. The
+side is held in that direction and has no traction across it; π/2 is the side's normal."""
 LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
-"""Exponents outside are taken for λ = 0, a translation, and for λ = 1, a rotation or a uniform
-stress."""
+"""Bounds of exponents. Values outside belong to λ = 0, a translation, or to λ = 1, a rotation or a
+uniform stress."""
 STRAIGHT = math.radians(0.01)
-"""Two sides that slide and turn by less are one."""
+"""Angle up to which two sliding sides count as one straight side [rad]."""
 REAL_GRID, STARTS, STEPS = 200, (12, 4), 16
-"""Points of (0, 1) looked at for changes of sign; starts of Newton's method, real by imaginary
-parts; its steps."""
+"""Points of (0, 1) at which changes of sign are looked for; numbers of real and imaginary parts
+from which Newton's method starts; number of its steps."""
 DIFFERENCE = 1e-7
-"""Of exponents, for the slope of the determinant."""
+"""Difference of exponents for the slope of the determinant [-]."""
 
 
 @functools.lru_cache(maxsize=4096)
 def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
-    """The smallest real part in (0, 1) of the exponents of a corner, 1 where there is none.
+    """Return the least real part in (0, 1) of the exponents of a corner, 1 if there is none.
 
     Parameters
     ----------
     angle : float
-        Interior, in (0, 2π] [rad].
+        Interior angle, in (0, 2π] [rad].
     kappa : float
         3 - 4ν in plane strain, with ν/(1+ν) for ν in plane stress [-].
     first, second : CLAMPED, FREE, SLIDING or another angle
@@ -71,13 +70,14 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
 
 
 def shear_exponent(angle: float, first: bool, second: bool) -> float:
-    """The smallest exponent of what is displaced across the plane of a corner, at most 1: r^λ
-    cos(λθ) of Laplace's equation.
+    """Return the least exponent of the displacement across the plane of a corner, at most 1.
+
+    The displacement is r^λ cos(λθ), a solution of Laplace's equation.
 
     Parameters
     ----------
     angle : float
-        Interior, in (0, 2π] [rad].
+        Interior angle, in (0, 2π] [rad].
     first, second : bool
         Whether the sides are held in that direction.
 
@@ -93,24 +93,26 @@ def shear_exponent(angle: float, first: bool, second: bool) -> float:
 def pair_exponent(
     angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float
 ) -> float:
-    """The smallest real part in (0, 1) of the exponents where the contact of two bodies ends at an
-    edge, 1 if there is none.
+    """Return the least real part in (0, 1) of the exponents at an edge of the contact of two
+    bodies.
+
+    It is 1 if there is none.
 
     Parameters
     ----------
     angles : (2,) floats
-        Interior ones of the bodies, from the contact to a free side [rad].
+        Interior angles of the bodies, from the contact to a free side [rad].
     kappas : (2,) floats
         As in `corner_exponent`.
     stiffer : float
         Shear modulus of the second body over that of the first.
     friction : float
-        σ_rθ over σ_θθ where the contact slips, positive where it pulls the first body away from the
-        edge; infinite where it sticks.
+        σ_rθ over σ_θθ in slip, positive if it pulls the first body away from the edge; infinite in
+        stick.
 
     Examples
     --------
-    A block on a half space of the same material that sticks is a notch of 270 degrees:
+    A block that sticks on a half-space of the same material is a notch of 270 degrees:
 
     >>> round(pair_exponent((math.pi / 2.0, math.pi), (1.8, 1.8), 1.0, math.inf), 3)
     0.544
@@ -118,29 +120,34 @@ def pair_exponent(
     scales = stiffer / (1.0 + stiffer), 1.0 / (1.0 + stiffer)
 
     def determinant(power: Complex) -> Complex:
-        one, other = (_fields(power, 0.0, kappa) for kappa in kappas)
+        first, second = (_fields(power, 0.0, kappa) for kappa in kappas)
         matrix = np.zeros((len(power), 8, 8), dtype=np.complex128)
         matrix[:, :2, :4] = _conditions(power, angles[0], kappas[0], FREE)
         matrix[:, 2:4, 4:] = _conditions(power, -angles[1], kappas[1], FREE)
-        matrix[:, 4:6, :4], matrix[:, 4:6, 4:] = scales[0] * one[:, :2], -scales[1] * other[:, :2]
-        matrix[:, 6:, :4], matrix[:, 6:, 4:] = one[:, 2:], -other[:, 2:]
-        if math.isfinite(friction):  # in place of u_r that is the same
-            matrix[:, 4, :4], matrix[:, 4, 4:] = one[:, 2] - friction * one[:, 3], 0.0
+        matrix[:, 4:6, :4], matrix[:, 4:6, 4:] = (
+            scales[0] * first[:, :2],
+            -scales[1] * second[:, :2],
+        )
+        matrix[:, 6:, :4], matrix[:, 6:, 4:] = first[:, 2:], -second[:, 2:]
+        if math.isfinite(friction):  # this replaces the continuity of u_r
+            matrix[:, 4, :4], matrix[:, 4, 4:] = first[:, 2] - friction * first[:, 3], 0.0
         return np.asarray(np.linalg.det(matrix))
 
     return _least_root(determinant)
 
 
 def _least_root(determinant: Callable[[Complex], Complex]) -> float:
-    """The smallest real part in (0, 1) of the zeros of a function that is real on the real line, 1
-    where there is none."""
-    found = [1.0]
+    """Return the least real part in (0, 1) of the zeros of a function, 1 if there is none.
+
+    The function is real on the real line.
+    """
+    roots = [1.0]
     grid = np.linspace(LOWEST, HIGHEST, REAL_GRID)
     values = determinant(grid.astype(np.complex128)).real
     cut = np.flatnonzero(values[1:] * values[:-1] <= 0.0)
     if len(cut):
         k = cut[0]
-        found.append(
+        roots.append(
             float(grid[k] + (grid[k + 1] - grid[k]) * values[k] / (values[k] - values[k + 1]))
         )
     real, imaginary = np.linspace(0.05, 0.95, STARTS[0]), np.linspace(0.02, 0.8, STARTS[1])
@@ -157,11 +164,11 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
         & (power.real < HIGHEST)
         & (np.abs(power.imag) < 3.0)
     )
-    return float(min(found + power.real[settled].tolist()))
+    return float(min(roots + power.real[settled].tolist()))
 
 
 def _fields(power: Complex, theta: float, kappa: float) -> Complex:
-    """Rows (n, 4, 4) of 2µ u_r, 2µ u_θ, σ_rθ/λ and σ_θθ/λ for exponents (n,)."""
+    """Return rows (n, 4, 4) of 2µ u_r, 2µ u_θ, σ_rθ/λ and σ_θθ/λ for exponents (n,)."""
     cosine, sine = np.cos((power - 1.0) * theta), np.sin((power - 1.0) * theta)
     cosine_b, sine_b = np.cos((power + 1.0) * theta), np.sin((power + 1.0) * theta)
     u_r = [(kappa - power) * cosine, -(kappa - power) * sine, -cosine_b, sine_b]
@@ -172,7 +179,7 @@ def _fields(power: Complex, theta: float, kappa: float) -> Complex:
 
 
 def _conditions(power: Complex, theta: float, kappa: float, kind: SideKind) -> Complex:
-    """The two rows (n, 2, 4) of a side for exponents (n,)."""
+    """Return the two rows (n, 2, 4) of a side for exponents (n,)."""
     fields = _fields(power, theta, kappa)
     if kind in (CLAMPED, FREE):
         return fields[:, :2] if kind == CLAMPED else fields[:, 2:]

@@ -1,4 +1,4 @@
-"""How singular the solution is at the corners of a body, by the conditions on their sides."""
+"""Exponents of the singularities at the corners of a body, from the conditions on their sides."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from .corner_exponents import (
 
 
 def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, float]]:
-    """λ at the start and the end of each side, in (0, 1]: displacements behave like r^λ there.
+    """Return λ in (0, 1] at the start and the end of each side; displacements behave like r^λ
+    there.
 
-    A contact side may stick, slip or open: it counts as clamped, sliding and free, and the worst is
-    taken.
+    A contact side may stick, slip or open. It is tried as clamped, sliding and free, and the least
+    λ is taken.
     """
     conditions = {condition.part: condition for condition in problem.boundary}
     kappa = 3.0 - 4.0 * problem.material.plane_strain_ratio
@@ -47,8 +48,10 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
 
 
 def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[SideKind, ...]:
-    """What a side may be, seen from a corner that it leaves in a direction [rad], which says in the
-    plane what a single component that is held means."""
+    """Return what a side may be, seen from a corner that it leaves in a direction [rad].
+
+    In the plane the direction decides what a single held component means.
+    """
     if dim > 2 or not isinstance(condition, Displacement):
         return kinds_of(condition)
     free = _is_free(condition)[:dim]
@@ -60,7 +63,10 @@ def kinds_seen(condition: Condition | None, leaving: float, dim: int) -> tuple[S
 
 
 def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:
-    """What a side under a condition may be; one with some components held slides or is clamped."""
+    """Return what a side under a condition may be.
+
+    One with some components held is tried as sliding and as clamped.
+    """
     if condition is None or isinstance(condition, Traction):
         return (FREE,)
     if isinstance(condition, Contact):
@@ -76,8 +82,12 @@ def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:
 def torsion_exponent(
     angle: float, given: Sequence[Condition | None], kinds: Sequence[tuple[SideKind, ...]]
 ) -> float:
-    """λ of what is displaced round the axis at a corner, by the conditions on its two sides and
-    what these may be; a displacement says itself whether it is held."""
+    """Return λ of the displacement around the axis at a corner, from the conditions on its two
+    sides.
+
+    A displacement condition decides itself whether that component is held. Other sides follow from
+    `kinds`.
+    """
     held = [
         {not _is_free(condition)[2]}
         if isinstance(condition, Displacement)
@@ -92,7 +102,7 @@ def _is_free(condition: Displacement) -> list[bool]:
 
 
 def _of_contact(condition: Contact) -> tuple[SideKind, ...]:
-    """What a contact side may be: it sticks, slips or opens."""
+    """Return what a contact side may be: it sticks, slips or opens."""
     if condition.normal == "bonded":
         return (CLAMPED,)
     friction = condition.friction_coefficient is not None or condition.friction_bound not in (
@@ -107,6 +117,6 @@ def _of_contact(condition: Contact) -> tuple[SideKind, ...]:
 
 
 def direction(side: Side, fraction: float) -> float:
-    """Angle of the tangent at a fraction of a side [rad]."""
+    """Return the angle of the tangent at a fraction of a side [rad]."""
     chord = side.end - side.start
     return math.atan2(chord[1], chord[0]) + side.half_angle * (2.0 * fraction - 1.0)

@@ -1,5 +1,7 @@
-"""Along which of its two coordinates a panel is to be halved: edges of contact and of bodies ask
-for narrow panels."""
+"""Choice of the coordinates along which panels are halved.
+
+Edges of contact and of bodies need panels that are narrow across them.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +14,15 @@ from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ...round_off import WRITTEN
 
 SLIGHT = 0.1
-"""Share of the squared tail along one coordinate over that along the other from which on both are
-halved."""
+"""Squared tail along one coordinate over that along the other from which both are halved [-]."""
 NARROWEST = {False: 8.0, True: 4.0}
-"""Largest ratio of the sides of flat panels, and of curved ones. On flat ones of 32 the
-preconditioner fails."""
+"""Largest ratio of the sides of flat (False) and curved (True) panels. With flat panels of ratio 32
+the preconditioner fails."""
 
 
 def sides(mesh: SurfaceMesh) -> Array:
-    """How far panels reach along their two coordinates, as vectors, (n_elements, 2, 3) [length]."""
+    """Return the extents of panels along their two coordinates, as vectors, (n_elements, 2, 3)
+    [length]."""
     a, b, c, d = mesh.corners.transpose(1, 0, 2)
     triangle = np.isnan(d[:, :1])
     along = (
@@ -31,29 +33,32 @@ def sides(mesh: SurfaceMesh) -> Array:
 
 
 def directions(mesh: SurfaceMesh, values: Array) -> Array:
-    """Squares of the highest coefficients of nodal values (n, c) along the two coordinates,
-    (n_elements, 2) [values²]; equal on triangles and on panels of order 0."""
+    """Return the squared highest coefficients of nodal values (n, c) along both coordinates,
+    (n_elements, 2) [values²].
+
+    They are equal on triangles and on panels of order 0.
+    """
     result = np.ones((mesh.n_elements, 2))
     for kind in np.unique(mesh.kind).tolist():
         order = kind % TRIANGLE
         if kind & TRIANGLE or not order:
             continue
-        mine = np.flatnonzero(mesh.kind == kind)
-        nodes = mesh.first_node[mine][:, None] + np.arange((order + 1) ** 2)
-        grid = values[nodes].reshape(len(mine), order + 1, order + 1, -1)
+        panels = np.flatnonzero(mesh.kind == kind)
+        nodes = mesh.first_node[panels][:, None] + np.arange((order + 1) ** 2)
+        grid = values[nodes].reshape(len(panels), order + 1, order + 1, -1)
         last, weight = lagrange_coefficients(order)[:, order], gauss(order)[1]
-        for axis, found in enumerate(
+        for axis, coefficients in enumerate(
             (np.einsum("nijc,i->njc", grid, last), np.einsum("nijc,j->nic", grid, last))
         ):
-            result[mine, axis] = np.einsum("nkc,k->n", found**2, weight)
+            result[panels, axis] = np.einsum("nkc,k->n", coefficients**2, weight)
     return result
 
 
 def halved(mesh: SurfaceMesh, marked: Mask, square: Array) -> Mask:
-    """Along which coordinates marked panels (n_elements,) are halved, (n_elements, 2), by the
-    squares of `directions`.
+    """Return along which coordinates marked panels (n_elements,) are halved, (n_elements, 2).
 
-    Both, but where the tail along one is slight, and the panel does not get too narrow.
+    Both are halved unless the tail along one of them is small. `square` are the values of
+    `directions`. No panel gets too narrow.
     """
     length = np.linalg.norm(sides(mesh), axis=2)
     narrow = np.where(mesh.kind & CURVED > 0, NARROWEST[True], NARROWEST[False])[:, None]
@@ -64,8 +69,11 @@ def halved(mesh: SurfaceMesh, marked: Mask, square: Array) -> Mask:
 
 
 def matched(sides: Array, others: Array) -> Index:
-    """The coordinate of other panels, (k, 2), that goes with each one of panels: vectors (k, 2, 3)
-    of both."""
+    """Return the coordinate (k, 2) of other panels that corresponds to each coordinate of given
+    panels.
+
+    Both arguments are vectors (k, 2, 3).
+    """
     cosine = np.abs(
         np.einsum(
             "kad,kbd->kab", *(v / np.linalg.norm(v, axis=2, keepdims=True) for v in (sides, others))
@@ -76,7 +84,8 @@ def matched(sides: Array, others: Array) -> Index:
 
 
 def at_edges(mesh: SurfaceMesh, box: BoxSurface) -> Mask:
-    """Along which coordinates panels of a box end at an edge of their face, (n_elements, 2)."""
+    """Return along which coordinates panels of a box end at an edge of their face, (n_elements,
+    2)."""
     low, high = mesh.boxes
     vectors = np.abs(sides(mesh))
     near = WRITTEN * (box.upper - box.lower)

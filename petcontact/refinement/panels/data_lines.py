@@ -1,4 +1,5 @@
-"""Lines across the faces of boxes on which known data have a kink or a jump: panels end there."""
+"""Lines across faces of boxes on which given data have a kink or a jump, so that panels end
+there."""
 
 from __future__ import annotations
 
@@ -19,15 +20,17 @@ from ..expression_features import kinks, uniform
 from ..known_data import given_data
 
 ACROSS = np.sqrt(np.array([0.003, 0.03, 0.11, 0.23, 0.41, 0.63, 0.89]))
-"""Shares of a face at which data are looked at along it; no figure is the same on two of them but
-by a line across."""
+"""Positions across a face at which data are examined along it [-]. Only a line across the face has
+the same kink at two of them."""
 MOST = 16
-"""Lines along one axis of a face; more of them are data that are rough everywhere."""
+"""Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
 
 def with_data_lines(problem: Problem, box: BoxSurface, mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh of a box, with panels that end where the data of its faces have a kink or a jump on
-    a line across them; others there give way where they are close."""
+    """Return the mesh of a box with panels that end at the lines of `data_lines`.
+
+    Other ends of panels that are too close to a line are dropped.
+    """
     lines = data_lines(problem, box)
     sides = grid_lines(box, mesh) if any(map(len, lines)) else []
     if not sides:
@@ -42,13 +45,15 @@ def with_data_lines(problem: Problem, box: BoxSurface, mesh: SurfaceMesh) -> Sur
 
 
 def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
-    """Fractions of both axes of each face, twelve, at which its data have a kink or a jump on a
-    line across the face.
+    """Return fractions of both axes of each face, twelve arrays, at which data have a kink or a
+    jump.
+
+    The kink or jump lies on a line across the face.
 
     Parameters
     ----------
     problem : Problem
-        Of one body.
+        A problem of one body.
     box : BoxSurface
 
     Examples
@@ -63,15 +68,15 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
         varying = [v for v in given if callable(v) or isinstance(v, str)]
         for k, value in itertools.product((0, 1), varying):
             far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
-            found = _across(value, functools.partial(_variables, box, condition.part, k), far)
+            fractions = _across(value, functools.partial(_variables, box, condition.part, k), far)
             result[2 * number + k] = distinct(
-                np.concatenate([result[2 * number + k], found]), TOLERANCE, 1.0
+                np.concatenate([result[2 * number + k], fractions]), TOLERANCE, 1.0
             )
     return result
 
 
 def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -> Array:
-    """Fractions of an axis at which data have a kink or a jump on two lines along it, at least."""
+    """Return the fractions of an axis with a kink or a jump on at least two lines along it."""
     shares = uniform()
 
     def values(share: float, fractions: Array) -> Array:
@@ -81,17 +86,18 @@ def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -
         kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
         for share in ACROSS
     ]
-    places = np.sort(np.concatenate([np.unique(each) for each in every]))
-    twice = places[1:][np.diff(places) < TOLERANCE]
-    found = distinct(twice, TOLERANCE, 1.0)
-    found = found[(found > 0.0) & (found < 1.0)]
-    return found if len(found) <= MOST else np.empty(0)
+    ends = np.sort(np.concatenate([np.unique(each) for each in every]))
+    twice = ends[1:][np.diff(ends) < TOLERANCE]
+    lines = distinct(twice, TOLERANCE, 1.0)
+    lines = lines[(lines > 0.0) & (lines < 1.0)]
+    return lines if len(lines) <= MOST else np.empty(0)
 
 
 def _variables(
     box: BoxSurface, part: str, axis: int, share: float, fractions: Array
 ) -> dict[str, Array]:
-    """Variables of expressions at fractions (n,) of an axis of a face, at a share of the other."""
+    """Return the variables of expressions at fractions (n,) of an axis of a face, at one share of
+    the other axis."""
     across, side = BOX_PARTS[part]
     axes, at = face_axes(across, side), np.empty((len(fractions), 3))
     at[:, axes[axis]], at[:, axes[1 - axis]], at[:, across] = fractions, share, float(side)

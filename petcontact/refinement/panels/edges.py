@@ -1,8 +1,8 @@
-"""How singular the solution is along the edges of a body in space, by the angle there and the
-conditions on either side.
+"""Exponents of the singularities along the edges of a body in space.
 
-Across a straight edge the strongest singularity is that of a corner in plane strain
-(`corner_exponent`) or of shear along the edge (`shear_exponent`).
+They follow from the angle at an edge and the conditions on both sides. Across a straight edge the
+strongest singularity is that of a corner in plane strain (`corner_exponent`), or of shear along the
+edge (`shear_exponent`).
 """
 
 from __future__ import annotations
@@ -22,28 +22,30 @@ from ..corner_exponents import CLAMPED, SideKind, corner_exponent, shear_exponen
 from ..singular_points import kinds_of
 
 TOGETHER = 0.02
-"""Distance from the middle of a panel's side to another side, over its length, up to which they are
-one edge."""
+"""Distance of the middle of a panel's side from another side over its length, up to which both are
+one edge [-]."""
 INWARD = 0.02
-"""Of the way from the middle of a side to the middle of its panel, to look into it."""
+"""Step from the middle of a side towards the centre of its panel, which gives the inward direction
+[-]."""
 RIGID = 1e6
-"""Stiffness of rigid ground over that of a body on it."""
+"""Stiffness of rigid ground over that of a body on it [-]."""
 SMOOTH = math.radians(15.0)
-"""Angle between panels of like conditions up to which they may be pieces of one curved surface."""
+"""Angle between panels with equal conditions up to which they may be pieces of one curved surface
+[rad]."""
 
 
 def edge_exponent(
     mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})
 ) -> float:
-    """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
+    """Return the least λ in (0, 1] along the edges of a body; displacements behave like r^λ there.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     body : Body
-        With conditions on its parts.
+        A body with conditions on its parts.
     kinds : mapping
-        What parts in contact may be, in place of what their conditions say.
+        What parts in contact may be; it replaces what their conditions say.
 
     Examples
     --------
@@ -64,13 +66,13 @@ def edge_exponent(
     meeting = np.column_stack(
         [mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)]
     )
-    found = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
+    corners = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [
         min(
             corner_exponent(math.radians(number), kappa, first, second),
             shear_exponent(math.radians(number), first == CLAMPED, second == CLAMPED),
         )
-        for ones, others, number in found
+        for ones, others, number in corners
         if ones != others or abs(math.radians(number) - math.pi) > SMOOTH
         for first, second in itertools.product(ones, others)
     ]
@@ -78,10 +80,10 @@ def edge_exponent(
 
 
 def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
-    """Pairs of panels that meet at an edge, and the interior angle of the body there, in (0, 2π)
+    """Return the pairs of panels that meet at an edge, and the interior angle there, in (0, 2π)
     [rad].
 
-    Sides of panels need not match: a side is paired with those that its middle lies on.
+    Sides of panels need not coincide: a side is paired with those on which its middle lies.
 
     Returns
     -------
@@ -92,7 +94,7 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     numbers, faces = mesh.faces(*mesh.part_names)
     panel, start, end = faces.rims()
     middle = 0.5 * (start + end)
-    (a, _), (b, _), (x, normal) = (faces.at(panel, place) for place in (start, end, middle))
+    (a, _), (b, _), (x, normal) = (faces.at(panel, points) for points in (start, end, middle))
     inside = faces.at(panel, middle + INWARD * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
     length = np.linalg.norm(b - a, axis=1)
     j, i = within(x, x, (0.5 + TOGETHER) * length)
@@ -110,7 +112,7 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
 
 
 def _distance(x: Array, start: Array, end: Array) -> Array:
-    """Of points (k, 3) from segments."""
+    """Return the distance of points (k, 3) from segments [length]."""
     along = end - start
     share = np.clip(np.sum((x - start) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
     return np.asarray(np.linalg.norm(x - start - share[:, None] * along, axis=1))

@@ -1,5 +1,7 @@
-"""Sides of curved panels that hang on a longer one, brought onto it: else slits stay between the
-two curves."""
+"""Sides of curved panels that hang on a longer side.
+
+They are moved onto that side, since there would be slits between the two curves otherwise.
+"""
 
 from __future__ import annotations
 
@@ -15,33 +17,35 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import WRITTEN
 
 CLOSE = 0.1
-"""Distance from a quarter of a side, over half the side, up to which a corner hangs there."""
+"""Distance of a corner from a quarter of a side over half the side, up to which it hangs there
+[-]."""
 Place = Callable[[int, Array, Array, Array], Array]
-"""Where a hanging point belongs, of the panel that it hangs on, the ends of its side and its place
-on the quadratic side."""
+"""Function that returns the position of a hanging point.
+
+Its arguments are the panel on which the point hangs, the ends of that panel's side, and the point's
+position on the quadratic side.
+"""
 QUARTER = np.array([0.375, -0.125, 0.75])
-"""Quadratic shape functions of both ends and the middle of a side, a quarter of it from the first
-end."""
+"""Quadratic shape functions of a side's ends and middle, at a quarter from the first end."""
 
 
 def closed(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with the points of hanging sides on the quadratic side of the larger neighbour, as
-    pieces of it.
+    """Return the mesh with hanging sides moved onto the quadratic side of the larger neighbour.
 
-    On an exact surface they lie off it by as much as that side does, and the boundary is closed, as
-    rigid motions need it.
+    On an exact surface they are then as far off as that side. The boundary is closed, which rigid
+    motions need.
     """
     return _moved(mesh, lambda panel, first, last, place: place)
 
 
 def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
-    """The mesh with the points of hanging sides on the surface, and the middles of all sides half
-    way along these.
+    """Return the mesh with hanging points on the surface, and middles of all sides half-way along
+    them.
 
-    What was `closed` is as it was before, so that panels which are equal after one of them is cut
-    have the same side. Points that are equally far apart on a quadratic side are not so when they
-    are brought onto the surface; a quadratic side through others leaves the surface by the third
-    power of its length, through these by the fourth.
+    This undoes `closed`. Two panels that are equal after one of them is cut then have the same
+    side. Equidistant points of a quadratic side are not equidistant after projection onto the
+    surface. A quadratic side through such points leaves the surface by the third power of its
+    length. A side through equidistant points leaves it by the fourth power.
     """
 
     def half_way(panel: int, first: Array, last: Array, place: Array) -> Array:
@@ -54,41 +58,46 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
 
 
 def with_half_way_middles(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
-    """The mesh with the middles of curved panels' sides half way along these, and those of
-    quadrilaterals between."""
+    """Return the mesh with the middles of curved sides half-way along them.
+
+    The centres of quadrilaterals are set between them.
+    """
     middles, triangle = mesh.middles.copy(), np.isnan(mesh.corners[:, 3, 0])
     for corners in (3, 4):
-        mine = np.flatnonzero((triangle == (corners == 3)) & ~np.isnan(middles[:, 0, 0]))
-        if not len(mine):
+        panels = np.flatnonzero((triangle == (corners == 3)) & ~np.isnan(middles[:, 0, 0]))
+        if not len(panels):
             continue
-        first, part = mesh.corners[mine, :corners], mesh.part[mine]
-        sides = centred(surface, part, first, np.roll(first, -1, axis=1), middles[mine, :corners])
-        middles[mine, :corners] = sides
+        first, part = mesh.corners[panels, :corners], mesh.part[panels]
+        sides = centred(surface, part, first, np.roll(first, -1, axis=1), middles[panels, :corners])
+        middles[panels, :corners] = sides
         if corners == 4:
             between = 0.5 * sides.sum(axis=1) - 0.25 * first.sum(axis=1)
-            middles[mine, 4] = surface.onto(
+            middles[panels, 4] = surface.onto(
                 part, np.concatenate([first, sides, between[:, None]], axis=1)
             )[:, 8]
     return replace(mesh, middles=middles)
 
 
 def centred(surface: Boundary, part: Index, first: Array, last: Array, middle: Array) -> Array:
-    """Points (n, k, 3) on sides of panels of parts (n,), moved along these on the surface until
-    they are half way."""
-    way = last - first
+    """Return points (n, k, 3) on sides of panels, moved along them on the surface until they are
+    half-way.
+
+    `part` (n,) is the part of each panel.
+    """
+    chord = last - first
     for _ in range(2):
         middle = surface.onto(part, np.concatenate([first, last, middle], axis=1))[
             :, 2 * first.shape[1] :
         ]
-        off = np.sum((0.5 * (first + last) - middle) * way, axis=2) / np.sum(way**2, axis=2)
-        middle = middle + off[..., None] * way
+        off = np.sum((0.5 * (first + last) - middle) * chord, axis=2) / np.sum(chord**2, axis=2)
+        middle = middle + off[..., None] * chord
     return surface.onto(part, np.concatenate([first, last, middle], axis=1))[
         :, 2 * first.shape[1] :
     ]
 
 
 def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
-    """The mesh with hanging points where they belong."""
+    """Return the mesh with hanging points moved to the positions that `place` returns."""
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved):
         return mesh
@@ -103,22 +112,23 @@ def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
 
 
 def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most: float) -> Mask:
-    """Panels to cut, along both coordinates, (n_elements, 2): their sides leave the surface.
+    """Return which panels to cut, (n_elements, 2), since their sides leave the surface by too much.
 
-    Smaller panels that hang on them follow the side instead of the surface, see `closed`. What the
-    gap is off by for it, over their size, is about p over E* too much.
+    Smaller panels that hang on a side follow it instead of the surface, see `closed`. The gap is
+    wrong by this distance. The error of p is about E* times the distance over the size of the small
+    panels.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     surface : Boundary
-        The exact one.
+        The exact surface.
     places : (k, 3) array
-        Where contact is closed; sides further away than they are long do not count [length].
+        Points in contact; sides that are farther away than their length do not count [length].
     share : float
-        How far a side may be off the surface, over the shortest side that hangs on it [-].
+        Accepted distance of a side from the surface over the shortest side that hangs on it [-].
     most : float
-        How far any side may be off it [length].
+        Largest accepted distance of any side [length].
     """
     result = np.zeros((mesh.n_elements, 2), dtype=bool)
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
@@ -147,7 +157,7 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
 
 
 def numbered(points: Array) -> Index:
-    """Numbers (n,) of points (n, 3), equal ones of the same place."""
+    """Return numbers (n,) of points (n, 3); coinciding points have the same number."""
     pairs = scipy.spatial.cKDTree(points).query_pairs(
         WRITTEN * float(np.ptp(points, axis=0).max()), output_type="ndarray"
     )
@@ -156,14 +166,14 @@ def numbered(points: Array) -> Index:
 
 
 class _Sides:
-    """Sides between numbered points, brought onto each other from the longest on.
+    """Sides between numbered points, moved onto each other from the longest to the shortest.
 
     Attributes
     ----------
     numbers : (3, n) int array
         Both ends and the middle of each side.
     position : (p, 3) array
-        Of each point [length].
+        Position of each point [length].
     """
 
     def __init__(
@@ -171,10 +181,10 @@ class _Sides:
     ) -> None:
         self._place = place
         points = np.concatenate([start, stop, middle])
-        found = numbered(points)
-        self.numbers = found.reshape(3, -1)
-        self.position = np.empty((1 + found.max(), 3))
-        self.position[found] = points
+        numbers = numbered(points)
+        self.numbers = numbers.reshape(3, -1)
+        self.position = np.empty((1 + numbers.max(), 3))
+        self.position[numbers] = points
         self._tree = scipy.spatial.cKDTree(self.position.copy())
         self._middle = {frozenset((a, b)): m for a, b, m in self.numbers.T.tolist()}
         self._ends = set(self.numbers[:2].ravel().tolist())
@@ -183,18 +193,18 @@ class _Sides:
             self._halve(a, b, m, int(panel[k]))
 
     def _halve(self, a: int, b: int, m: int, panel: int) -> None:
-        """Bring what hangs on both halves of a side, or of a piece of one, onto it."""
+        """Move what hangs on both halves of a side, or of a piece of a side, onto it."""
         if m not in self._ends:
             return
         for first, second in ((a, b), (b, a)):
-            place = QUARTER @ self.position[[first, second, m]]
+            point = QUARTER @ self.position[[first, second, m]]
             hanging = self._middle.get(frozenset((first, m)))
-            if hanging is None:  # no side is as long: two or more shorter ones may hang there
-                apart, near = self._tree.query(place)
+            if hanging is None:  # several shorter sides may hang there
+                apart, near = self._tree.query(point)
                 half = np.linalg.norm(self.position[m] - self.position[first])
                 hanging = int(near) if apart < CLOSE * half and int(near) in self._ends else None
             if hanging is not None:
                 self.position[hanging] = self._place(
-                    panel, self.position[first], self.position[m], place
+                    panel, self.position[first], self.position[m], point
                 )
                 self._halve(first, m, hanging, panel)

@@ -1,5 +1,8 @@
-"""Which panels of surfaces are cut into four: those with the largest errors, those that face them,
-and those too large."""
+"""Choice of the panels to cut.
+
+They are the panels with the largest errors, those that face them, and those that are too large next
+to the contact.
+"""
 
 from __future__ import annotations
 
@@ -14,22 +17,25 @@ from ...mesh.surface_mesh import SurfaceMesh
 from .axes import matched, sides
 
 GROWTH = 2.0
-"""Largest ratio of a panel to the nearest one in contact, beyond its distance from it."""
+"""Largest size of a panel, less its distance from the contact, over the size of the nearest panel
+there."""
 FINER = 0.6
-"""Size of a panel over that of one that faces it from which on it is as large."""
+"""Size of a panel over that of an opposite one from which both count as equally large [-]."""
 TIED = 0.8
-"""Squared error of an element over that of another from which on both are cut or none is."""
+"""Squared error of an element over that of another from which both are treated equally [-]."""
 
 
 def element_sizes(mesh: BoundaryMesh) -> Array:
-    """Lengths of elements, in space of the side of a square as large, (n_elements,) [length]."""
+    """Return the lengths of elements, in space the roots of their areas, (n_elements,) [length]."""
     return np.asarray(np.bincount(mesh.element, mesh.weight) ** (1.0 / (mesh.dim - 1)))
 
 
 def largest(square: Array, share: float) -> Mask:
-    """The fewest elements whose squared errors (n,) have a share of their sum, and those that are
-    as good as tied with the last of them, so that symmetric meshes stay so; none where there is no
-    error."""
+    """Return the fewest elements whose squared errors (n,) make up a share of the sum.
+
+    Elements that nearly tie with the last of them are included, so that symmetric meshes stay
+    symmetric. None is returned if there is no error.
+    """
     ordered = np.sort(square)[::-1]
     total = np.cumsum(ordered)
     if not len(square) or not total[-1] > 0.0:
@@ -42,50 +48,59 @@ Part = tuple[BoundaryMesh, str]
 
 
 def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Index, Index]:
-    """Numbers of elements of two parts that face one another, (k,) and (k,)."""
-    (one, part), (two, other) = secondary, primary
-    (elements, own), (others, opposite) = one.faces(part), two.faces(other)
-    # one point a piece tells
-    found = own.segments(opposite, np.zeros_like(elements), np.zeros_like(others), direction)
-    couples = np.unique(np.column_stack([elements[found.face], others[found.other]]), axis=0)
+    """Return the numbers of elements of two parts that face one another, (k,) and (k,)."""
+    (one, part), (two, primary_part) = secondary, primary
+    (elements, own), (primaries, opposite) = one.faces(part), two.faces(primary_part)
+    # one point on each piece is enough
+    pieces = own.segments(opposite, np.zeros_like(elements), np.zeros_like(primaries), direction)
+    couples = np.unique(np.column_stack([elements[pieces.face], primaries[pieces.other]]), axis=0)
     return couples[:, 0], couples[:, 1]
 
 
 def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
-    """Along which coordinates panels off the contact (of which `contact` says which are on it) are
-    too long for those of it nearby, (n_elements, 2)."""
+    """Return along which coordinates panels off the contact are too long, (n_elements, 2).
+
+    They are compared with the nearest panels in contact, which `contact` marks.
+    """
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
         return np.zeros((mesh.n_elements, 2), dtype=bool)
     vectors = sides(mesh)
     length = np.linalg.norm(vectors, axis=2)
     distance, nearest = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)
-    beside = mesh.element[nodes[nearest]]
-    other = np.take_along_axis(
-        length[beside], matched(vectors[mesh.element], vectors[beside]), axis=1
+    nearby = mesh.element[nodes[nearest]]
+    reference = np.take_along_axis(
+        length[nearby], matched(vectors[mesh.element], vectors[nearby]), axis=1
     )
     allowed = np.full((mesh.n_elements, 2), np.inf)
-    np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * other)
+    np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * reference)
     return np.asarray(~contact[:, None] & (length > allowed))
 
 
 def wider_than(mesh: SurfaceMesh, spots: Sequence[tuple[Array, float]]) -> Mask:
-    """Which panels have points (k, 3) in their boxes, of spots that are narrower than they are
-    [length], along both coordinates (n_elements, 2)."""
+    """Return which panels contain points of narrower spots, (n_elements, 2).
+
+    A spot is a pair of points (k, 3) and a width [length]. Points count if they are in the panel's
+    bounding box.
+    """
     low, high = mesh.boxes
     length, result = np.linalg.norm(sides(mesh), axis=2), np.zeros((mesh.n_elements, 2), dtype=bool)
     for x, width in spots:
-        here = [
+        hit = [
             bool(np.any(np.all((x >= a) & (x <= b), axis=1)))
             for a, b in zip(low, high, strict=True)
         ]
-        result |= np.array(here)[:, None] & (length > width)
+        result |= np.array(hit)[:, None] & (length > width)
     return result
 
 
 def faded(mesh: BoundaryMesh, contact: Mask) -> Array:
-    """How much squared errors on elements matter on the contact, (n_elements,): 1 there, off it by
-    size h and distance r (h/(r+h))⁶, as fast as the stress under a load without resultant falls."""
+    """Return the factor with which squared errors on elements count on the contact, (n_elements,)
+    [-].
+
+    It is 1 on the contact. At a distance r it is (h/(r+h))⁶ for the element size h, like the
+    squared stress under a load without resultant.
+    """
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
         return np.zeros(mesh.n_elements)

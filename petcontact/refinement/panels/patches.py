@@ -1,5 +1,4 @@
-"""Patches of faces that rings of panels fill: where they end, and the panels that stay around
-them."""
+"""Patches of faces to be filled by rings of panels: their rims, and the panels around them."""
 
 from __future__ import annotations
 
@@ -22,45 +21,45 @@ from .quartering import cut, parents
 from .zone import Zone
 
 PATCH, LEFT = 1.5, 0.5
-"""Half the sides of the rectangle that rings fill over the reach of the zone, and what it leaves at
-least beside it."""
+"""`PATCH` is half the side of the rectangle with rings over the reach of the zone [-]. `LEFT` is
+the least distance of the rectangle from the rim of the face, over the same reach."""
 CLEAR = 1.1
-"""Least distance of the rim of a patch from the centre over that of the edge."""
+"""Least distance of the rim of a patch from the centre over that of the edge [-]."""
 AROUND = (1.25, 1.5, 2.0)
-"""Panels within such distances, over those of the edge, may be a patch: the first of them that has
-a good rim."""
+"""Distances from the centre over that of the edge [-]. Panels within one of them may be a patch;
+the first one with a good rim is taken."""
 WIDEST, NARROWEST = 2.6, 0.12
-"""Angles of the sides of a good rim, seen from the centre [rad]."""
+"""Largest and least angle of a side of a good rim, seen from the centre [rad]."""
 UNEVEN = 4.0
-"""Largest over smallest distance of the points of a good rim."""
+"""Ratio of the largest to the least distance of the points of a good rim, at most [-]."""
 MOST = 40
-"""Panels around a zone, and panels that a patch may replace."""
+"""Largest number of panels around a zone, and of sectors of a rim."""
 FINEST = 16
-"""Times that panels are halved for a patch."""
+"""Largest number of times that panels are halved for a patch."""
 WIDE = 1.6
-"""Largest angle of a panel between the sides of a rim over that of a sector."""
+"""Largest angle of a panel between the sides of a rim over that of a sector [-]."""
 SLACK = 1e-3
-"""Share of a sector that a rim may have less than all of them."""
+"""Share of a sector by which the sectors may fall short of a full turn [-]."""
 
 
 @frozen
 class Patch:
-    """A part of a face that panels in rings shall fill.
+    """A part of a face that is filled by panels in rings.
 
     Attributes
     ----------
     rest : SurfaceMesh
-        The body's panels outside of it.
+        The body's panels outside of the patch.
     part : int
-        Of the face.
+        Number of the face.
     rim : (2n, 3) array
         Ends and middles of the outer sides of n sectors, counter-clockwise seen from outside the
         body [length].
     counts : (int, int)
-        Sectors on the first and third, and on the second and fourth of the four sides of a grid
-        within [-].
+        Numbers of sectors on the four sides of the inner grid: on the first and third, on the
+        second and fourth [-].
     onto : callable
-        Points (k, 3) to points of the face.
+        Function that projects points (k, 3) onto the face.
     """
 
     rest: SurfaceMesh
@@ -78,16 +77,14 @@ def patches_of(
     zone: Zone,
     sector: float,
 ) -> Iterator[Patch]:
-    """Patches of a face for a zone, ones with fewer panels before others; none where there is none
-    around it.
+    """Yield the patches of a face around a zone, if there are any, those with fewer panels first.
 
     Parameters
     ----------
     surface : Boundary
-        The exact one.
+        The exact surface.
     mesh, first : SurfaceMesh
-        Of today, and the one that was the first of all: of this are the panels of the face outside
-        of the patch.
+        The present mesh, and the first one, whose panels the face has outside of the patch.
     part : str
         The face.
     zone : Zone
@@ -100,14 +97,14 @@ def patches_of(
 
 
 def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Iterator[Patch]:
-    """On the face of a box: a rectangle, and rectangles beside it."""
+    """Yield a patch on the face of a box: a rectangle, with rectangles around it."""
     number = mesh.part_names.index(part)
-    mine = mesh.part == number
-    low, high = (each[mine] for each in mesh.boxes)
+    on_face = mesh.part == number
+    low, high = (each[on_face] for each in mesh.boxes)
     low, high, normal = (
         low.min(axis=0),
         high.max(axis=0),
-        mesh.normal[mesh.first_node[:-1][mine][0]],
+        mesh.normal[mesh.first_node[:-1][on_face][0]],
     )
     axis = int(np.abs(normal).argmax())
     uv = [(axis + 1) % 3, (axis + 2) % 3][:: 1 if normal[axis] > 0.0 else -1]
@@ -121,15 +118,15 @@ def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Itera
         result[..., uv] = points
         return result
 
-    beside = np.full((len(cells := _beside(face, patch, centre)), 4, 3), low[axis])
-    beside[..., uv] = _corners(cells)
-    corners = np.concatenate([mesh.corners[~mine], beside])
+    around = np.full((len(cells := _rectangles_around(face, patch, centre)), 4, 3), low[axis])
+    around[..., uv] = _corners(cells)
+    corners = np.concatenate([mesh.corners[~on_face], around])
     rest = SurfaceMesh(
         corners,
-        np.append(mesh.order[~mine], np.ones(len(beside), dtype=int)),
-        np.append(mesh.part[~mine], np.full(len(beside), number)),
+        np.append(mesh.order[~on_face], np.ones(len(around), dtype=int)),
+        np.append(mesh.part[~on_face], np.full(len(around), number)),
         mesh.part_names,
-        np.concatenate([mesh.middles[~mine], np.full((len(beside), 5, 3), np.nan)]),
+        np.concatenate([mesh.middles[~on_face], np.full((len(around), 5, 3), np.nan)]),
     )
     rim, counts = _equal_angles(zone, placed(_corners(patch[None])[0]), sector)
     if rim is not None:
@@ -139,7 +136,7 @@ def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Itera
 def _equal_angles(
     zone: Zone, corners: Array, sector: float
 ) -> tuple[Array | None, tuple[int, int]]:
-    """A rim between corners (4, 3), points at equal angles along each side."""
+    """Return a rim between corners (4, 3) with points at equal angles along each side, or None."""
     seen = zone.facing(corners).local(corners)
     angle = np.unwrap(np.angle(np.append(seen, seen[:1], axis=0) @ [1.0, 1.0j]))
     span = np.diff(angle)
@@ -159,21 +156,25 @@ def _equal_angles(
 
 
 def _half(sector: float) -> int:
-    """Half the number of sectors all round, each of at most about an angle."""
+    """Return half the number of sectors of a full turn, each of about the given angle at most."""
     return max(2, math.ceil(np.pi / sector - SLACK))
 
 
 def _corners(rectangles: Array) -> Array:
-    """Corners (n, 4, 2), counter-clockwise, of rectangles given by their least and largest
-    coordinates, (n, 2, 2)."""
+    """Return the corners (n, 4, 2), counter-clockwise, of rectangles (n, 2, 2).
+
+    A rectangle is given by its least and largest coordinates.
+    """
     return np.stack(
         [rectangles[:, [i, j], [0, 1]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1
     )
 
 
-def _beside(face: Array, patch: Array, centre: Array) -> Array:
-    """Rectangles (n, 2, 2) of a face outside of a patch of it, none of which is longer than its
-    distance from a centre."""
+def _rectangles_around(face: Array, patch: Array, centre: Array) -> Array:
+    """Return the rectangles (n, 2, 2) that fill a face outside a patch.
+
+    None of them is longer than its distance from `centre`.
+    """
     cells = [
         np.array([[a, c], [b, d]])
         for a, b in itertools.pairwise(np.unique([face[0, 0], *patch[:, 0], face[1, 0]]))
@@ -203,33 +204,35 @@ def _panels_around(
     zone: Zone,
     sector: float,
 ) -> Iterator[Patch]:
-    """On curved panels: those around the zone, which are cut until they have a good rim, and the
-    others none of which is longer than its distance from the centre."""
+    """Yield patches of curved panels around the zone, cut until they have a good rim.
+
+    The other panels of the face are cut until none is longer than its distance from the centre.
+    """
     number = mesh.part_names.index(part)
-    found = _joined(
+    panels = _joined(
         mesh.reordered(np.flatnonzero(mesh.part != number)),
         first.reordered(first.elements_of(part)),
     )
     for _ in range(FINEST):
-        here = np.flatnonzero(found.part == number)
-        away = np.full(found.n_elements, np.inf)
-        away[here] = _distance(zone, found, here)
+        on_part = np.flatnonzero(panels.part == number)
+        away = np.full(panels.n_elements, np.inf)
+        away[on_part] = _distance(zone, panels, on_part)
         if np.count_nonzero(away < AROUND[0]) > MOST:
             return
         for near in (away < each for each in AROUND):
-            if _rim(zone, found, np.flatnonzero(near), sector) is not None:
-                graded, near = _graded(found, near, number, zone.centre, surface)
+            if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
+                graded, near = _graded(panels, near, number, zone.centre, surface)
                 rim, rest = (
                     _rim(zone, graded, np.flatnonzero(near), sector),
                     graded.reordered(np.flatnonzero(~near)),
                 )
                 if rim is not None:
                     yield Patch(rest, number, *rim, functools.partial(_onto, surface, number))
-        found = cut(found, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
+        panels = cut(panels, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
 
 
 def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
-    """The panels of both."""
+    """Return the panels of both meshes."""
     corners, order, part, middles = (
         np.concatenate([getattr(mesh, name) for mesh in (one, other)])
         for name in ("corners", "order", "part", "middles")
@@ -238,15 +241,18 @@ def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
 
 
 def _onto(surface: Boundary, part: int, x: Array) -> Array:
-    """Points (k, 3) brought onto a part."""
+    """Return points (k, 3) projected onto a part."""
     return surface.onto(np.full(len(x), part), x[:, None])[:, 0]
 
 
 def _graded(
     mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: Boundary
 ) -> tuple[SurfaceMesh, Mask]:
-    """The panels, those of a part that are not near cut until none is longer than its distance from
-    a centre, and which are near."""
+    """Return the mesh, with panels of a part cut until none is longer than its distance from a
+    centre.
+
+    Panels in `near` are not cut; their new mask is returned, too.
+    """
     while True:
         length, (low, high) = np.linalg.norm(sides(mesh), axis=2).max(axis=1), mesh.boxes
         long = (
@@ -261,17 +267,23 @@ def _graded(
 
 
 def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
-    """Of panels from the centre of a zone over that of its edge, about: of points on them, (n,)."""
+    """Return the distance of panels from the centre of a zone over that of its edge, (n,) [-].
+
+    It is the least of points on each panel.
+    """
     result = np.full(len(panels), np.inf)
     for corners in (3, 4):
-        mine = np.flatnonzero(np.isnan(mesh.corners[panels, 3, 0]) == (corners == 3))
-        six = [mesh.corners[panels[mine], :corners], mesh.middles[panels[mine], : 2 * corners - 3]]
+        members = np.flatnonzero(np.isnan(mesh.corners[panels, 3, 0]) == (corners == 3))
+        six = [
+            mesh.corners[panels[members], :corners],
+            mesh.middles[panels[members], : 2 * corners - 3],
+        ]
         cells = QuadraticCells(np.concatenate(six, axis=1))
-        foot, _ = cells.nearest(np.repeat(zone.centre[None], len(mine), axis=0))
+        foot, _ = cells.nearest(np.repeat(zone.centre[None], len(members), axis=0))
         x = np.concatenate(
             [cells.at(cells.each(samples(corners)))[0], cells.at(foot[:, None])[0]], axis=1
         )
-        result[mine] = (
+        result[members] = (
             zone.distance(x.reshape(-1, 3)).reshape(x.shape[:2]).min(axis=1, initial=np.inf)
         )
     return result
@@ -280,9 +292,12 @@ def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
 def _rim(
     zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float
 ) -> tuple[Array, tuple[int, int]] | None:
-    """The rim of panels around a zone, its sides halved where they are wide, and the counts of a
-    grid within; None where it is not a single loop all points of which are seen from the centre at
-    fair angles."""
+    """Return the rim of panels around a zone, with wide sides halved, and the counts of the inner
+    grid.
+
+    The result is None unless the rim is one loop whose points are all seen from the centre at good
+    angles.
+    """
     loop = _loop(mesh, panels)
     if loop is None:
         return None
@@ -293,7 +308,7 @@ def _rim(
     pieces = np.ones(len(span), dtype=int)
     while pieces.sum() < 2 * _half(sector) or (span / pieces).max() > WIDE * sector:
         pieces[(span / pieces).argmax()] *= 2
-    if pieces.sum() % 2:  # the grid within has as many on opposite sides
+    if pieces.sum() % 2:  # opposite sides of the inner grid have equal counts
         pieces[np.where(pieces == 1, span, 0.0).argmax()] = 2
     if pieces.sum() > MOST:
         return None
@@ -308,7 +323,7 @@ def _rim(
     if reach.min() < CLEAR or reach.max() > UNEVEN * reach.min():
         return None
     counts = len(rim) // 8, len(rim) // 4 - len(rim) // 8
-    # the corners of the grid within are as far from one another as they can be
+    # choose the corners of the inner grid as far from one another as possible
     angle = _angles(zone, rim[::2])
     ends = np.arange(len(angle) - 1)[:, None] + np.cumsum([0, *counts, *counts])
     first = int(np.diff(np.append(angle[:-1], angle + 2.0 * np.pi)[ends]).max(axis=1).argmin())
@@ -316,14 +331,18 @@ def _rim(
 
 
 def _angles(zone: Zone, loop: Array) -> Array:
-    """Increasing angles at which points (n, 3) around a zone are seen, the first one again at the
-    end, (n + 1,) [rad]."""
+    """Return the increasing angles at which points (n, 3) around a zone are seen, (n + 1,) [rad].
+
+    The first point is repeated at the end.
+    """
     return np.unwrap(np.angle(zone.local(np.append(loop, loop[:1], axis=0)) @ [1.0, 1.0j]))
 
 
 def _loop(mesh: SurfaceMesh, panels: Index) -> Array | None:
-    """Starts, middles and ends (3, n, 3) of the sides around panels, in order; None where these are
-    not a single loop."""
+    """Return the starts, middles and ends (3, n, 3) of the sides around panels, in order.
+
+    The result is None if they do not form one loop.
+    """
     count = np.where(np.isnan(mesh.corners[panels, 3, 0]), 3, 4)
     panel, k = (
         np.repeat(panels, count),

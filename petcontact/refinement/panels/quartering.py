@@ -1,5 +1,7 @@
-"""Panels cut into two or four; nodes lie inside of panels, so that corners may hang on the edges of
-neighbours."""
+"""Cutting of panels into two or four.
+
+Nodes lie inside panels, so that corners may hang on the sides of neighbours.
+"""
 
 from __future__ import annotations
 
@@ -19,22 +21,22 @@ POINTS = {
         [[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]], dtype=float
     ),
 }
-"""Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of
-`reference_nodes`."""
+"""Reference coordinates of a panel's corners and side middles, and of the centre of a
+quadrilateral, as in `reference_nodes`."""
 
 
 def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> SurfaceMesh:
-    """The mesh with marked panels replaced by two or four that are equal in their reference
-    coordinates, in their place.
+    """Return the mesh in which marked panels are replaced by two or four pieces.
+
+    The pieces are equal in the reference coordinates and keep the panel's place in the order.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     along : (n_elements, 2) bool array
-        Which of the reference coordinates of a panel are halved; triangles are cut into four
-        wherever there is one.
+        Which reference coordinates of a panel are halved. A triangle is cut into four if one is.
     surface : Boundary, optional
-        The exact one, onto which the points of all panels are brought, but for those of `hanging`
+        The exact surface. The points of all panels are projected onto it, except those of `hanging`
         sides.
     """
     marked = along.any(axis=1)
@@ -49,24 +51,24 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> Surf
     triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
     kinds = np.column_stack([triangle, curved, along | triangle[:, None]])
     for three, bent, *halved in np.unique(kinds[marked], axis=0).tolist():
-        mine = np.flatnonzero(marked & np.all(kinds == (three, bent, *halved), axis=1))
+        panels = np.flatnonzero(marked & np.all(kinds == (three, bent, *halved), axis=1))
         corners = 3 if three else 4
         given = [
-            mesh.corners[mine, :corners],
-            *([mesh.middles[mine, : 2 * corners - 3]] if bent else []),
+            mesh.corners[panels, :corners],
+            *([mesh.middles[panels, : 2 * corners - 3]] if bent else []),
         ]
-        found = np.einsum(
+        pieces = np.einsum(
             "pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1)
         )
-        piece = np.full((*found.shape[:2], 9, 3), np.nan)
-        piece[:, :, :corners] = found[:, :, :corners]
-        piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
+        piece = np.full((*pieces.shape[:2], 9, 3), np.nan)
+        piece[:, :, :corners] = pieces[:, :, :corners]
+        piece[:, :, 4 : 4 + pieces.shape[2] - corners] = pieces[:, :, corners:]
         if surface is not None:
-            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(
+            piece = surface.onto(mesh.part[panels], piece.reshape(len(panels), -1, 3)).reshape(
                 piece.shape
             )
         points.append(piece.reshape(-1, 9, 3))
-        parent.append(np.repeat(mine, piece.shape[1]))
+        parent.append(np.repeat(panels, piece.shape[1]))
     numbers = np.concatenate(parent)
     order = np.argsort(numbers, kind="stable")
     old, new = numbers[order], np.concatenate(points)[order]
@@ -75,7 +77,7 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> Surf
 
 
 def parents(mesh: SurfaceMesh, along: Mask) -> Index:
-    """Number of the panel that each one of `cut` was a piece of."""
+    """Return the number of the panel of which each panel of `cut` is a piece."""
     marked = along.any(axis=1)
     counts = np.where(np.isnan(mesh.corners[:, 3, 0]), 1 + 3 * marked, np.prod(1 + along, axis=1))
     return np.repeat(np.arange(mesh.n_elements), counts)
@@ -83,8 +85,8 @@ def parents(mesh: SurfaceMesh, along: Mask) -> Index:
 
 @functools.cache
 def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
-    """Points (k,) that define a panel to those of its pieces, (2 or 4, k, k)."""
-    here = POINTS[corners] if curved else POINTS[corners][:corners]
+    """Return matrices (2 or 4, k, k) from the k points of a panel to those of its pieces."""
+    points = POINTS[corners] if curved else POINTS[corners][:corners]
     if corners == 4:
         (a, b), ends = (
             (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved),
@@ -99,8 +101,8 @@ def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
         ]
     else:
         middle = POINTS[3][3:]
-        pieces = [np.array([here[k], middle[k], middle[k - 1]]) for k in range(3)] + [middle]
+        pieces = [np.array([points[k], middle[k], middle[k - 1]]) for k in range(3)] + [middle]
     linear, exponents = (reference_nodes(corners, degree)[1] for degree in (1, 2 if curved else 1))
-    shape = monomials(here, linear) @ np.linalg.inv(monomials(POINTS[corners][:corners], linear))
-    inverse = np.linalg.inv(monomials(here, exponents))
+    shape = monomials(points, linear) @ np.linalg.inv(monomials(POINTS[corners][:corners], linear))
+    inverse = np.linalg.inv(monomials(points, exponents))
     return np.stack([monomials(shape @ piece, exponents) @ inverse for piece in pieces])
