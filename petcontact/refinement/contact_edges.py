@@ -167,14 +167,14 @@ def _half_width(s: Array, closed: Array, k: int) -> float:
 
 
 def merged(
-    found: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0
+    candidates: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0
 ) -> list[Edge]:
     """Return the kept edges and those of the others that are not too close, by arc length.
 
     An edge is dropped if it is closer to one of the result than three of their smallest elements.
     """
     result = list(kept)
-    for edge in sorted(found, key=lambda e: e.s):
+    for edge in sorted(candidates, key=lambda e: e.s):
         if all(
             abs(edge.s - kept_edge.s)
             > 3.0 * max(smallest * min(edge.width, kept_edge.width), finest)
@@ -184,12 +184,12 @@ def merged(
     return sorted(result, key=lambda e: e.s)
 
 
-def zone_at(old_s: Array, old: Index, found: list[Edge], new_s: Array) -> Index:
+def zone_at(old_s: Array, old: Index, zone_edges: list[Edge], new_s: Array) -> Index:
     """Return the zones' values (n,) at new positions.
 
     Each value is that of the nearest old node between the same edges.
     """
-    borders = np.array([edge.s for edge in found])
+    borders = np.array([edge.s for edge in zone_edges])
     if len(borders) == 0:
         return np.asarray(old[np.abs(old_s[None] - new_s[:, None]).argmin(axis=1)])
     zone, asked = np.searchsorted(borders, old_s), np.searchsorted(borders, new_s)

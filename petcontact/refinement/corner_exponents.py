@@ -1,18 +1,18 @@
 """Exponents of corner singularities: displacements behave like r^λ where two sides meet.
 
-M. L. Williams, Stress singularities resulting from various boundary conditions in angular corners
-of plates in extension, J. Appl. Mech. 19 (1952) 526-528, with sides that slide besides clamped and
-free ones. In polar coordinates around the corner, with Kolosov's κ = 3 - 4ν and potentials φ = a
-z^λ, ψ = b z^λ (Muskhelishvili),
+Source: M. L. Williams, Stress singularities resulting from various boundary conditions in angular
+corners of plates in extension, J. Appl. Mech. 19 (1952) 526-528. Sides that slide are added to
+clamped and free ones. Polar coordinates have their origin at the corner. With Kolosov's κ = 3 - 4ν
+and Muskhelishvili's potentials φ = a z^λ, ψ = b z^λ,
 
-    2µ (u_r + i u_θ)        = r^λ     [κ a e^{i(λ-1)θ} - λ conj(a e^{i(λ-1)θ}) - conj(b
-    e^{i(λ+1)θ})], (σ_θθ + i σ_rθ)/λ       = r^(λ-1) [λ a e^{i(λ-1)θ} + conj(a e^{i(λ-1)θ}) + b
-    e^{i(λ+1)θ}];
+    2µ (u_r + i u_θ)    = r^λ     [κ A - λ conj(A) - conj(B)],
+    (σ_θθ + i σ_rθ)/λ   = r^(λ-1) [λ A + conj(A) + B],
 
-two conditions on either side make a 4 x 4 matrix for Re a, Im a, Re b, Im b, singular at the
-exponents. Of two wedges that meet at θ = 0 it is 8 x 8: two conditions on either free side, and
-four between them (D. B. Bogy, Two edge-bonded elastic wedges of different materials and wedge
-angles under surface tractions, J. Appl. Mech. 38 (1971) 377-386).
+where A = a e^{i(λ-1)θ} and B = b e^{i(λ+1)θ}. Two conditions on each side make a 4 x 4 matrix for
+Re a, Im a, Re b and Im b. It is singular at the exponents. For two wedges that meet at θ = 0 the
+matrix is 8 x 8. It has two conditions on each free side, and four between the wedges (D. B. Bogy,
+Two edge-bonded elastic wedges of different materials and wedge angles under surface tractions, J.
+Appl. Mech. 38 (1971) 377-386).
 """
 
 from __future__ import annotations

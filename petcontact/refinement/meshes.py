@@ -153,8 +153,8 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
     start, end = at[:, 0], at[:, 1]
     length, along = np.linalg.norm(end - start, axis=1), np.zeros(count)
     for part in range(len(surface.parts)):
-        mine = surface.part == part
-        along[mine] = np.cumsum(length[mine]) - length[mine]
+        on_part = surface.part == part
+        along[on_part] = np.cumsum(length[on_part]) - length[on_part]
     return (RingMesh if surface.axial else CurveMesh)(
         start,
         end,

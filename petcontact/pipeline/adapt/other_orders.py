@@ -93,11 +93,11 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
         other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, each)
         for mesh, each in zip(meshes, shares, strict=True)
     ]
-    other = _converged(solved_on, changed)
-    if other is None:
+    compared = _converged(solved_on, changed)
+    if compared is None:
         return math.nan
     worst = 0.0
-    for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
+    for one, two in zip(step_ends(solution.steps), step_ends(compared.steps), strict=True):
         for mesh, second, each, name in zip(meshes, changed, shares, one.bodies, strict=True):
             fields = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
             (lower, u), (higher, finer) = fields[::change]
@@ -106,7 +106,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
                 np.arange(higher.n_nodes),
             )
             if solution.kind == "bilateral":
-                nodes, size = other.contact.nodes, displacement_scale(solution)
+                nodes, size = compared.contact.nodes, displacement_scale(solution)
                 apart = apart - np.sum(apart * higher.normal, axis=1, keepdims=True) * higher.normal
             else:
                 size = _norm(mesh.weight, one.bodies[name].u)
@@ -177,10 +177,10 @@ def _converged(
 ) -> Solution | None:
     """Return the converged solution on other meshes, or None."""
     try:
-        other = solved_on(lambda number, one, boundary: meshes[number])
+        solution = solved_on(lambda number, one, boundary: meshes[number])
     except PetcontactError:  # data given for the nodes of one mesh
         return None
-    return other if other.converged else None
+    return solution if solution.converged else None
 
 
 def _next_nodes(mesh: SurfaceMesh) -> int:

@@ -62,9 +62,9 @@ def edge_exponent(
     conditions = {condition.part: condition for condition in body.boundary}
     kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
-    one, other, angle = edges(mesh)
+    first_panel, second_panel, angle = edges(mesh)
     meeting = np.column_stack(
-        [mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)]
+        [mesh.part[first_panel], mesh.part[second_panel], np.rint(np.degrees(angle)).astype(int)]
     )
     corners = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [

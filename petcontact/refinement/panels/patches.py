@@ -231,13 +231,13 @@ def _panels_around(
         panels = cut(panels, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
 
 
-def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
+def _joined(first: SurfaceMesh, second: SurfaceMesh) -> SurfaceMesh:
     """Return the panels of both meshes."""
     corners, order, part, middles = (
-        np.concatenate([getattr(mesh, name) for mesh in (one, other)])
+        np.concatenate([getattr(mesh, name) for mesh in (first, second)])
         for name in ("corners", "order", "part", "middles")
     )
-    return SurfaceMesh(corners, order, part, one.part_names, middles)
+    return SurfaceMesh(corners, order, part, first.part_names, middles)
 
 
 def _onto(surface: Boundary, part: int, x: Array) -> Array:
