@@ -27,9 +27,8 @@ from ...runtime.world import world
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
-from ..run import prepare, reported, run
+from ..run import prepare, reported, run, with_path
 from ..steps.increment import Monitor
-from ..steps.path import with_paths
 from .budget import USELESS, Reached, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -153,10 +152,11 @@ class AdaptiveSolve:
                 accuracy = replace(solution.accuracy, path=math.nan)
                 solution = replace(solution, accuracy=accuracy)
             else:
-                solution = with_paths(problem, solution, wanted)
+                solution = with_path(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
-        return replace(solution, problem=self.solver.problem)
+        steps = {"step": solution.problem.step}
+        return replace(solution, problem=self.solver.problem.model_copy(update=steps))
 
     def _report(self, solution: Solution) -> None:
         if self._reached is not None:
@@ -232,6 +232,7 @@ def adapt(
         trouble, solution = work.climb(accuracy), work.last()
     finally:
         work.solver.close()
+    problem = problem.model_copy(update={"step": solution.problem.step})
     own = (
         rule is not None
         or method is not None

@@ -38,6 +38,9 @@ FEWER, MORE = 1.0 / (2.0**0.5 - 1.0), 1.0 / (1.0 - 0.5**0.5)
 """Error of a solution over its difference from the one with half, and with twice, as many
 increments h. The error falls like √h at least: where a contact grows from a point, the first
 increment covers a part √h of it, and the error that it makes there remains."""
+UNNAMED = 16
+"""Largest number of increments of a step that names none. It divides an error that falls like √h by
+four; the number is chosen for its cost, and what is left of the error is reported."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -64,6 +67,29 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
     large = [new_finding("path", text, advice=ADVICE, measured=error, limit=limit)]
     solution = replace(solution, accuracy=replace(solution.accuracy, path=error))
     return solution.with_findings(large if error > limit else [])
+
+
+def automatic(
+    problem: PreparedProblem, solution: Solution, wanted: float | None
+) -> PreparedProblem | None:
+    """Return the problem with more increments in the steps that name none, where the error of the
+    path exceeds the wanted one; else None, as in problems with cycles, where jumps matter.
+
+    They are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`.
+    """
+    named = ["increments" in step.model_fields_set for step in problem.steps]
+    posed = problem.discrete.problem
+    begins = posed.method.start in ("zero", "frictionless") and posed.cycle is None
+    error, limit = solution.accuracy.path, wanted or limit_of("path")
+    if all(named) or not begins or not error > limit:
+        return None
+    count = int(min(np.ceil((error / limit) ** 2), UNNAMED))
+    steps = tuple(
+        step if own else step.model_copy(update={"increments": count})
+        for step, own in zip(problem.steps, named, strict=True)
+    )
+    posed = posed.model_copy(update={"step": steps})
+    return replace(problem, discrete=replace(problem.discrete, problem=posed))
 
 
 def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
