@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -181,13 +181,27 @@ def _component(values: Callable[[Array], Array], number: int, at: Array) -> Arra
 
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
     """Return the fractions inside a side at which a gap has a kink, and at which it jumps."""
-    if not (callable(gap) or isinstance(gap, str)):
+    if not (callable(gap) or isinstance(gap, str)) or gap == "geometry":
         return np.empty(0), np.empty(0)
     at = functools.partial(variables, side, offset)
     values = functools.partial(_values, [gap], "gap", at, False)
     power = math.inf if side.curvature else degree(gap)
     (fraction, power), *_ = _shown([gap], side, at, values, power)
     return fraction[power >= JUMP], fraction[power < JUMP]
+
+
+@functools.singledispatch
+def gap_jumps(boundary: Any, part: str, gap: Value) -> Array:
+    """Return the points of a part at which a gap jumps, (k, d) [length]; on surfaces they are not
+    looked for."""
+    return np.empty((0, 0))
+
+
+@gap_jumps.register
+def _(boundary: Outline, part: str, gap: Value) -> Array:
+    sides = zip(boundary.sides, boundary.offsets, strict=True)
+    found = [side.point(gap_switches(gap, side, s)[1]) for side, s in sides if side.part == part]
+    return np.vstack([np.empty((0, 2)), *found])
 
 
 def gap_slope(gap: Value, side: Side, offset: float, end: int) -> float:

@@ -193,7 +193,11 @@ class _Samples:
         """The unbounded places next to which more than a peak is sampled."""
         values = self._values(key)[: len(self._element)]
         bound = self._least if peak is None else max(peak.value, self._least)
-        return [p for p in self._places if values[np.isin(self._element, p.elements)].max() > bound]
+        return [
+            place
+            for place in self._places
+            if not place.elements or values[np.isin(self._element, place.elements)].max() > bound
+        ]
 
     def top(self, key: str, peak: StressPeak) -> StressPeak | None:
         """The top near a sample; None where the way up leads inside to a place without a bound.

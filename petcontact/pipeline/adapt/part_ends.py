@@ -49,7 +49,7 @@ def pressed_sides(
     body."""
     pressed = [PressedSides() for _ in outlines]
     for side in sides:
-        if side.law.normal == "unilateral" and side.law.gap != "geometry":
+        if side.law.normal == "unilateral":
             _add_switches(pressed[side.body], outlines[side.body], side)
         _add_apex(pressed, outlines, side)
         if side.primary is None or side.periodic:

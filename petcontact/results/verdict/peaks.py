@@ -49,5 +49,6 @@ def _words(number: Number, tell: Teller) -> str:
 
 
 def _named(body: str, part: str) -> str:
-    """A part of a body; of the only body the part."""
-    return part if body == ONE_BODY else ".".join(filter(None, (printable(body), part)))
+    """Return the name of a part with its body, or what lies on the body; without the only body."""
+    mark = ": " if " " in part else "."
+    return part if body == ONE_BODY else mark.join(filter(None, (printable(body), part)))
