@@ -8,9 +8,13 @@ p (-F_x - z V_x, -F_y - z V_y, 2V - z V_z), for a shear e_x (2V - z F_xx, -z F_x
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ..arrays import Array
+
+_gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
 def elliptic_load(
@@ -45,7 +49,7 @@ def elliptic_load(
     """
     u = np.zeros_like(x)
     (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
-    for node, weight in zip(*np.polynomial.legendre.leggauss(points), strict=True):
+    for node, weight in zip(*_gauss(points), strict=True):
         t = 0.5 * a * (1.0 + node)
         share = 0.5 * weight * t * (1.0 + poisson) / np.pi * 0.5
         w = depth + 1j * t

@@ -100,8 +100,8 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
     write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
-def write_group(group: Any, solution: SolutionData) -> None:
-    """One solution into an HDF5 file or group."""
+def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> None:
+    """One solution into an HDF5 file or group; who reads it without its numbers computes them."""
     for name, mesh in solution.meshes.items():
         place = _ordered(group, f"bodies/{name}")
         write_mesh(place.create_group("mesh"), mesh)
@@ -121,7 +121,8 @@ def write_group(group: Any, solution: SolutionData) -> None:
         _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
     write_findings(group, solution.findings)
-    write_numbers(group, solution.numbers)
+    if numbers:
+        write_numbers(group, solution.numbers)
     if solution.wear is not None:
         write_wear(group, solution.wear)
     group.attrs.update(

@@ -29,9 +29,10 @@ def packed(solution: Solution, keep: str) -> bytes:
         archive = io.BytesIO()
         np.savez(archive, **contact_arrays(solution))
         return archive.getvalue()
+    # without numbers, which take longer than to iterate and follow from the fields when asked for;
     # in memory: HDF5 crashes the process when the disk fills up under a file of its own
     with h5py.File("case", "w", driver="core", backing_store=False, track_order=True) as file:
-        write_group(file, solution)
+        write_group(file, solution, numbers=False)
         file.flush()
         return bytes(file.id.get_file_image())
 
