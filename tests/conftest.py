@@ -52,6 +52,13 @@ def unestimated(monkeypatch):
     monkeypatch.setattr("petcontact.pipeline.solve.with_estimate", lambda solution, *_: solution)
 
 
+@pytest.fixture
+def unsampled(monkeypatch):
+    """The largest stresses are not looked for, which takes longer than a small solve: of tests of
+    verdicts and files that do not look at them."""
+    monkeypatch.setattr("petcontact.results.numbers.stress_peaks", lambda *_: {})
+
+
 @pytest.fixture(scope="session")
 def comm():
     """PETSc.COMM_SELF: the serial tests must not meet on a communicator of many."""

@@ -13,6 +13,8 @@ from petcontact.contact.law_protocol import OPEN
 from petcontact.pipeline.pose.as_posed import as_posed
 from petcontact.results.figures.model import parts_of
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 

@@ -24,6 +24,8 @@ from petcontact.pipeline.eliminate import ELASTIC_LIMIT
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.solve import solve
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0
 PATIENT = settings(

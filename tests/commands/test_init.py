@@ -14,6 +14,8 @@ from petcontact.commands.init import KINDS
 from petcontact.commands.main import main
 from petcontact.manual import ORDER, chapter
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_starter_solves_as_it_is(kind, tmp_path, monkeypatch, capsys):

@@ -17,6 +17,8 @@ from petcontact import load
 from petcontact.commands.main import COMMANDS, main, split_arguments
 from petcontact.commands.solve import report_ignored, report_unused
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 ROOT = Path(__file__).parents[2]
 EXAMPLE = (ROOT / "configs" / "example1.toml").read_text()
 COARSE = ("--set", "mesh.element_size=0.5")

@@ -9,6 +9,8 @@ from conftest import example
 from petcontact import MeshOptions, solve
 from petcontact.commands.main import main
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 
 @pytest.mark.parametrize(
     ("words", "message"),

@@ -20,6 +20,8 @@ from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.problems import run_case
 from petcontact.sweep.schedule.groups import make_groups
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 MESHES = [
     MeshOptions(element_size=0.05),
@@ -32,8 +34,9 @@ def compressed(case, **bem):
     return case.model_copy(update={"bem": Bem(mat_type="hodlr", **bem)})
 
 
-@pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("mesh", MESHES, ids=["uniform", "order 3", "graded"])
+@pytest.mark.parametrize(
+    ("number", "mesh"), zip((1, 2, 1), MESHES, strict=True), ids=["uniform", "order 3", "graded"]
+)
 def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
     case = example(number, mesh=mesh)
     whole = Posed(case, comm)
@@ -57,7 +60,7 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
 
 def test_elements_of_a_billionth_of_the_body(comm):
     """G of the smallest elements is 1e-10 of H: the factorisation keeps the digits of both."""
-    case = example(1, mesh=MeshOptions(order=3, grading=0.5, levels=33))
+    case = example(1, mesh=MeshOptions(order=3, grading=0.25, levels=17))
     dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
     assert dense.operators.mesh.length.min() < 1e-9
     sigma = np.cos(dense.operators.mesh.x[dense.operators.data.contact_nodes, :1])
@@ -90,8 +93,7 @@ def test_the_unit_of_length_does_not_matter(comm):
         assert np.allclose(u_0, found[0][1], rtol=0, atol=1e-11 * np.abs(u_0).max())
 
 
-@pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
+@pytest.mark.parametrize(("number", "rule"), [(1, "self-adaptive"), (2, "modified")])
 def test_iteration_counts_are_the_dense_ones(number, rule):
     case = example(number, mesh=MeshOptions(element_size=0.1), rule=rule, rho=100.0)
     dense, small = solve(case), solve(compressed(case))

@@ -18,6 +18,8 @@ from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
 from petcontact.runtime.petsc import options, petsc
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = {"mesh.element_size": 1.4}
 

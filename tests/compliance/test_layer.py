@@ -127,14 +127,13 @@ def test_thickness_is_the_distance_through_the_body(number, thickness):
     assert [s.closed for s in strips_of(ops)] == [0.0]
 
 
-@pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize(
-    "mesh",
+    ("number", "mesh"),
     [
-        MeshOptions(element_size=0.1),
-        MeshOptions(element_size=0.2, order=1),
-        GRADED,
-        MeshOptions(order=5, levels=14),
+        (1, MeshOptions(element_size=0.1)),
+        (2, MeshOptions(element_size=0.2, order=1)),
+        (1, GRADED),
+        (2, MeshOptions(order=5, levels=14)),
     ],
     ids=["h=0.1", "order 1", "graded 3", "graded 5"],
 )
@@ -192,13 +191,12 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
     assert not found[~stick].any() and not compressed.fast
 
 
-@pytest.mark.parametrize(
-    "mesh", [MeshOptions(element_size=0.2), MeshOptions(levels=8)], ids=["uniform", "graded"]
-)
 @pytest.mark.parametrize("held", [("left",), ("right",), ("left", "right"), ()])
-def test_held_neighbours_turn_the_reflection(mesh, held, comm):
+def test_held_neighbours_turn_the_reflection(held, comm):
     """Beside a roller that holds u_t the strip goes on oddly: T⁻¹S stays as good as beside free
     sides."""
+    # a mesh of each kind
+    mesh = MeshOptions(element_size=0.2) if len(held) == 1 else MeshOptions(levels=8)
     base = example(1, mesh=mesh)
     boundary = [
         Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c
@@ -312,7 +310,7 @@ def test_reflections_by_transforms_are_the_folded_loop(ends, signs, n):
 
 
 @pytest.mark.parametrize("ends", petcontact.compliance.layer.reflection.REFLECTED)
-@pytest.mark.parametrize("size", [1, 2, 53, 106, 271])
+@pytest.mark.parametrize("size", [1, 2, 106])
 def test_lengths_with_a_large_prime_factor_take_longer_transforms_and_the_same_products(
     ends, size, monkeypatch
 ):

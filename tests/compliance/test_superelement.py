@@ -38,6 +38,8 @@ from petcontact.commands.main import main
 from petcontact.model.case import parse_problem
 from petcontact.pipeline.superelement import condensed_body
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 STEEL, COARSE = Material(1.0, 0.3, density=1.0), MeshOptions(element_size=0.25, order=1)
 

@@ -81,8 +81,9 @@ def columns_of(compressed):
     return compressed.coarse(rows, columns, compressed.shape)
 
 
-@pytest.mark.parametrize("shape", ["block", "plate", "plane", "anywhere"])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+@pytest.mark.parametrize(
+    ("shape", "tolerance"), [("block", 1e-3), ("plate", 1e-7), ("plane", 1e-3), ("anywhere", 1e-7)]
+)
 def test_each_block_holds_the_tolerance(shape, tolerance):
     kernel, tree = prepared(shape)
     blocks = block_tree(tree)

@@ -17,7 +17,7 @@ from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.system import Modes
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_pivots_end_in_a_solution_of_every_copositive_problem(seed):
     random = np.random.default_rng(seed)
     n = random.integers(1, 30)
@@ -58,8 +58,7 @@ def drawer(pull, offset, gap=1.0):
     return Spheres(motion, gap * np.ones(4), pull * np.array([1.0, 0.0, -offset]))
 
 
-@pytest.mark.parametrize("near", [0, 2, 4])
-@pytest.mark.parametrize("gap", [0.0, 1.0, 1000.0])
+@pytest.mark.parametrize(("near", "gap"), [(0, 0.0), (2, 1.0), (4, 1000.0)])
 @pytest.mark.parametrize(("friction", "holds"), [(0.24, False), (0.27, True), (1.0, True)])
 def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_offset(
     friction, holds, gap, near
@@ -79,7 +78,7 @@ def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_off
     assert any(ends) == holds
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_nodes_whose_sets_cycle_are_pivoted_on_alone(seed):
     """The others stay on their pieces of a solution: pivots on two nodes that are on wrong ones
     find it again, with a bound that falls to 0 within a thousandth of it where contact opens."""

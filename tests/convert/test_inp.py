@@ -12,6 +12,8 @@ from inp_decks import grid, sets
 from petcontact import load, solve
 from petcontact.commands.main import main
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 YOUNG, POISSON, DROP = 1000.0, 0.25, 0.002
 
 

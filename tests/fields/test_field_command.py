@@ -13,6 +13,8 @@ from conftest import example
 from petcontact import MeshOptions, field_on_grid, load, solve, write_solution
 from petcontact.commands.main import main
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 

@@ -111,9 +111,9 @@ def solved():
     }
 
 
-@pytest.mark.parametrize("kind", ["uniform", "graded"])
 @pytest.mark.parametrize(
-    ("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.85), ((6.5, 2.0), 1.2)]
+    ("kind", "centre", "radius"),
+    [("uniform", (2.0, 2.0), 1.0), ("graded", (4.0, 1.0), 0.85), ("graded", (6.5, 2.0), 1.2)],
 )
 def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
     """Force and moment of the tractions over a circle inside: zero, whatever the error of the

@@ -16,6 +16,9 @@ from petcontact.manual import chapter
 ROOT = Path(__file__).parents[2]
 CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.toml"))
 
+SLOW = ("load_path.toml", "rounded_pin.toml")
+"""Take ten times as long as the others."""
+
 
 def command(config: str) -> list[str]:
     """The first command of the chapter that solves it."""
@@ -27,7 +30,9 @@ def command(config: str) -> list[str]:
     return shlex.split(lines[0])[1:]
 
 
-@pytest.fixture(params=CONFIGS)
+@pytest.fixture(
+    params=[pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CONFIGS]
+)
 def recipe(request, tmp_path, monkeypatch):
     """Name of a config, exit status of its command, and its solution."""
     (tmp_path / "configs").symlink_to(ROOT / "configs")

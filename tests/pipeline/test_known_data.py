@@ -98,7 +98,6 @@ TURN = {2: ("0.01*(y - 1)", "-0.01*x"), 3: ("0.01*(z - 1)", "0.02*z", "-0.01*x -
 @pytest.mark.parametrize(
     ("body", "storage", "order"),
     [
-        (RING, "dense", 1),
         (RING, "hodlr", 2),
         (Sphere(centre=(0, 0, 0), radius=1), "dense", 1),
         (Sphere(centre=(0, 0, 0), radius=1), "hmatrix", 1),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,12 @@ from petcontact.pipeline.judge.findings import new_finding
 from petcontact.refinement.levels import LEAST_GAIN
 from petcontact.results.number_errors import path_errors
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
 
+@functools.cache
 def pressed(space, gap, increments, friction=0.3):
     """A rigid roller, ball or plate on a block, in one step with the pair of the contact at its
     end."""
@@ -68,9 +73,8 @@ def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error
     assert 1 < len(unnamed.steps) <= 16 and unnamed.accuracy.path < 0.5 * one.accuracy.path
 
 
-@pytest.mark.parametrize("increments", [1, 2, 4])
-def test_few_increments_are_compared_with_others(increments):
-    assert warned(pressed(False, "x**2/8", increments))
+def test_few_increments_are_compared_with_others():
+    assert all(warned(pressed(False, "x**2/8", count)) for count in (1, 4))
     assert warned(pressed(False, "x**2/8", 12)) == []
 
 
@@ -81,7 +85,7 @@ def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
     """Two increments, of which the first closes no gap, agree with one: only what follows after the
     first touch tells."""
     gap = "(x**2 + y**2)/4 + 0.08" if space else "x**2/8 + 0.05"
-    once, many, auto = (pressed(space, gap, count) for count in (1, 256, "auto"))
+    once, many, auto = (pressed(space, gap, count) for count in (1, 64, "auto"))
     shear = [found.pairs["pair"].sigma_t for found in (once, auto, many)]
     size = np.linalg.norm(shear[2])
     assert (
@@ -95,7 +99,7 @@ def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
 
 
 def test_few_increments_after_bodies_touch_are_compared_with_others():
-    for count in (1, 2, 4, 8):
+    for count in (1, 8):
         assert warned(pressed(False, "x**2/8 + 0.05", count))
     assert warned(pressed(False, "x**2/8 + 0.05", 64)) == []
 

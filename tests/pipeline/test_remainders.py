@@ -41,7 +41,6 @@ def pressed(gap: str, size: float, *, free: bool = True) -> Problem:
     ("load", "exact"),
     [
         ("where((x-1)**2+(y-1)**2 < 0.09, -0.01, 0.0)", -0.01 * math.pi * 0.09),
-        ("-0.01*exp(-((x-.7)**2+(y-1.1)**2)/0.005)", -0.01 * math.pi * 0.005),
         ("-0.01*where(abs(x-.31) < .04, 1, 0)", -0.01 * 0.08 * 2.0),
     ],
 )

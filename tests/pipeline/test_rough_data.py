@@ -40,7 +40,6 @@ def guarded_circle(at: float, gap: str) -> Problem:
 @pytest.mark.parametrize(
     ("at", "gap"),
     [
-        (0.0, "where(abs({x}) < 3, 3 - sqrt(max(9 - {x}**2, 0)), 3)"),
         (0.0, "max(0, 3 - sqrt(max(9 - {x}**2, 0)))"),
         (1000.0, "where(abs({x}) < 3, 3 - sqrt(max(9 - {x}**2, 0)), 3)"),
     ],

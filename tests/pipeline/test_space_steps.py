@@ -22,10 +22,9 @@ from petcontact.geometry.rotation import MOTIONS
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
-from petcontact.results.figures.plots import plot_all
 from petcontact.results.hdf5 import write_solution
-from petcontact.results.solution import read_result
-from petcontact.results.vtu.collection import write_collection
+
+pytestmark = pytest.mark.usefixtures("unsampled")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(
@@ -169,12 +168,10 @@ def test_a_block_on_the_floor_held_by_friction():
 @pytest.mark.parametrize(
     ("value", "why"),
     [
-        ([0.4, 0.0, -1.0], "pushes it along +x"),
         (
             [0.288, 0.119, -1.0],
             "cannot be held",
         ),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
-        ([0.0, 0.0, 0.5], "pushes it along +z"),
         (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
     ],
 )
@@ -339,55 +336,6 @@ def test_what_to_look_at_is_told():
     assert "ONLY 4 of 64 nodes closed" in " ".join(few.verdict().split())
 
 
-@pytest.mark.slow
-def test_a_stack_files_figures_and_fields(tmp_path):
-    """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was
-    solved."""
-    solution = solved(STACK)
-    assert solution.converged and solution.provenance.motions == {"base": 0, "block": 6}
-    (warning,) = solution.warnings
-    assert warning.startswith("the error is estimated to be 36%")  # 32 contact nodes
-    pair = solution.last.pairs["pair"]
-    assert pair.force == pytest.approx([-0.3, -0.2, 2.0], abs=1e-12)
-    base, traction = solution.meshes["base"], solution.last.bodies["base"].traction
-    nodes = base.nodes_of("top")
-    assert base.weight[nodes] @ traction[nodes] == pytest.approx(-pair.force, abs=1e-12)
-    bottom = base.nodes_of("bottom")
-    assert base.weight[bottom] @ traction[bottom] == pytest.approx(pair.force, rel=0.02)
-    write_solution(tmp_path / "stack.h5", solution)
-    with h5py.File(tmp_path / "stack.h5") as file:
-        place, m = file["steps/1/contact/pair"], len(pair.x)
-        shapes = {"x": (m, 3), "tangent": (m, 2, 3), "gap": (m,), "sigma_t": (m, 2), "slip": (m, 2)}
-        assert all(place[key].shape == shape for key, shape in shapes.items())
-        assert place.attrs["force"].shape == place.attrs["moment"].shape == (3,)
-    again = read_result(tmp_path / "stack.h5")
-    assert (
-        again.verdict() == solution.verdict()
-        and "body block: 40 elements of order 1, 480 unknowns" in again.verdict(True)
-    )
-    inside = np.array([[1.0, 0.5, 0.5], [0.4, 0.3, 0.7]])
-    assert np.array_equal(again.at(inside, "block"), solution.at(inside, "block"))
-    assert again.stress_at(inside, "block")[:, 2] == pytest.approx([-1.0, -1.0], abs=0.3)
-    with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
-        again.at(inside, "blok")
-    figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
-    kinds = (
-        "surface",
-        "displacement",
-        "traction",
-        "normal",
-        "states",
-        "error",
-        "stress",
-        "history",
-    )
-    assert figures == {f"stack-{kind}" for kind in kinds}
-    files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
-    assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]
-    assert set(meshio.read(files[3]).point_data) == {"displacement", "stress", "von_mises"}
-    assert 0 <= meshio.read(files[2]).cell_data["contact"][0].max() <= 2
-
-
 def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
     solution = solved(BLOCK)
     write_solution(tmp_path / "block.h5", solution)
@@ -423,10 +371,10 @@ def test_gaps_are_distances_along_the_direction():
     assert all("apart" in text for text in oblique.warnings)
 
 
-SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12)]
+SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12)]
 
 
-@pytest.mark.parametrize("seed", [0, 1, *SLOW])
+@pytest.mark.parametrize("seed", [0, *SLOW])
 def test_random_problems_obey_the_law(seed):
     """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every
     node, step by step."""

@@ -8,6 +8,8 @@ from petcontact import solve
 from petcontact.model.base import parse
 from petcontact.model.problem import Problem
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 
 def warned(boundary=None, steps=(), **more):
     """Warnings of a small block on a floor."""

@@ -18,6 +18,8 @@ from petcontact import (
 )
 from petcontact.model.base import parse
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 
 def test_a_body_that_turns_is_warned_of(comm):
     """A block whose top is turned by 3 rad, above a floor that it does not reach."""

@@ -14,7 +14,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.sweep.problems import run_case
 from petcontact.sweep.quantities import row_of
 
-pytestmark = pytest.mark.usefixtures("unestimated")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 NU = 0.499
 LOAD = np.pi / (4.0 * (1.0 - NU**2))

@@ -8,6 +8,8 @@ from variants import KINDS, SAMPLE, VARIANTS, Variant, differences, drawn, obser
 
 from petcontact import solve
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 AS_DRAWN = Variant()
 CASES = [(number, False) for number in range(36)] + [(number, True) for number in (0, 3, 4, 5)]
 

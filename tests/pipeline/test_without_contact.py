@@ -27,6 +27,8 @@ from petcontact.commands.main import main
 from petcontact.errors import InputError
 from petcontact.model.load_steps import BoundaryChange
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 YOUNG, POISSON, PULL = 1000.0, 0.3, 2.0
 
 

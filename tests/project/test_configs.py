@@ -15,7 +15,10 @@ CONFIGS = sorted([*FOLDER.glob("*.toml"), *FOLDER.glob("kinds/*.toml")])
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
-SLOW = ("space_adaptive", "space_bearing", "space_flange", "space_hip", "stack")
+SLOW = (
+    *("space_a", "space_adaptive", "space_bearing", "space_bracket", "space_flange", "space_hip"),
+    *("space_sphere", "stack"),
+)
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
 test_space_steps."""

@@ -21,6 +21,8 @@ from petcontact.results.figures.view import view_of
 from petcontact.results.records import BodyResult
 from petcontact.results.tables import write_tables
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 STEPPED = """
 [[body]]

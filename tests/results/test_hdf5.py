@@ -24,6 +24,8 @@ from petcontact.results.report import Provenance, as_json
 from petcontact.results.solution import read_result
 from petcontact.runtime.atomic_write import temporary_name
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 ROOT = Path(__file__).parents[2]
 
 

@@ -29,6 +29,8 @@ from petcontact.model.base import parse
 from petcontact.results.figures.turning import UNKNOWN, scene, write_page
 from petcontact.results.hdf5 import write_solution
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 CHROMIUM = (
     shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 )

@@ -21,6 +21,8 @@ from petcontact.model.problem import Material
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.vtu.collection import write_collection
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 NEWTON = SemismoothNewton()
 DISC = """
 [[body]]

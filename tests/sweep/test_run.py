@@ -29,6 +29,8 @@ from petcontact.sweep.schedule.groups import describe, make_groups
 from petcontact.sweep.store.case_table import read_case, read_case_table
 from petcontact.sweep.store.log import Record, records
 
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
+
 SECONDS = "iterate_seconds"
 
 

@@ -308,7 +308,7 @@ def test_indenters_of_a_half_space(name, least):
     assert force < 1e-5 and pressure < least
 
 
-@pytest.mark.parametrize("number", [0, 3])
+@pytest.mark.parametrize("number", [0, pytest.param(3, marks=pytest.mark.slow)])
 def test_random_problems_reach_what_is_wanted_and_report_no_less_than_the_error(number):
     """A few of those that scripts/verify_axial draws."""
     (found,) = solved(random_revolution, 1, number, [2e-2], 5e-4)

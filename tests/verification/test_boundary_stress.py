@@ -26,6 +26,8 @@ from petcontact import (
 )
 from petcontact.fields.boundary.places import best_places
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 
 @pytest.mark.parametrize(
     ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)]

@@ -25,6 +25,8 @@ from petcontact import (
 from petcontact.fields.interior import field_at
 from petcontact.reference.lame import Cylinder
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
 TUBE = Cylinder(1.0, 2.0, 200.0, 0.3, pressure_inside=1.0)
 METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, max_iterations=5000)

@@ -18,6 +18,8 @@ from scipy.interpolate import CubicSpline
 
 from petcontact import MeshOptions, solve
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 ENERGY = {1: -57.33072119395112, 2: -1708.0131192238318}
 FRICTION = {1: 11.769261272421286, 2: 455.87759261972184}
 SIGMA_T = {1: -741.9213651876003, 2: -364.3738052669273}
@@ -75,7 +77,7 @@ def rates(results):
     ]
 
 
-@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("number", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_graded_meshes_converge_faster_than_uniform_ones(number):
     uniform, graded = (
         [figures(run(number, **mesh), number) for mesh in meshes] for meshes in (UNIFORM, GRADED)

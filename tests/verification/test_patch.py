@@ -19,6 +19,8 @@ from petcontact import (
 )
 from petcontact.fields.interior import field_at
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 POINTS = ((1.0, 0.0), (6.0, 0.0), (7.0, 2.5), (4.0, 2.0), (3.0, 4.5), (0.5, 3.0))
 NAMES = ("foot", "right", "notch", "roof", "top", "left")
 INSIDE = np.array([[1.5, 0.1], [6.4, 2.2], [3.9, 1.95], [3.0, 4.3], [4.4, 0.7], [0.75, 2.9]])
@@ -60,9 +62,9 @@ def slipping(material, *, order, hole, size=0.6):
     return solution, exact, np.array([xx, yy, xy])
 
 
-@pytest.mark.parametrize("hole", [False, True])
-@pytest.mark.parametrize("plane", ["strain", "stress"])
-@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize(
+    ("order", "plane", "hole"), [(1, "stress", False), (3, "stress", True), (3, "strain", False)]
+)
 def test_constant_stress_with_slip_is_exact(order, plane, hole):
     material = Material(young_modulus=1000.0, poisson_ratio=0.3, plane=plane)
     solution, exact, stress = slipping(material, order=order, hole=hole)

@@ -56,7 +56,9 @@ def error(solution, angle):
     return float(np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)))
 
 
-@pytest.mark.parametrize("degrees", [20.0, pytest.param(60.0, marks=pytest.mark.slow), 84.0])
+@pytest.mark.parametrize(
+    "degrees", [20.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (60.0, 84.0))]
+)
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
     solution = adapt(pin(angle), 1e-5)

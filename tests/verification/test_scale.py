@@ -29,6 +29,8 @@ from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.pose.load_states import boundary_data
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 
 def toe(length, stress, **mesh):
     """A block with a rounded toe, its data in units of which one is `length` of ours, one of stress
@@ -134,10 +136,10 @@ def gap(ops):
     return values[-1] / values[-4]
 
 
-@pytest.mark.parametrize("size", [1e-6, 0.3, 1.0, 2.4, 1e3])
+@pytest.mark.parametrize("size", [1e-6, 1.0, 2.4])
 @pytest.mark.parametrize("name", BODIES)
 def test_no_body_of_any_size_meets_the_degenerate_scale(name, size):
-    for nu in (0.0, 0.3, 0.49):
+    for nu in (0.0, 0.49):
         assert gap(operators(BODIES[name](size), nu)) > 0.2
 
 

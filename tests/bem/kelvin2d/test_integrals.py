@@ -119,9 +119,12 @@ def assert_as_reference(element, size, points, tolerance=1e-12):
 # -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("distance", DISTANCES)
+@pytest.mark.parametrize(
+    ("order", "distance"),
+    [(order, distance) for order in ORDERS for distance in DISTANCES[order % 3 :: 3]],
+)
 def test_entries_off_the_element(order, distance):
+    """A third of the distances for each order, all of them for any three."""
     rng = np.random.default_rng([order, DISTANCES.index(distance)])
     element, size = random_element(rng, order)
     along, angle = (
@@ -179,7 +182,7 @@ def test_self_pairs(order):
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("s", [-0.99, -0.31, 0.45, 1.7])
+@pytest.mark.parametrize("s", [-0.99, 0.45])
 def test_points_told_to_lie_on_the_line(order, s):
     element, _ = random_element(np.random.default_rng(order), order)
     none = np.array([-1])

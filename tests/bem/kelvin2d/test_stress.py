@@ -26,7 +26,7 @@ def assert_as_reference(element, point, distance, size):
 
 
 @pytest.mark.parametrize("order", range(6))
-@pytest.mark.parametrize("angle", [0.0, 1e-8, 0.1, -0.7, 1.5])
+@pytest.mark.parametrize("angle", [0.0, 1e-8, -0.7])
 def test_kernels_of_the_stress(order, angle):
     rng = np.random.default_rng(order)
     for distance in (1e-5, 1e-3, 0.05, 0.3, 0.8, 1.4, 3.0, 6.1, 60.0, 1e4):

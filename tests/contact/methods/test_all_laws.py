@@ -54,7 +54,7 @@ def satisfies(law, system, state, mu, slack=1e-8):
     )
 
 
-@pytest.mark.parametrize("count, error_p, error_q", [(50, 9.0e-3, 1.7e-2), (200, 2.3e-3, 4.2e-3)])
+@pytest.mark.parametrize("count, error_p, error_q", [(50, 9.0e-3, 1.7e-2)])
 def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
     """A cylinder of R = 1 pressed to a = 1, then pushed by 0.64 µP and back: stick half width
     √(1-Q/µP) = 0.6."""
@@ -81,7 +81,7 @@ def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
     )
 
 
-@pytest.mark.parametrize("ratio, mu", [(0.5, 0.3), (0.0, 0.3), (0.0, 4.0)])
+@pytest.mark.parametrize("ratio, mu", [(0.5, 0.3), (0.0, 4.0)])
 def test_disks_on_a_half_space(ratio, mu):
     """A sphere pressed, pushed obliquely and turned: the same code as in the plane; Hertz where ν =
     1/2 uncouples."""
@@ -115,9 +115,10 @@ def coupled_half_plane(count, sign):
     return x, weight, blocks.reshape(2 * count, 2 * count)
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.1, 0.3, 1.0, 2.0, 4.0])
-@pytest.mark.parametrize("count", [30, 100])
-@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize(
+    ("mu", "count", "sign"),
+    [(0.0, 30, 1), (0.3, 100, -1), (1.0, 30, 1), (2.0, 30, -1), (4.0, 100, 1)],
+)
 def test_any_friction_from_a_cold_start(mu, count, sign):
     """A rigid parabola, pressed and shifted in one step, far and little."""
     x, weight, matrix = coupled_half_plane(count, sign)
@@ -131,8 +132,9 @@ def test_any_friction_from_a_cold_start(mu, count, sign):
         satisfies(law, system, state, mu)
 
 
-@pytest.mark.parametrize("rule", [Modified, SelfAdaptive])
-@pytest.mark.parametrize("k, mu", [(2, 0.0), (2, 0.4), (2, 1.0), (3, 0.4)])
+@pytest.mark.parametrize(
+    ("rule", "k", "mu"), [(Modified, 2, 0.0), (SelfAdaptive, 2, 1.0), (Modified, 3, 0.4)]
+)
 def test_projection_with_two_rho_finds_what_newton_finds(rule, k, mu):
     if k == 2:
         x, weight, matrix = coupled_half_plane(40, 1)
@@ -335,8 +337,7 @@ class ByProducts(ReducedSystem):
         return Stand(self._operator.matrix(), self.u_0.shape[1])
 
 
-@pytest.mark.parametrize("k", [2, 3])
-@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize(("k", "held"), [(2, True), (3, False)])
 def test_newton_by_products_alone(k, held):
     """Coulomb friction with and without rigid motions: GMRES on what is seen, T in all directions
     as its preconditioner."""

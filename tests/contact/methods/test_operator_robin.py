@@ -60,7 +60,7 @@ def test_iterations_do_not_depend_on_the_mesh(number, mesh, comm):
     prepared.close()
 
 
-@pytest.mark.parametrize("omega", [0.3, 1.0, 1.95])
+@pytest.mark.parametrize("omega", [0.3, 1.95])
 def test_converges_for_every_relaxation(omega, comm):
     prepared = Posed(example(2), comm)
     exact = newton(prepared, 50)

@@ -29,6 +29,8 @@ from petcontact.sweep.report.text import csv_text, markdown
 from petcontact.sweep.store.case_table import CaseTable, read_case_table
 from petcontact.sweep.store.columns import columns_of
 
+pytestmark = pytest.mark.usefixtures("unsampled")
+
 SWEEP = """
 title = "A <b>small</b> & quick sweep | two bodies"
 problems = ["example1.toml", "example2.toml"]

@@ -184,7 +184,7 @@ def test_plane_strain_between_smooth_walls() -> None:
     )
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_linear_fields_in_random_boxes(seed: int) -> None:
     """A body that sticks throughout under u = a z, or slides without friction under a strain free
@@ -234,7 +234,7 @@ def test_linear_fields_in_random_boxes(seed: int) -> None:
     assert np.abs(solution.traction - exact_t).max() < 1e-7 * np.abs(exact_t).max()
 
 
-@settings(max_examples=4, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 @given(seed=st.integers(0, 2**32 - 1), order=st.integers(1, 3))
 def test_motions_and_linear_fields_in_random_polyhedra(seed: int, order: int) -> None:
     """Convex hulls of random points: triangles of any shape and size."""
