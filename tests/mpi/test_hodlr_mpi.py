@@ -55,7 +55,7 @@ if comm.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(("ranks", "threads"), [(2, "12"), (5, "1")])
+@pytest.mark.parametrize(("ranks", "threads"), [(2, "12"), (3, "1")])
 def test_ranks_agree_with_the_dense_operator(ranks, threads):
     done = launch.run(ranks, "-c", PROGRAM, *threads)
     assert done.returncode == 0, done.stderr

@@ -129,7 +129,7 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     data = {
         "material": SOFT,
         "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
-        "mesh": {"accuracy": 0.2},
+        "mesh": {"accuracy": 0.35},
         "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
         "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
         "contact": [

@@ -52,9 +52,9 @@ def two_parts(mesh):
 
 
 PROBLEMS = {
-    "example 1": example(1),
-    "example 2": example(2),
-    "two parts": two_parts(MeshOptions(element_size=0.1)),
+    "example 1": example(1, mesh=MeshOptions(element_size=0.2)),
+    "example 2": example(2, mesh=MeshOptions(element_size=0.2)),
+    "two parts": two_parts(MeshOptions(element_size=0.2)),
     "two parts, order 2": two_parts(MeshOptions(element_size=0.5, order=2)),
     "graded": example(1, mesh=MeshOptions(order=3, levels=8)),
 }

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,10 +17,8 @@ from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
-from petcontact.model.case import load
 from petcontact.reference.lame import Sphere
 
-CONFIGS = Path(__file__).parents[3] / "configs"
 NU = 0.3
 Field = Callable[[np.ndarray], np.ndarray]
 
@@ -155,33 +152,6 @@ def test_hollow_sphere_of_lame() -> None:
             np.sqrt(mesh.weight @ np.sum(difference**2, axis=1) / (mesh.weight @ exact**2))
         )
     assert errors[1] < 0.08 and np.log2(errors[0] / errors[1]) > 1.6, errors
-
-
-def test_plane_strain_between_smooth_walls() -> None:
-    """Problem A between faces that only slide is the paper's first example: u_t and tractions of
-    the plane solver."""
-    walls = {
-        f"boundary.{k}.{key}": value
-        for k in (4, 5)
-        for key, value in (("condition", "displacement"), ("value", ["free", 0.0, "free"]))
-    }
-    case = load(
-        CONFIGS / "space_a.toml",
-        {**walls, "geometry.upper": [8.0, 1.0, 4.0], "mesh.element_size": 1.0},
-    )
-    assert [condition.part for condition in case.boundary[4:6]] == ["front", "back"]
-    space = petcontact.solve(case)
-    plane = petcontact.solve(load(CONFIGS / "example1.toml"))
-    assert space.converged and plane.converged
-    at = plane.contact
-    order = np.argsort(at.x[:, 0])
-    exact = np.interp(space.contact.x[:, 0], at.x[order, 0], at.u_t[order, 0])
-    weight = space.contact.weight
-    assert np.sqrt(weight @ (space.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2)) < 0.004
-    assert np.abs(space.contact.u_t[:, 1]).max() < 1e-3 * np.abs(exact).max()
-    np.testing.assert_allclose(
-        space.reactions()["bottom"][[0, 2]], plane.reactions()["bottom"], rtol=0.004
-    )
 
 
 @settings(max_examples=2, deadline=None)
