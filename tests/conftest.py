@@ -25,7 +25,7 @@ from petcontact.runtime.threads import cap_blas_threads
 
 cap_blas_threads()
 # a loaded machine is no counterexample; each run draws other examples, so that few a run are many
-settings.register_profile("untimed", deadline=None, max_examples=30)
+settings.register_profile("untimed", deadline=None, max_examples=15)
 settings.load_profile("untimed")
 
 

@@ -237,7 +237,7 @@ def value_of(text):
     return result
 
 
-@settings(PATIENT, max_examples=200)
+@settings(PATIENT, max_examples=80)
 @given(texts)
 def test_any_text_as_an_expression(text):
     result = value_of(text)

@@ -111,7 +111,7 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
     assert error <= 5e-9 * np.linalg.norm(exact, axis=1).max()
 
 
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(
     st.integers(0, 3000),
     st.integers(1, 4),

@@ -145,7 +145,7 @@ def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name)
     assert parameter(between, STEEL).value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 12), size=st.integers(1, 6))
 def test_smallest_balls(seed, count, size):
     """All points are inside, and whichever way the centre moves, it moves away from a point on the

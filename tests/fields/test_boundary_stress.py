@@ -226,7 +226,7 @@ def test_orders_on_hanging_nodes(order, rate):
     assert np.log2(errors[0] / errors[1]) > rate
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     order=st.integers(1, 3),
@@ -284,7 +284,7 @@ def curved(kind, order, rng):
     return SurfaceMesh(next(points), mesh.order, mesh.part, mesh.part_names, next(points))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     order=st.integers(0, 3),
@@ -325,7 +325,7 @@ def test_linear_fields_on_constant_elements(kind):
     assert np.abs(field.stress(*best_places(mesh)) - components(stress[None])).max() < 1e-11
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10**6), order=st.integers(0, 3), space=st.booleans())
 def test_points_of_the_boundary_are_found(seed, order, space):
     rng = np.random.default_rng(seed)

@@ -144,7 +144,7 @@ def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
 
 
 @given(st.floats(0.3, 3.0), st.floats(0.1, 2.0), st.floats(5.0, 360.0), st.floats(0.15, 1.0))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_rings_of_any_shape(inner, height, angle, size):
     loop = [
         Side("b", (inner + 1, 0)),

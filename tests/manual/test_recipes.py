@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from manual.test_gallery import NUMBERS, check_numbers
 
 from petcontact import load, read_result, solve
 from petcontact.commands.main import main
@@ -122,5 +123,7 @@ def load_path(solution):
 def test_a_recipe_ends_with_the_figures_of_the_chapter(recipe):
     name, status, solution = recipe
     assert status == (3 if name == "limit_load" else 0)
+    if name in NUMBERS:
+        check_numbers(name, solution)
     found, printed = globals()[name](solution)
     assert np.asarray(found) == pytest.approx(np.asarray(printed), rel=1e-2)

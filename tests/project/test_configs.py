@@ -7,7 +7,9 @@ from pathlib import Path
 
 import h5py
 import pytest
+from manual.test_gallery import NUMBERS, check_numbers
 
+from petcontact import read_result
 from petcontact.commands.main import main
 
 FOLDER = Path(__file__).parents[2] / "configs"
@@ -17,7 +19,7 @@ SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_
 
 SLOW = (
     *("space_a", "space_adaptive", "space_bearing", "space_bracket", "space_flange", "space_hip"),
-    *("space_sphere", "stack"),
+    *("space_sphere", "space_stack", "stack", "axial_press_fit", "fretting_specimen", "lap_joint"),
 )
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and
@@ -49,6 +51,8 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     assert [line for line in printed.err.splitlines() if not line.startswith(told)] == []
     assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
     assert (len(list(tmp_path.glob("result-*.png"))) >= 2) == figures
+    if path.stem in NUMBERS:
+        check_numbers(path.stem, read_result(tmp_path / "result.h5"))
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["status"] == "converged"
         last = file[f"steps/{len(file['steps'])}"]

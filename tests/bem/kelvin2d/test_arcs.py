@@ -90,7 +90,7 @@ def test_entries_off_the_arc(order, angle):
         assert_as_reference(element, size, point)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     order=st.integers(0, 5),
     angle=st.floats(-1.5, 1.5),

@@ -138,7 +138,7 @@ def test_entries_off_the_element(order, distance):
     assert_as_reference(element, size, anchor + step)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     order=st.integers(0, 5),
     log_distance=st.floats(-3, 6),
@@ -341,7 +341,7 @@ def test_galerkin_symmetry(order):
     np.testing.assert_array_equal(g[0, 1], g[1, 0])
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     order=st.integers(0, 5),
     turn=ARBITRARY,

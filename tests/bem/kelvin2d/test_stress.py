@@ -45,7 +45,7 @@ def test_kernels_of_the_stress(order, angle):
         )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     order=st.integers(0, 5), x=st.floats(-3, 4), y=st.floats(-3, 3), curvature=st.floats(-1.9, 1.9)
 )

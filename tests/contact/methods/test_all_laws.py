@@ -164,7 +164,7 @@ def test_projection_holds_bodies_by_contact_alone():
         OperatorRobin(1.8)(system, law, iteration())
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     st.integers(0, 10_000),
     st.integers(1, 20),

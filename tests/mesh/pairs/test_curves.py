@@ -28,7 +28,7 @@ def closed(rng, count):
     return Curves(start, end, bend)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(["along normals", "one direction", "any"]))
 def test_curves_sorted_out_beforehand_are_not_met(seed, kind):
     rng = np.random.default_rng(seed)

@@ -128,7 +128,7 @@ def passes(one, other, rng, direction=None):
     return facing, facing.loads @ np.ones(len(facing.secondary))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS, st.integers(0, 5), st.integers(0, 5))
 def test_straight_sides_pass_force_moment_and_constants(seed, order, opposite):
     rng = np.random.default_rng(seed)
@@ -140,7 +140,7 @@ def test_straight_sides_pass_force_moment_and_constants(seed, order, opposite):
     assert facing.met.all() and np.allclose(even, 1.0, atol=1e-12)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS, st.integers(0, 5), st.integers(0, 5))
 def test_sides_that_meet_partly_pass_force_and_moment(seed, order, opposite):
     rng = np.random.default_rng(seed)
@@ -155,7 +155,7 @@ def test_sides_that_meet_partly_pass_force_and_moment(seed, order, opposite):
     assert np.all(np.diff(facing.values.indptr)[~facing.met] == 0)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS, st.integers(0, 5), st.integers(0, 5), st.booleans())
 def test_arcs_pass_force_and_moment(seed, order, opposite, swapped):
     rng = np.random.default_rng(seed)
@@ -166,7 +166,7 @@ def test_arcs_pass_force_and_moment(seed, order, opposite, swapped):
     )
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS, st.integers(0, 3), st.integers(0, 3))
 def test_plane_faces_pass_force_moment_and_constants(seed, order, opposite):
     rng = np.random.default_rng(seed)
@@ -178,7 +178,7 @@ def test_plane_faces_pass_force_moment_and_constants(seed, order, opposite):
     assert facing.met.all() and np.allclose(even, 1.0, atol=1e-11)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS, st.integers(0, 3), st.integers(0, 3))
 def test_plane_faces_that_meet_partly_pass_force_and_moment(seed, order, opposite):
     rng = np.random.default_rng(seed)
@@ -245,7 +245,7 @@ def test_the_projection_converges():
     assert errors[0] > 6.0 * errors[1]
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(SEEDS)
 def test_polygons_are_clipped(seed):
     """Against GEOS; corners may be doubled, and the rule integrates squares exactly."""

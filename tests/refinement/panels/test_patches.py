@@ -78,7 +78,7 @@ def check(surface, part, zone, rings, size):
     return mesh
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(
     st.floats(-0.35, 0.35),
     st.floats(-0.35, 0.35),
