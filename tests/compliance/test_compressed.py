@@ -35,7 +35,9 @@ def compressed(case, **bem):
 
 
 @pytest.mark.parametrize(
-    ("number", "mesh"), zip((1, 2, 1), MESHES, strict=True), ids=["uniform", "order 3", "graded"]
+    ("number", "mesh"),
+    list(zip((1, 2, 1), MESHES, strict=True)),
+    ids=["uniform", "order 3", "graded"],
 )
 def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
     case = example(number, mesh=mesh)

@@ -23,7 +23,9 @@ MESHES = [
 
 
 @pytest.mark.parametrize(
-    ("number", "mesh"), zip((1, 2, 1), MESHES, strict=True), ids=["uniform", "order 3", "graded"]
+    ("number", "mesh"),
+    list(zip((1, 2, 1), MESHES, strict=True)),
+    ids=["uniform", "order 3", "graded"],
 )
 def test_robin_solves_are_those_of_the_system(number, mesh, comm):
     rng = np.random.default_rng(3)
