@@ -29,10 +29,11 @@ def packed(solution: Solution, keep: str) -> bytes:
         archive = io.BytesIO()
         np.savez(archive, **contact_arrays(solution))
         return archive.getvalue()
-    # without numbers, which take longer than to iterate and follow from the fields when asked for;
+    # numbers take longer than to iterate: those that follow from the fields are left to who asks
+    compared = solution.coarser is not None or bool(solution.paths)
     # in memory: HDF5 crashes the process when the disk fills up under a file of its own
     with h5py.File("case", "w", driver="core", backing_store=False, track_order=True) as file:
-        write_group(file, solution, numbers=False)
+        write_group(file, solution, numbers=compared)
         file.flush()
         return bytes(file.id.get_file_image())
 
