@@ -1,1 +1,1 @@
-"""Friction laws, rules for rho and the methods; they see a body only as u = u_0 + S sigma."""
+"""Contact laws, rules for ρ, and contact methods; they see a body only as u = u_0 + S σ."""

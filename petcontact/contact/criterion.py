@@ -1,4 +1,4 @@
-"""When a method may stop."""
+"""Stopping criteria of contact methods, and the measures of error that they use."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from .system import ContactSystem
 
 Stop = Literal["both", "displacement", "residual"]
 SLACK = 1e3
-"""How much larger than the tolerance the relative friction residual may be when the change has met
-it: a change that is small only because ρ is far off is no convergence."""
+"""Largest friction residual over the tolerance when the change is below the tolerance [-]. A change
+that is small only because ρ is wrong is no convergence."""
 
 FLOOR = 1e-3
-"""Of the size of u_0: displacements below it are compared with it and not with themselves, as where
-all nodes stick."""
+"""Displacement over the size of u_0, below which it is compared with u_0 instead of itself [-]. An
+example is a contact in which all nodes stick."""
 
 
 @frozen
 class Criterion:
-    """The stopping criterion of section 5, and two others.
+    """The stopping criterion of section 5 of the paper, and two others.
 
     Attributes
     ----------
@@ -40,14 +40,16 @@ class Criterion:
     stop: Stop = "both"
 
     def change(self, moved: float, size: float, pushed: float, traction: float) -> float:
-        """The relative change of a step that led to (v, σ), from ‖δv‖, ‖v‖, ‖δσ‖ and ‖σ‖; v without
-        gaps, beside which all changes are small."""
+        """Return the relative change of a step to (v, σ), from ‖δv‖, ‖v‖, ‖δσ‖ and ‖σ‖ [-].
+
+        v must not include gaps, next to which all changes are small.
+        """
         if self.stop != "displacement":
             moved, size = moved + pushed, size + traction
         return moved / size if size > 0.0 else (0.0 if moved == 0.0 else 1.0)
 
     def met(self, change: float, relative_residual: float) -> bool:
-        """Whether the method may stop."""
+        """Return whether the method may stop."""
         if self.stop == "residual":
             return relative_residual <= self.tolerance
         return change <= self.tolerance and relative_residual <= SLACK * self.tolerance
@@ -56,15 +58,15 @@ class Criterion:
 def balanced(
     law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0
 ) -> tuple[float | Array, float, float]:
-    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same, (k,) where a law has
-    more than one group; and ‖displacement‖ and ‖σ‖.
+    """Return ρ = ‖σ‖/‖displacement‖, ‖displacement‖ and ‖σ‖.
 
-    The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact
-    adds, rigid motions apart.
+    With this ρ both terms of R_ρ have equal weight. It is (k,) if a law has more than one group.
+    The displacement is v itself if v = 0 means stick. If v_n includes a gap, the displacement is
+    what contact adds, without rigid motions.
     """
     weight, groups = system.weight, law.groups
-    # bodies and obstacles that only contact holds may move as one where all of it sticks: then v -
-    # u_0 is no displacement that contact adds, which is Sσ
+    # bodies that only contact holds may move together if all nodes stick: the displacement that
+    # contact adds is then Sσ and not v - u_0
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(groups) == 1:
         (moved, _), (traction, _), (free, _) = group_norms(weight, groups, v, sigma, system.u_0)
@@ -81,7 +83,7 @@ def balanced(
 
 
 def without_motions(system: ContactSystem, moved: Array) -> Array:
-    """A displacement (m, k) less the rigid motion nearest to it."""
+    """Return a displacement (m, k) minus the rigid motion nearest to it [length]."""
     modes = system.modes
     return moved if modes is None else moved - modes.motion @ (modes.fit @ moved.ravel())
 
@@ -94,10 +96,9 @@ def relative_residual(
     fallback: float = 1.0,
     scale: float = 0.0,
 ) -> float:
-    """‖R_ρ‖/‖σ‖ with the balanced ρ: independent of a method's ρ and of units.
+    """Return ‖R_ρ‖/‖σ‖ with the balanced ρ; it depends neither on the method's ρ nor on units [-].
 
-    `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its
-    own measure.
+    `scale` is the largest ‖σ‖ so far. It is the divisor where friction, and with it σ, vanishes.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
     residual, noise = (
@@ -109,8 +110,11 @@ def relative_residual(
 
 
 def over_traction(left: float, noise: float, traction: float) -> float:
-    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is no more than ρ times the round-off of v; where
-    σ = 0 the law holds, 0, or not, 1."""
+    """Return ‖R_ρ‖/‖σ‖ from both norms [-].
+
+    It is 0 if ‖R_ρ‖ is at most `noise`, ρ times the round-off of v. If σ = 0 it is 0 where the law
+    holds, else 1.
+    """
     if left <= noise:
         return 0.0
     return left / traction if traction > 0.0 else 1.0
@@ -119,11 +123,12 @@ def over_traction(left: float, noise: float, traction: float) -> float:
 def displaced_by(
     system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice], share: float = FLOOR
 ) -> Array:
-    """What tractions displace at their nodes, (m, k) [length], rigid motions apart: all together,
-    or those of a pair by themselves where others take back all of it but a share.
+    """Return the displacement that tractions cause at their nodes, without rigid motions, (m, k)
+    [length].
 
-    A ring that is bonded to a shaft and pressed on it from outside is strained and does not move:
-    what is left of its displacement is round-off, and no measure of it.
+    If the tractions of other pairs cancel almost all of a pair's displacement, its tractions alone
+    are taken. An example is a ring that is bonded to a shaft and pressed onto it from outside. It
+    is strained and does not move, so that its displacement is round-off.
     """
     moved = np.array(v - system.u_0 if system.modes is None else system.apply(sigma))
     sizes = [float(np.abs(moved[pair]).max(initial=0.0)) for pair in pairs]
@@ -143,14 +148,14 @@ def natural_residuals(
     sigma: Array,
     pairs: Sequence[slice] = (slice(None),),
 ) -> tuple[float, ...]:
-    """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and
-    balanced ρ.
+    """Return ‖R_ρ‖/‖σ‖ of each group of components, the largest over pairs [-].
 
-    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the
-    tractions of another; one that does not move beside others is not measured by the round-off of
-    its displacement; a pair without tractions has 0 or 1, see `over_traction`.
+    A pair is a slice of the nodes, with its own σ and balanced ρ. Thus light pressure or stick in
+    one pair is judged by itself and not next to the tractions of another. A pair that hardly moves
+    is not judged by the round-off of its displacement. A pair without tractions has 0 or 1, see
+    `over_traction`.
     """
-    displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
+    displaced, sizes, residuals = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
     least = (
         system.u_0 if len(law.groups) == 1 else displaced
     )  # where all nodes stick v is round-off
@@ -163,7 +168,7 @@ def natural_residuals(
         for group, traction, moved, own in zip(
             law.groups, tractions, moving, straining, strict=True
         ):
-            # under a free plate that all of a body sticks to, tangents move by round-off only
+            # under a free plate to which a whole body sticks, tangential motion is round-off
             own = own if own > SOLVED * whole else whole
             rho[pair, group] = balance = ratio(
                 max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0
@@ -178,22 +183,27 @@ def natural_residuals(
         (_, *left), (_, *of) = group_norms(
             system.weight[pair], law.groups, residual[pair], noise[pair]
         )
-        found.append([over_traction(a, b, size) for a, b in zip(left, of, strict=True)])
+        residuals.append([over_traction(a, b, size) for a, b in zip(left, of, strict=True)])
     return tuple(
         max(column, key=lambda value: (value != value, value))
-        for column in zip(*found, strict=True)
+        for column in zip(*residuals, strict=True)
     )
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
-    """Largest |Eσ + f| over the work of all tractions and loads, on motions of unit size; 0 without
-    rigid motions."""
+    """Return the largest |Eσ + f| over the work of all tractions and loads, on motions of unit size
+    [-].
+
+    It is 0 without rigid motions.
+    """
     return (
         0.0 if system.modes is None else system.modes.defect(sigma, np.eye(len(system.modes.load)))
     )
 
 
 def moves(law: ContactLaw, system: ContactSystem, v: Array) -> Array:
-    """The displacement (m, k) that tractions are compared with: v where v = 0 is sticking, v - u_0
-    where v_n is a gap."""
+    """Return the displacement (m, k) with which tractions are compared [length].
+
+    It is v if v = 0 means stick, and v - u_0 without rigid motions if v_n includes a gap.
+    """
     return v if len(law.groups) == 1 else without_motions(system, v - system.u_0)

@@ -1,5 +1,7 @@
-"""Whether contact tractions of any size can hold the loads: a linear program over the cone of what
-the law allows."""
+"""Check whether contact tractions of any size can hold the loads.
+
+It is a linear program over the cone of tractions that the law allows.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +23,13 @@ Forces = tuple[Array, Admissible]
 def unbalanced_load(
     modes: Modes | None, law: ContactLaw, forces: Forces | None = None
 ) -> Array | None:
-    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law
-    has no `admissible`.
+    """Return the part of the loads that no admissible traction holds, (r,), or None.
 
-    Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons
-    around them that get further sides where σ_t leaves the disk: what it says cannot be held
-    cannot. A load that passes may still not be held: the tractions that would do it need not follow
-    from the elastic problem. Tractions are those of the nodes, or other `forces`.
+    None means that all loads can be held, or that the law has no `admissible`. The program
+    minimises Σ|Eσ + f| over the law's `Admissible` tractions. The disks of σ_t are replaced by
+    polygons around them, which get further sides where σ_t leaves the disk. A load that the program
+    rejects cannot be held. A load that it accepts may still not be held, since its tractions need
+    not follow from the elastic problem. `forces` replaces the tractions of the nodes.
     """
     if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
@@ -97,7 +99,7 @@ def unbalanced_load(
 
 
 def directions(dimension: int) -> Array:
-    """Unit vectors to all neighbours of a grid point: ±1 on a line, eight in a plane."""
+    """Return unit vectors to all neighbours of a grid point: ±1 on a line, eight in a plane."""
     ways = np.array(
         [way for way in itertools.product((-1.0, 0.0, 1.0), repeat=dimension) if any(way)]
     )
@@ -105,7 +107,7 @@ def directions(dimension: int) -> Array:
 
 
 def _sides(nodes: Index, way: Array, slope: Array, law: ContactLaw) -> scipy.sparse.csr_array:
-    """way · σ_t + slope σ_n at some of all nodes, rows over all σ."""
+    """Return rows over all σ that give way · σ_t + slope σ_n at the given nodes."""
     k = law.k
     entries = np.zeros((len(nodes), k))
     entries[:, law.groups[0]] = way

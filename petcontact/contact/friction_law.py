@@ -1,5 +1,5 @@
-"""The friction law on Γ_C: projection, residual, norm. Tangential vectors have shape (m, d-1)
-throughout."""
+"""Friction law on Γ_C: projection, residual and norm. Tangential vectors have the shape (m,
+d-1)."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _NORMS = native.function("petcontact_norms", "iiippp")
 
 
 def lengths(x: Array) -> Array:
-    """Euclidean lengths (m,) of vectors (m, k); nothing overflows or underflows on the way."""
+    """Return the Euclidean lengths (m,) of vectors (m, k), without overflow or underflow."""
     return (
         np.abs(x[:, 0]) if x.shape[1] == 1 else np.asarray(np.hypot.reduce(x, axis=1, initial=0.0))
     )
 
 
 def main_direction(x: Array) -> Array:
-    """Unit vector (k,) along the longest of some vectors (m, k); in the plane +1."""
+    """Return the unit vector (k,) along the longest of some vectors (m, k); in the plane +1."""
     size = lengths(x)
     if x.shape[1] == 1 or not size.any():
         return np.asarray(np.eye(1, x.shape[1])[0])
@@ -32,12 +32,12 @@ def main_direction(x: Array) -> Array:
 
 
 def signed(x: Array, direction: Array) -> Array:
-    """Lengths (m,) of vectors (m, k), negative of those against a direction (k,)."""
+    """Return the lengths (m,) of vectors (m, k), negative for vectors against a direction (k,)."""
     return np.asarray(np.where(x @ direction < 0.0, -lengths(x), lengths(x)))
 
 
 def project_ball(x: Array, radius: Array) -> Array:
-    """[x]_α, each vector pulled back to the ball of its radius.
+    """Return [x]_α, each vector projected onto the ball of its radius.
 
     Parameters
     ----------
@@ -75,8 +75,10 @@ def project_ball(x: Array, radius: Array) -> Array:
 
 
 def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
-    """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the
-    ball; 0 where α = 0."""
+    """Return the derivatives of [x]_α with respect to x, (m, d-1, d-1), and α, (m, d-1).
+
+    They are the identity and 0 inside the ball, and 0 where α = 0.
+    """
     size = lengths(x)
     outside = (size > radius) | (radius == 0.0)
     if x.shape[1] == 1:
@@ -94,12 +96,12 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
 
 
 def contact_norm(x: Array, weight: Array) -> float:
-    """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
+    """Return the L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
     return group_norms(weight, (), x)[0][0]
 
 
 def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[list[float]]:
-    """`contact_norm` of each of some arrays (m, k), and of some groups of its components.
+    """Return the `contact_norm` of each array (m, k), and of groups of its components.
 
     >>> group_norms(np.ones(2), (slice(0, 1), slice(1, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
     [[5.196152422706632, 5.0, 1.4142135623730951]]
@@ -122,10 +124,9 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
 
 
 def ratio(u: float, sigma: float, fallback: float) -> float:
-    """ρ = σ/u of two norms, with which both terms of R_ρ weigh the same; `fallback` where one of
-    them vanishes.
+    """Return ρ = σ/u of two norms, with which both terms of R_ρ have equal weight [stress/length].
 
-    The residual with this ρ does not depend on the ρ that a method happens to use: at very small or
-    large ρ the residual R_ρ of any iterate is small in one of its terms.
+    `fallback` is returned if one norm vanishes. The residual with this ρ does not depend on the
+    method's ρ: with a very small or large ρ, one term of R_ρ is small for any iterate.
     """
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback

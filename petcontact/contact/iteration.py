@@ -1,5 +1,5 @@
-"""What all methods are given besides the system and the law, and what all of them keep account
-of."""
+"""Data that all contact methods get besides the system and the law, and the record that they
+keep."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .system import ContactSystem, is_monolithic
 
 @frozen
 class Iteration:
-    """When a method stops, where it starts, and who looks on.
+    """Stopping criterion, start and monitor of a contact method.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Iteration:
     start : pair of (m, k) arrays, optional
         Initial v [length] and σ [stress]; the method's own choice by default.
     monitor : callable, optional
-        Called with the state so far after each iteration; a reason that it returns ends the method.
+        Called with the state after each iteration. If it returns a reason, the method ends.
     """
 
     criterion: Criterion
@@ -50,12 +50,12 @@ class Iteration:
 
 
 class ContactMethod(Protocol):
-    """A method is a function, or an object that holds its parameters."""
+    """A contact method: a function, or an object that holds its parameters."""
 
     def __call__(
         self, system: ContactSystem, law: ContactLaw, iteration: Iteration
     ) -> ContactState:
-        """v and σ on Γ_C that satisfy v = u_0 + S σ and the law.
+        """Return v and σ on Γ_C that satisfy v = u_0 + S σ and the law.
 
         Raises
         ------
@@ -66,8 +66,10 @@ class ContactMethod(Protocol):
 
 
 class Judgement(NamedTuple):
-    """An iterate (m, k) with its balanced ρ, R_ρ, and the norms of displacement
-    (`criterion.moves`), σ and R_ρ."""
+    """An iterate (m, k), its balanced ρ and R_ρ, and three norms.
+
+    They are the norms of the displacement (`criterion.moves`), of σ and of R_ρ.
+    """
 
     v: Array
     sigma: Array
@@ -80,7 +82,7 @@ class Judgement(NamedTuple):
 
 @dataclass
 class Recorder:
-    """The rows of history of one run, the monitor, and the judgement of each iterate.
+    """History, monitor and judged iterates of one run of a method.
 
     Attributes
     ----------
@@ -111,10 +113,10 @@ class Recorder:
         rho: float | Array | None = None,
         residual: Array | None = None,
     ) -> tuple[float, float | Array]:
-        """Note the step from `old` to (v, σ): its relative change, and its balance w, one for each
-        group of components.
+        """Record the step from `old` to (v, σ); return its relative change and its balance w.
 
-        ρ and R_ρ of the old iterate are those given, both, or balanced ones.
+        The balance has one value for each group of components. `rho` and `residual` are ρ and R_ρ
+        of the old iterate; balanced ones are used if both are missing.
 
         Raises
         ------
@@ -123,7 +125,7 @@ class Recorder:
         """
         law, system = self.law, self.system
         norms = functools.partial(group_norms, system.weight, law.groups)
-        # motions that cost no traction say nothing of S
+        # motions without traction do not depend on S
         (moved, *_), (pushed, *given), (_, *strained) = norms(
             dv, dsigma, without_motions(system, dv)
         )
@@ -147,37 +149,37 @@ class Recorder:
         return change, balance
 
     def balanced(self, v: Array, sigma: Array) -> float | Array:
-        """The balanced ρ of an iterate."""
+        """Return the balanced ρ of an iterate."""
         return self.judged(v, sigma).rho
 
     def judged(self, v: Array, sigma: Array) -> Judgement:
-        """An iterate by its balanced ρ; asked for again as the old one of the next step."""
-        known = self._judged
-        if known is None or known.v is not v or known.sigma is not sigma:
+        """Return the judgement of an iterate; the last one is stored for the next step."""
+        judgement = self._judged
+        if judgement is None or judgement.v is not v or judgement.sigma is not sigma:
             rho, size, traction = balanced(self.law, self.system, v, sigma)
             residual = law_residual(self.law, v, sigma, rho)
             left = contact_norm(residual, self.system.weight)
-            known = self._judged = Judgement(v, sigma, rho, residual, size, traction, left)
-        return known
+            judgement = self._judged = Judgement(v, sigma, rho, residual, size, traction, left)
+        return judgement
 
     def relative(self, v: Array, sigma: Array) -> float:
-        """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
-        known = self.judged(v, sigma)
-        noise = known.rho * of_vectors(v, self.system.u_0, share=SUMMED)
+        """Return the residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
+        judgement = self.judged(v, sigma)
+        noise = judgement.rho * of_vectors(v, self.system.u_0, share=SUMMED)
         return over_traction(
-            known.left,
+            judgement.left,
             contact_norm(np.broadcast_to(noise, v.shape), self.system.weight),
-            known.traction,
+            judgement.traction,
         )
 
     def within_limits(
         self, v: Array, sigma: Array, rho: float | Array, tolerance: float
     ) -> Start | None:
-        """An iterate that is as good as solved with σ within what the law allows to WITHIN of the
-        bound, and in equilibrium.
+        """Return a solved iterate with σ within the law's limits and in equilibrium, or None.
 
-        Where σ is outside it is put back, σ = -Π(ρv - σ) with the method's ρ, and v follows. None
-        if the law does not hold to the tolerance then, or equilibrium is lost.
+        σ may exceed its bound by the share WITHIN. A larger σ is projected, σ = -Π(ρv - σ) with the
+        method's ρ, and v follows. The result is None if the law then exceeds the tolerance, or
+        equilibrium is lost.
         """
         if bound_excess(self.law, sigma) > WITHIN:
             inside = -self.law.project(rho * v - sigma)
@@ -196,7 +198,7 @@ class Recorder:
         *,
         converged: bool = False,
     ) -> ContactState:
-        """The state after the step just noted, which the monitor sees."""
+        """Return the state after the recorded step, after the monitor has seen it."""
         reason = reason or f"stopped in iteration {len(self.history)}"
         state = ContactState(v, sigma, rho, converged, reason, self.history, law=self.law)
         if self.iteration.monitor is not None and (said := self.iteration.monitor(state)):

@@ -67,22 +67,22 @@ class ContactLaw(Protocol):
     def groups(self) -> tuple[slice, ...]: ...
 
     def project(self, tau: Array) -> Array:
-        """Projection Π(τ) on what the law allows, (m, k) [stress]."""
+        """Return the projection Π(τ) on the tractions that the law allows, (m, k) [stress]."""
         ...
 
     def linearise(self, tau: Array) -> Array:
-        """The generalised derivative of Π at τ, (m, k, k)."""
+        """Return the generalised derivative of Π at τ, (m, k, k)."""
         ...
 
     def states(self, tau: Array) -> States:
-        """Which piece of Π τ lies on: 0 stick, 1 slip, 2 open, (m,)."""
+        """Return the piece of Π on which τ lies: 0 stick, 1 slip, 2 open, (m,)."""
         ...
 
 
 @frozen
 class Admissible:
-    """Convex limits on the tractions of each node that hold whatever the displacement; infinite
-    where there is none.
+    """Convex limits on the tractions of each node, for any displacement; infinite where there is
+    none.
 
     Attributes
     ----------
@@ -103,17 +103,19 @@ class Admissible:
 
 @runtime_checkable
 class LimitedLaw(ContactLaw, Protocol):
-    """A law that says what tractions it allows, so that a load that nothing can hold is recognised
-    by a linear program."""
+    """A law with limits on its tractions.
+
+    A linear program then recognises loads that nothing can hold.
+    """
 
     def admissible(self) -> Admissible:
-        """The limits of σ, with which loads that nothing can hold are recognised."""
+        """Return the limits of σ, by which impossible loads are recognised."""
         ...
 
 
 def friction_bound(law: ContactLaw, sigma: Array) -> Array:
-    """`bound_at(σ)` of a law, an optional method: the largest |σ_t| beside σ_n, (m,) [stress]; NaN
-    where it has none.
+    """Return the largest |σ_t| for the given σ_n, (m,) [stress]; NaN if the law has no
+    `bound_at(σ)`.
 
     >>> from petcontact.contact.laws import Tresca
     >>> friction_bound(Tresca(np.array([150.0])), np.array([[20.0]]))
@@ -164,8 +166,8 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
 
 
 WITHIN = 1e-6
-"""(|σ_t| - g)/g, and σ outside of other limits over max|σ|, up to which tractions are within what
-the law allows."""
+"""Accepted excess of tractions over the law's limits [-]: (|σ_t| - g)/g, and the excess over other
+limits relative to max|σ|."""
 
 
 def bound_excess(law: ContactLaw, sigma: Array) -> float:

@@ -61,8 +61,7 @@ class Tresca:
         return ball_derivative(tau, self.bound)[0]
 
     def linearised(self, tau: Array) -> Linearisation | None:
-        """All of a linearisation at once in the plane, where a node sticks or has the bound for its
-        σ; None elsewhere."""
+        """Return the linearisation in one pass in the plane; None elsewhere."""
         if type(self) is not Tresca or tau.shape[1] > 1:
             return None
         slips = _slips(tau, self.bound)
@@ -83,7 +82,7 @@ class Tresca:
         return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))  # (2.10)
 
     def states(self, tau: Array) -> States:
-        """0 stick, 1 slip; slip where g = 0."""
+        """Return 0 for stick and 1 for slip; slip where g = 0."""
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
 
     def admissible(self) -> Admissible:
@@ -173,10 +172,10 @@ class SignoriniCoulomb:
         return states
 
     def admissible(self) -> Admissible:
-        """p >= 0 where unilateral, |σ_t| <= min(µp, g) there, and |σ_t| <= g elsewhere.
+        """Return the limits p >= 0 and |σ_t| <= min(µp, g) where unilateral, and |σ_t| <= g
+        elsewhere.
 
-        Where bilateral contact may pull, |σ_t| <= µ|p| is not convex, and no limit without its
-        other half.
+        In bilateral contact that pulls, |σ_t| <= µ|p| is not convex, and is left out.
         """
         present = np.ones(len(self.bound), dtype=bool) if self.absent is None else ~self.absent
         cone = self._coulomb & self.unilateral & present
@@ -201,8 +200,11 @@ class SignoriniCoulomb:
         return np.isfinite(self.coefficient)
 
     def linearised(self, tau: Array) -> Linearisation | None:
-        """All of a linearisation at once, in C; None where it is made of `linearise`, `project` and
-        `states`, as where a subclass has its own."""
+        """Return the linearisation in one pass, in C.
+
+        It is None where `linearise`, `project` and `states` must be called, as for a subclass that
+        has its own ones.
+        """
         if type(self) is not SignoriniCoulomb:
             return None
         projection, constant, derivative = (
@@ -237,7 +239,7 @@ class SignoriniCoulomb:
         states: States | None = None,
         *linearised: Array | Mask,
     ) -> None:
-        """What is given, of the law at τ."""
+        """Compute those of the law's arrays at τ that are given."""
         self._check(tau)
         tau = native.contiguous(tau)
         filled = map(
@@ -255,7 +257,7 @@ class SignoriniCoulomb:
 
     @cached_property
     def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:
-        """What C reads, and where it is."""
+        """Return the arrays that C reads, and their addresses."""
         given = (
             (self.coefficient, float),
             (self.bound, float),
@@ -272,12 +274,11 @@ class SignoriniCoulomb:
 def dissipation(
     law: ContactLaw, before: Array, after: Array, slid: Array, bound: Array | None = None
 ) -> tuple[Array, Array]:
-    """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each
-    [stress · length].
+    """Return the energy that friction dissipates at each node in slip, and a bound of its error.
 
-    The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions
-    before to that of the ones after. It is exact where slip grows in proportion to the bound, and
-    where the bound stays as it is. The error is at most what either of its ends would change.
+    Both are (m,) [stress · length]. In slip |σ_t| is the law's bound. The trapezoidal rule takes
+    its mean over the tractions before and after. This is exact if the bound is constant, or if slip
+    is proportional to it. The error is at most the change by taking either end alone.
 
     Parameters
     ----------
@@ -287,11 +288,11 @@ def dissipation(
     slid : (m, d-1) array
         Slip in between [length].
     bound : (m,) array, optional
-        That of the tractions after, where it is known [stress].
+        The bound for the tractions after, if it is known [stress].
 
     Examples
     --------
-    Pressed from p = 0 to 10 while it slips by .3 with µ = .5, and held at p = 10 meanwhile:
+    Pressed from p = 0 to 10 while it slips by 0.3 with µ = 0.5, and held at p = 10 meanwhile:
 
     >>> law = SignoriniCoulomb(np.array([0.5]), np.array([np.inf]), np.array([True]), 2)
     >>> after, slid = np.array([[-5.0, -10.0]]), np.array([[0.3]])

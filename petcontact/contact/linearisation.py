@@ -1,4 +1,4 @@
-"""A law linearised at a guess: on which smooth piece each node lies, and what the law is there."""
+"""A law linearised at a guess: the smooth piece on which each node lies, and the law there."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Linearisation:
 
     @classmethod
     def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
-        """The linearisation of a law at τ⁰; a law may have its own `linearised`."""
+        """Return the linearisation of a law at τ⁰; a law may have its own `linearised`."""
         own: Callable[[Array], Linearisation | None] | None = getattr(law, "linearised", None)
         if own is not None and (found := own(tau)) is not None:
             return found
@@ -63,13 +63,13 @@ class Linearisation:
 
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
-        """v = 0 on all components, σ unknown; of the shape (m, k) of an array."""
+        """Return v = 0 on all components, σ unknown, for the shape (m, k) of an array."""
         zero, every = np.zeros_like(like), np.ones(like.shape, dtype=bool)
         derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
         return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
 
     def traction(self, y: Array) -> Array:
-        """Π' y, (m, k): what y on the active components adds to σ."""
+        """Return Π' y, (m, k): the change of σ by y on the active components."""
         kept, result = (
             [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)],
             np.empty(y.shape),
@@ -90,8 +90,10 @@ class Linearisation:
         return result
 
     def first_traction(self, so_far: Array, rho: Array) -> tuple[Array, Array]:
-        """σ with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ
-        there."""
+        """Return σ and the slack (y - σ)/ρ.
+
+        y is σ so far where nodes stick, and -τ elsewhere.
+        """
         given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
         kept, sigma, slack = (
             [*map(np.ascontiguousarray, given)],

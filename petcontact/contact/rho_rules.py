@@ -22,10 +22,11 @@ from ..model.solver_options import DEFAULT_RULE, RULES, Method
 
 
 class Rule(Protocol):
-    """What the projection method asks of a rule."""
+    """The interface between the projection method and a rule for ρ."""
 
     def update(self, rho: float, balance: float) -> float:
-        """ρ_{k+1} from ρ_k and w_k = ‖σ_t^{k+1} - σ_t^k‖ / ‖u_t^{k+1} - u_t^k‖ [stress/length]."""
+        """Return ρ_{k+1} from ρ_k and w_k = ‖σ_t^{k+1} - σ_t^k‖ / ‖u_t^{k+1} - u_t^k‖
+        [stress/length]."""
         ...
 
 
@@ -128,7 +129,7 @@ class ModifiedSafeguarded(Modified):
 
 
 def make_rule(options: Method) -> Rule:
-    """A fresh rule with the parameters of a `[method]` table."""
+    """Return a new rule with the parameters of a `[method]` table."""
     kind: Any = globals()[RULES[options.rule or DEFAULT_RULE]]
     parameters = ("tau", "max_changes", "change_test")
     taken = [name for name in parameters if name in kind.__dataclass_fields__]
@@ -137,8 +138,9 @@ def make_rule(options: Method) -> Rule:
 
 
 def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
-    """A rule by its name or class, with the parameters of a `[method]` table, or one's own as it
-    is; None stays None.
+    """Return a rule by its name or class, with the parameters of a `[method]` table.
+
+    An object is returned as it is, and None stays None.
 
     Raises
     ------
@@ -160,7 +162,7 @@ def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
 
 
 def usable_balance(sigma_change: float, u_change: float) -> float:
-    """w_k, or NaN where neither σ_t nor u_t moved (then ρ has no reason to move either)."""
+    """Return w_k, or NaN if neither σ_t nor u_t moved: ρ has no reason to change then."""
     if u_change == 0.0:
         return math.inf if sigma_change > 0.0 else math.nan
     return sigma_change / u_change  # (4.1) holds where this is ρ_k

@@ -1,4 +1,4 @@
-"""What a method leaves behind: the iterates on Γ_C, and one row of history an iteration."""
+"""The result of a method: the iterates on Γ_C, and one row of history for each iteration."""
 
 from __future__ import annotations
 
@@ -15,19 +15,21 @@ COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
 
 @dataclass
 class History:
-    """One row an iteration.
+    """One row for each iteration.
 
     Attributes
     ----------
     rho, w : list of float
-        ρ_k of the Robin step and w_k after it [stress/length]; the largest of a law with several.
+        ρ_k of the Robin step and w_k after it [stress/length]; the largest one if a law has
+        several.
     change : list of float
-        The stopping criterion's quantity [-].
+        The quantity of the stopping criterion [-].
     residual : list of float
-        ‖R_ρ‖ in L2(Γ_C) of the iterate that the step starts from [stress · length^½].
+        ‖R_ρ‖ in L2(Γ_C) of the iterate from which the step starts [stress · length^½].
     ksp_iterations : list of int
     exchanged : list of int
-        Nodes on the wrong side after each step of semismooth Newton, which are the last rows.
+        Nodes on the wrong piece after each step of semismooth Newton; these steps are the last
+        rows.
     """
 
     rho: list[float] = field(default_factory=list)
@@ -45,7 +47,7 @@ class History:
         residual: float,
         ksp_iterations: int,
     ) -> None:
-        """Append a row, that of one iteration."""
+        """Append the row of one iteration."""
         self.rho.append(rho if isinstance(rho, float) else max(rho.tolist()))
         self.w.append(w if isinstance(w, float) else float(w.max()))
         self.change.append(change)
@@ -53,7 +55,7 @@ class History:
         self.ksp_iterations.append(ksp_iterations)
 
     def extend(self, other: History) -> None:
-        """Append the rows of another method that went on from here."""
+        """Append the rows of another method that continued from here."""
         for name in COLUMNS:
             getattr(self, name).extend(getattr(other, name))
         self.exchanged = other.exchanged
@@ -64,7 +66,7 @@ class History:
 
 @dataclass
 class ContactState:
-    """Where a method ended, or is, on Γ_C.
+    """The last iterate of a method on Γ_C, and how the method ended.
 
     Attributes
     ----------
@@ -79,14 +81,14 @@ class ContactState:
     stopped : bool
         Whether the monitor or an error ended it.
     error : bool
-        Whether an error did.
+        Whether an error ended it.
     law : ContactLaw, optional
     alpha : (r,) array
         Amplitudes of the rigid motions that only contact holds.
     where : str
-        Step and load factor, of a problem with steps.
+        Step and load factor, in a problem with steps.
     direct : bool
-        Whether iterations on S failed, and a dense one was solved with in their place.
+        Whether iterations on S failed, so that a dense S was used.
     """
 
     v: Array
@@ -110,15 +112,16 @@ class ContactState:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many nodes stick, slip, and are open, as far as there are any."""
+        """Numbers of nodes that stick, slip and are open, without zeros."""
         if self.law is None:
             return {}
-        found = np.bincount(self.states, minlength=3)
-        return {name: int(n) for name, n in zip(("stick", "slip", "open"), found, strict=True) if n}
+        numbers = np.bincount(self.states, minlength=3)
+        return {
+            name: int(n) for name, n in zip(("stick", "slip", "open"), numbers, strict=True) if n
+        }
 
 
 Start = tuple[Array, Array]
 """Initial v [length] and σ [stress], (m, k)."""
 Monitor = Callable[[ContactState], str | None]
-"""Called with the state so far after each iteration; a reason, if it returns one, ends the method
-there."""
+"""Function of the state after each iteration; if it returns a reason, the method ends."""

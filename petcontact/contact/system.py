@@ -1,9 +1,9 @@
-"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T
-for S.
+"""The bodies as a contact method sees them: v = u_0 + S σ on Γ_C, a Robin solve, and a surrogate T
+of S.
 
-On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential
-ones first, then the normal one if the law has it. v is the displacement of the contact nodes (of
-the one body, or relative to the partner), σ the traction on them.
+All vectors on Γ_C are (m, k) arrays, equal on every rank. Each node has k components: the
+tangential ones first, then the normal one if the law has it. v is the displacement of the contact
+nodes, of one body or relative to its partner. σ is the traction on them.
 """
 
 from __future__ import annotations
@@ -49,12 +49,14 @@ class Modes:
         return np.linalg.pinv(self.motion.reshape(-1, len(self.load)))
 
     def unbalanced(self, sigma: Array) -> Array:
-        """Forces and moments Eσ + f out of balance, one a rigid motion, (r,)."""
+        """Return the forces and moments Eσ + f out of balance, one for each rigid motion, (r,)."""
         return self.load + np.tensordot(self.resultant, sigma, 2)
 
     def defect(self, sigma: Array, motions: Array) -> float:
-        """Largest |Eσ + f| on some combinations (r, q) of motions of unit size, over the work of
-        all tractions and loads."""
+        """Return the largest |Eσ + f| over the work of all tractions and loads [-].
+
+        It is taken on combinations (r, q) of motions of unit size.
+        """
         work = (
             np.abs(self.load) + np.tensordot(np.abs(self.resultant), np.abs(sigma), 2)
         ) / self.size
@@ -63,15 +65,16 @@ class Modes:
 
 
 class RigidModeConstraint:
-    """Rigid motions beside a block of S, in scaled coordinates; those that move no active component
-    are left out.
+    """Rigid motions that border a block of S, in scaled coordinates.
+
+    Motions that move no active component are left out.
 
     Parameters
     ----------
     modes : Modes or None
     linearised : Linearisation
     sigma : (m, k) array
-        Traction whose resultant the equations are to complete.
+        Traction whose resultant the equations complete.
     scale : float
         Size of the block's entries [length/stress].
 
@@ -80,7 +83,7 @@ class RigidModeConstraint:
     resisted : (r, q) array
         Combinations of motions that active components resist.
     free : (r, p) array
-        Combinations of motions of unit size that none does.
+        Combinations of motions of unit size that no active component resists.
     """
 
     def __init__(
@@ -122,43 +125,42 @@ class RigidModeConstraint:
         self.rhs = self.work(-modes.unbalanced(sigma))
 
     def spread(self, active: Mask) -> tuple[Array, Array]:
-        """Columns and rows on all components, (q, m, k)."""
+        """Return columns and rows on all components, (q, m, k)."""
         both = np.zeros((2, len(self.rhs), *active.shape))
         both[0][:, active], both[1][:, active] = self.columns.T, self.rows
         return both[0], both[1]
 
     def around(self, block: Array) -> Array:
-        """The matrix bordered by the rigid motions."""
+        """Return the matrix bordered by the rigid motions."""
         n, r = len(block), self.resisted.shape[1]
         whole = np.zeros((n + r, n + r), order="F")
         whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
         return whole
 
     def work(self, resultant: Array) -> Array:
-        """What the rows give of a traction of this resultant Eσ (r,)."""
+        """Return the values of the rows for a traction with the resultant Eσ (r,)."""
         return np.asarray(self._unit * (self.resisted.T @ resultant))
 
     def motion(self, coordinates: Array) -> Array:
-        """The rigid motions δα of a solution of the bordered system."""
+        """Return the rigid motions δα of a solution of the bordered system."""
         return np.asarray(self.resisted @ coordinates * self._length)
 
 
 class Surrogate(Protocol):
-    """T, symmetric and spectrally equivalent to S, with products and solves that cost no elastic
-    solve.
+    """T, symmetric and spectrally equivalent to S; products and solves need no elastic solve.
 
     Attributes
     ----------
     rtol : float
         Relative tolerance of iterative solves on part of the components.
     fast : bool
-        Whether products and solves cost next to nothing.
+        Whether products and solves cost almost nothing.
     coupled : bool
-        Whether T is a dense matrix, solved with by its blocks, as components need that couple on
-        disks.
+        Whether T is a dense matrix that is solved by its blocks, as components that couple on disks
+        need it.
     predicts : bool, optional
-        Whether T costs less than the steps of Newton's method that its predictions save, as where
-        it is not said.
+        Whether T costs less than the steps of Newton's method that its predictions save; True if it
+        is missing.
     """
 
     rtol: float
@@ -170,24 +172,25 @@ class Surrogate(Protocol):
     def fast(self) -> bool: ...
 
     def apply(self, x: Array) -> Array:
-        """T x, (m, k) [length]."""
+        """Return T x, (m, k) [length]."""
         ...
 
     def solve(self, x: Array, rho: float | Array | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
+        """Return T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component,
+        (k,)."""
         ...
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        """Return x (m, k) with T x = rhs on the components of a mask (m, k), and x = 0 elsewhere
         [stress]."""
         ...
 
     def matrix(self) -> Array:
-        """T, (m k, m k)."""
+        """Return T, (m k, m k)."""
         ...
 
     def fit(self, sigma: Array, displacement: Array) -> None:
-        """Scale T to S, given a smooth σ and S σ."""
+        """Scale T to S, from a smooth σ and S σ."""
         ...
 
 
@@ -262,28 +265,33 @@ class ContactSystem(Protocol):
 
     @property
     def u_0(self) -> Array:
-        """v for σ = 0 (and no rigid motion), (m, k) [length]."""
+        """v for σ = 0 without rigid motion, (m, k) [length]."""
         ...
 
     def apply(self, sigma: Array) -> Array:
-        """S σ, (m, k) [length]."""
+        """Return S σ, (m, k) [length]."""
         ...
 
     def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
-        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8); ρ may be a
-        number for each component, (k,)."""
+        """Return v and σ with v = u_0 + S σ and σ + ρ v = f, the Robin problem (4.4)-(4.8).
+
+        ρ may be a number for each component, (k,).
+        """
         ...
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
-        """δv and δσ with δv = S δσ and δσ + ρ δv = r, so that inexact solves do not disturb w_k."""
+        """Return δv and δσ with δv = S δσ and δσ + ρ δv = r.
+
+        Increments keep the errors of inexact solves out of w_k.
+        """
         ...
 
     def compliance(self) -> Array:
-        """S as a dense array (m k, m k) [length/stress], the same on every rank."""
+        """Return S as a dense array (m k, m k) [length/stress], equal on every rank."""
         ...
 
     def surrogate(self) -> Surrogate | None:
-        """A new T, unscaled; None where there is none, then S is to be dense."""
+        """Return a new, unscaled T, or None if there is none: S must be dense then."""
         ...
 
 
@@ -293,7 +301,7 @@ class MonolithicSystem(ContactSystem, Protocol):
     Attributes
     ----------
     defect : float
-        Relative residual of its own equations that the last solve left.
+        Relative residual of its own equations after the last solve.
     """
 
     defect: float
@@ -305,11 +313,14 @@ class MonolithicSystem(ContactSystem, Protocol):
         tolerance: float,
         constraint: RigidModeConstraint | None,
     ) -> tuple[Array, Array, Array]:
-        """σ [stress], v [length] and α of a linearised law, near the last solution; inexact while
-        that is far from the law's, and to a tenth of `tolerance` in the end."""
+        """Return σ [stress], v [length] and α of a linearised law, near the last solution.
+
+        The solve is inexact while the linearised law is far from the law. In the end it is accurate
+        to a tenth of `tolerance`.
+        """
         ...
 
 
 def is_monolithic(system: ContactSystem) -> TypeGuard[MonolithicSystem]:
-    """Whether a system solves its own equations together with those of the law."""
+    """Return whether a system solves its own equations together with those of the law."""
     return hasattr(system, "linear_solve")
