@@ -22,6 +22,8 @@ from .arrays import Array, Index
 
 EPS = float(np.finfo(np.float64).eps)
 """Distance from 1 to the next number: one operation is off by half of it, relative."""
+TINY = 1e-300
+"""The least divisor, of what may be 0: numbers up to 1e8 over it do not overflow."""
 ROUNDED = 64.0 * EPS
 """1.4e-14, of what a few operations give: coordinates, gaps, loads at a factor. n operations are
 off by n eps / 2 at most (Higham, Accuracy and Stability of Numerical Algorithms, section 3.1)."""

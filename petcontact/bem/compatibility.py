@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ..arrays import Array
@@ -10,45 +12,55 @@ from ..geometry.arcs import on_arcs
 from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
 from ..geometry.rotation import lifted
+from ..geometry.surface import Boundary
 from ..model.expressions import evaluate
 from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
 from ..model.problem import Contact, Displacement, Periodic, Problem
 from ..round_off import SINGLE
 
 
-def check_compatible(problem: Problem, outline: Outline) -> None:
-    """Refuse a displacement that moves the end of a contact part along its normal, where bilateral
-    contact has u_n = 0.
+@functools.singledispatch
+def check_compatible(boundary: Boundary, problem: Problem) -> None:
+    """Refuse a displacement that moves the end of a contact part of an outline along its normal,
+    where bilateral contact has u_n = 0.
 
     Raises
     ------
     InputError
         One line that names both parts and the place.
     """
-    conditions = {
-        condition.part: (number, condition) for number, condition in enumerate(problem.boundary)
-    }
-    along = outline.offsets
-    _, after = outline.neighbours
-    for k, next_ in enumerate(after.tolist()):
-        if next_ == k:
+
+
+@check_compatible.register
+def _(outline: Outline, problem: Problem) -> None:
+    after = outline.neighbours[1].tolist()
+    for k, following in enumerate(after):
+        if following != k:
+            _check_end(problem, outline, (k, 1.0), (following, -1.0))
+            _check_end(problem, outline, (following, -1.0), (k, 1.0))
+
+
+def _check_end(
+    problem: Problem, outline: Outline, end: tuple[int, float], meeting: tuple[int, float]
+) -> None:
+    """Whether the end of a side, by its number and its ξ, moves along the normal of the one that
+    it meets."""
+    side, other = outline.sides[end[0]], outline.sides[meeting[0]]
+    contact = next((c for c in problem.boundary if c.part == other.part), None)
+    for number, moved in enumerate(problem.boundary):
+        if moved.part != side.part or not isinstance(moved, Displacement):
             continue
-        ends = ((outline.sides[k], along[k], 1.0), (outline.sides[next_], along[next_], -1.0))
-        for (side, start, xi), (other, _, place) in (ends, ends[::-1]):
-            number, moved = conditions.get(side.part, (0, None))
-            _, contact = conditions.get(other.part, (0, None))
-            if isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain:
-                normal = lifted(_at(other, place)[1], len(moved.value))
-                u = _displacement(moved, side, start, xi, normal)
-                if (
-                    u is not None
-                    and abs(u @ normal) > SINGLE * np.linalg.norm(u) + 1e-12 * outline.diameter
-                ):
-                    raise InputError(
-                        f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
-                        f"{shown(_at(side, xi)[0])}, "
-                        f"where it meets the contact part {other.part!r}, whose u_n is 0"
-                    )
+        if not (isinstance(contact, Contact) and contact.plain):
+            continue
+        normal = lifted(_at(other, meeting[1])[1], len(moved.value))
+        u = _displacement(moved, side, outline.offsets[end[0]], end[1], normal)
+        least = 1e-12 * outline.diameter
+        if u is not None and abs(u @ normal) > SINGLE * np.linalg.norm(u) + least:
+            raise InputError(
+                f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
+                f"{shown(_at(side, end[1])[0])}, "
+                f"where it meets the contact part {other.part!r}, whose u_n is 0"
+            )
 
 
 def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:

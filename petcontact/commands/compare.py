@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
     from ..compare.report import csv_text, markdown, write_figures
     from ..compare.run import CONTENDERS, RHOS, Trial, compare
-    from ..model import case as config
     from ..runtime.atomic_write import write_text
     from ..runtime.terminal import StatusLine
     from ..runtime.world import world
@@ -58,16 +58,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             )
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
     comm = world(petsc_words)
-    cases = []
-    for path in arguments.config:
-        sizes: list[float | None] = [*_numbers(arguments.element_size, "--element-size")] or [None]
-        for size in sizes:
-            overrides: dict[str, Any] = {} if size is None else {"mesh.element_size": size}
-            case = config.load(path, overrides)
-            label = Path(path).stem if size is None else f"{Path(path).stem}, h = {size:g}"
-            cases.append((label, case))
+    cases = list(_cases(arguments))
     first = comm.getRank() == 0
-
     status = StatusLine(first and sys.stderr.isatty(), first)
 
     def say(row: Trial) -> None:
@@ -89,6 +81,19 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         for path in [] if arguments.no_figures else write_figures(rows, folder):
             print(f"figure: {path}")
     return 0
+
+
+def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Any]]:
+    """Each config with each element size that is asked for, and its label."""
+    from ..model import case as config
+
+    sizes = _numbers(arguments.element_size, "--element-size")
+    for path in arguments.config:
+        name = Path(path).stem
+        if not sizes:
+            yield name, config.load(path)
+        for size in sizes:
+            yield f"{name}, h = {size:g}", config.load(path, {"mesh.element_size": size})
 
 
 def _numbers(text: str | None, option: str) -> list[float]:

@@ -81,20 +81,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _run(arguments: argparse.Namespace, comm: Any) -> int:
     from ..model import case as config
-    from ..runtime.atomic_write import check_target
     from ..runtime.mpi import handed
     from ..runtime.terminal import StatusLine, say
 
     first = comm.getRank() == 0
     case = config.load(arguments.config, overrides(arguments.set))
-    output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
-    longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
-    check_target(
-        output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest
-    )
-    pictures = Path(arguments.figures) if arguments.figures else output.parent
-    if pictures.exists() and not pictures.is_dir():
-        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
+    output, pictures = _targets(arguments, case)
     adaptive = wants_adaptive(arguments, case)
     from ..pipeline.solve import adapts_itself
     from ..results.hdf5 import write_solution
@@ -128,11 +120,29 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
         say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
         if not (arguments.no_figures or number):
             draw(solution, output, pictures, whole=bool(arguments.figures))
-    if first:
         report_ignored(case, solution.accuracy.wanted is not None)
     if number:
         raise Interrupted(number, saved_text(solution, output))
     return STATUS[solution.status]
+
+
+def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
+    """The result file and the folder of the figures, which can be written.
+
+    Raises
+    ------
+    InputError
+    """
+    from ..runtime.atomic_write import check_target
+
+    output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
+    longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
+    inputs = read_files(arguments.config, case)
+    check_target(output, replace=arguments.force, inputs=inputs, longest=longest)
+    pictures = Path(arguments.figures) if arguments.figures else output.parent
+    if pictures.exists() and not pictures.is_dir():
+        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
+    return output, pictures
 
 
 def saved_text(solution: Any, output: Path) -> str:

@@ -87,7 +87,7 @@ def linear_traction(
 def _rule(corners: Array) -> tuple[Array, Array]:
     """Points (q, d) and weights (q,) that integrate quadratics over a line, a triangle or a
     quadrilateral of two triangles."""
-    if corners.shape[1] == 2:
+    if len(corners) == 2:
         half = 0.5 * (corners[1] - corners[0])
         along = np.array([-1.0, 1.0]) / math.sqrt(3.0)
         return corners.mean(axis=0) + along[:, None] * half, np.full(2, np.linalg.norm(half))

@@ -10,7 +10,7 @@ from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
-from ..model.base import nearest
+from ..model.hints import among
 from ..results.body_fields import states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
@@ -55,17 +55,8 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
     names, cycle = [step.name for step in solution.problem.step], solution.problem.cycle
     if first is None and last is None and cycle is not None:
         first, last = cycle.first, cycle.last
-    numbers = []
-    for option, name, default in (("--first", first, 1), ("--last", last, max(len(names), 1))):
-        if name is not None and name not in names:
-            raise InputError(
-                f"{option}: no step "
-                f"{name!r}{nearest(name, names) or '; there are ' + ', '.join(names)}"
-            )
-        if name is not None and names.count(name) > 1:
-            raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
-        numbers.append(default if name is None else names.index(name) + 1)
-    low, high = numbers
+    low = 1 if first is None else _step_number("--first", first, names)
+    high = max(len(names), 1) if last is None else _step_number("--last", last, names)
     if low > high:
         raise InputError(f"--last: step {last!r} comes before step {first!r}")
     found: list[StepResult] = []
@@ -80,6 +71,15 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
             f"--first, --last: a cycle has at least two increments, these steps have {len(found)}"
         )
     return found[::-1]
+
+
+def _step_number(option: str, name: str, names: list[str]) -> int:
+    """The number of the only step of a name, from 1."""
+    if name not in names:
+        raise InputError(f"{option}: no step {name!r}{among(name, names)}")
+    if names.count(name) > 1:
+        raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
+    return names.index(name) + 1
 
 
 def sites_of(

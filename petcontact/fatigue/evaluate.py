@@ -12,7 +12,7 @@ import scipy
 from ..arrays import Array
 from ..errors import InputError
 from ..frozen import frozen
-from ..model.base import nearest
+from ..model.hints import among
 from ..results.data import SolutionData
 from ..results.numbers import stress_name
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
@@ -109,9 +109,7 @@ def fatigue(
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
         if body not in names:
-            raise InputError(
-                f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}"
-            )
+            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
     chosen = _chosen_parts(solution, bodies or names, parts)
     found: list[Found] = []
     if parameter in RUIZ:
@@ -177,8 +175,7 @@ def _work(solution: SolutionData) -> float:
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
     if parameter not in NAMES:
-        known = nearest(parameter, list(NAMES)) or "; there are " + ", ".join(NAMES)
-        raise InputError(f"parameter: no {parameter!r}{known}")
+        raise InputError(f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
     if not (np.isfinite(depth) and depth >= 0.0):
         raise InputError(f"depth: must be 0 or more, got {depth:g}")
     if depth and parameter in RUIZ:
@@ -206,9 +203,7 @@ def _chosen_parts(
     )
     for name in parts:
         if name not in every:
-            raise InputError(
-                f"no part {name!r}{nearest(name, every) or '; parts are ' + ', '.join(every)}"
-            )
+            raise InputError(f"no part {name!r}{among(name, every, 'parts are')}")
     return known
 
 

@@ -140,6 +140,7 @@ class Outline:
     known: ClassVar[bool] = True
     exact: ClassVar[bool] = False
     meshed: ClassVar[bool] = False
+    graded: ClassVar[bool] = True
     has_inside: ClassVar[bool] = True
 
     def __post_init__(self) -> None:

@@ -28,10 +28,16 @@ ACROSS = 0.2
 
 
 @functools.cache
+def reference_points(corners: int) -> Array:
+    """Corners, middles of the sides, and of a quadrilateral the middle, (6 or 9, 2)."""
+    corner, middle = REFERENCE[corners], np.zeros((corners - 3, 2))
+    return np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), middle])
+
+
+@functools.cache
 def _shape_functions(corners: int) -> Array:
     """Values at the geometry's points to coefficients of ξ^i η^j, number 3i + j: (9, points)."""
-    corner, middle = REFERENCE[corners], np.zeros((corners - 3, 2))
-    points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), middle])
+    points = reference_points(corners)
     powers = np.array([(i, j) for i in range(3) for j in range(3) if corners == 4 or i + j <= 2])
     result = np.zeros((9, len(points)))
     result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(

@@ -84,6 +84,7 @@ class CondensedSurface:
     known: ClassVar[bool] = False
     exact: ClassVar[bool] = False
     meshed: ClassVar[bool] = True
+    graded: ClassVar[bool] = False
     has_inside: ClassVar[bool] = False
 
     def onto(self, part: Index, points: Array) -> Array:

@@ -59,6 +59,8 @@ class Boundary(Protocol):
         Whether it comes as a mesh, whose elements are taken as they are.
     has_inside : bool
         Whether the inside is known: not that of a superelement.
+    graded : bool
+        Whether meshes that are adapted are graded along it anew; panels are cut.
     """
 
     @property
@@ -81,6 +83,8 @@ class Boundary(Protocol):
     def meshed(self) -> bool: ...
     @property
     def has_inside(self) -> bool: ...
+    @property
+    def graded(self) -> bool: ...
 
     def onto(self, part: Index, points: Array) -> Array:
         """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are
@@ -104,6 +108,7 @@ class SolidSurface:
     exact: ClassVar[bool] = False
     meshed: ClassVar[bool] = False
     has_inside: ClassVar[bool] = True
+    graded: ClassVar[bool] = False
 
     def onto(self, part: Index, points: Array) -> Array:
         """As in `Boundary`."""

@@ -118,14 +118,19 @@ class Panels:
         return int(self.coefficients.shape[1])
 
     @property
+    def n_corners(self) -> int:
+        """3 of triangles, 4 of quadrilaterals."""
+        return int(self.corners.shape[1])
+
+    @property
     def exponents(self) -> Array:
         """Of the basis' monomials, (k, 2)."""
-        return reference_nodes(self.corners.shape[1], self.order)[1]
+        return reference_nodes(self.n_corners, self.order)[1]
 
     @property
     def nodes(self) -> Array:
         """Nodes in local coordinates, (n, k, 2)."""
-        return _mapped(self.polygon, reference_nodes(self.corners.shape[1], self.order)[0])
+        return _mapped(self.polygon, reference_nodes(self.n_corners, self.order)[0])
 
     @property
     def chord(self) -> Panels:
@@ -220,10 +225,7 @@ def rule_points(polygon: Array, points: tuple[int, int]) -> tuple[Array, Array]:
     """Points (n, q, 2) and weights (n, q) of a tensor Gauss rule on polygons (n, 3 or 4, 2)."""
     (xi, wx), (eta, wy) = gauss(points[0] - 1), gauss(points[1] - 1)
     s, t = (c.ravel() for c in np.meshgrid(xi, eta, indexing="ij"))
-    a, b, c, d = (
-        polygon[:, k % polygon.shape[1], None]
-        for k in ((0, 1, 2, 2) if polygon.shape[1] == 3 else range(4))
-    )
+    a, b, c, d = (polygon[:, min(k, polygon.shape[1] - 1), None] for k in range(4))
     s, t = s[:, None], t[:, None]
     local = 0.25 * (
         (1 - s) * (1 - t) * a
@@ -288,11 +290,14 @@ def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array
 def _mapped(polygon: Array, nodes: Array) -> Array:
     """Reference nodes in local coordinates, (n, k, 2): bilinear on quadrilaterals, affine on
     triangles."""
+    return np.asarray(np.einsum("cq,ncj->nqj", linear_shapes(nodes, polygon.shape[1]), polygon))
+
+
+def linear_shapes(nodes: Array, corners: int) -> Array:
+    """Shape functions (c, k) of the corners of an element at reference nodes (k, 2): bilinear on
+    quadrilaterals, linear on triangles."""
     s, t = nodes.T
-    if polygon.shape[1] == 3:
-        shape = np.stack([1.0 - s - t, s, t])
-    else:
-        shape = 0.25 * np.stack(
-            [(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]
-        )
-    return np.asarray(np.einsum("cq,ncj->nqj", shape, polygon))
+    if corners < 4:
+        return np.stack([1.0 - s - t, s, t])
+    quarters = [(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]
+    return np.asarray(0.25 * np.stack(quarters))

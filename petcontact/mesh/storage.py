@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import ResultError
 from .boundary_mesh import BoundaryMesh
-from .curve_mesh import CurveMesh
+from .curve_mesh import CurveMesh, as_curve
 from .panels import HIGHEST_ORDER
 from .ring_mesh import RingMesh, TwistedRingMesh
 from .surface_mesh import SurfaceMesh
@@ -97,11 +97,12 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
     mesh: BoundaryMesh = build(
         vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source
     )
-    if isinstance(mesh, CurveMesh) and group.attrs.get("symmetry") == "axial":
-        return (TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh)(
-            **{f.name: getattr(mesh, f.name) for f in fields(mesh) if f.init}
-        )
-    return mesh
+    if group.attrs.get("symmetry") != "axial":
+        return mesh
+    kind_of_ring = TwistedRingMesh if group.attrs.get("components") == 3 else RingMesh
+    return kind_of_ring(
+        **{key.name: getattr(mesh, key.name) for key in fields(as_curve(mesh)) if key.init}
+    )
 
 
 def _curve(

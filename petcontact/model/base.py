@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import keyword
 import re
@@ -17,6 +16,7 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
+from .hints import among, nearest
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -317,16 +317,15 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {_shown(mistake['input'])}"
     if kind == "extra_forbidden":
-        models = [
-            model.model_fields
-            for model in _models_at(cls, loc[:-1])
-            if loc[-1] not in model.model_fields
-        ]
-        keys = sorted({name for fields in models for name in fields})
-        return (
-            f"{_key(loc, data)}: unknown "
-            f"key{nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
+        keys = sorted(
+            {
+                name
+                for model in _models_at(cls, loc[:-1])
+                if loc[-1] not in model.model_fields
+                for name in model.model_fields
+            }
         )
+        return f"{_key(loc, data)}: unknown key{among(str(loc[-1]), keys, 'valid keys:')}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
         tags = sorted({model.model_fields[name].default for model in _models_at(cls, loc)})
@@ -342,10 +341,10 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     message = (
         str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
     )
-    given += _meant(kind, mistake["input"], context)
     # a model's own check names its values itself
-    own_check = kind == "value_error" and isinstance(mistake["input"], dict)
-    return ": ".join(filter(None, [_key(loc, data), message + ("" if own_check else given)]))
+    if not (kind == "value_error" and isinstance(mistake["input"], dict)):
+        message += given + _meant(kind, mistake["input"], context)
+    return ": ".join(filter(None, [_key(loc, data), message]))
 
 
 def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
@@ -391,43 +390,6 @@ _WORDS = (
     ("Tuple", "array"),
     ("String", "text"),
 )
-
-
-SYNONYMS = {
-    "mu": "friction_coefficient",
-    "friction": "friction_coefficient",
-    "g": "friction_bound",
-    "bound": "friction_bound",
-    "E": "young_modulus",
-    "nu": "poisson_ratio",
-    "h": "element_size",
-    "size": "element_size",
-    "p": "order",
-    "type": "condition",
-    "frictional": "contact",
-    "tresca": "contact",
-    "coulomb": "contact",
-    "clamped": "displacement",
-    "fixed": "displacement",
-    "dirichlet": "displacement",
-    "neumann": "traction",
-    "load": "traction",
-    "free": "traction",
-    "cylinder": "outline",
-    "circle": "outline",
-    "block": "rectangle",
-    "cuboid": "box",
-}
-"""What others call it."""
-
-
-def nearest(given: Any, names: list[str]) -> str:
-    """`, did you mean ...?` where a name is near, else nothing."""
-    if not isinstance(given, str):
-        return ""
-    near = [word for word in [SYNONYMS.get(given, SYNONYMS.get(given.lower()))] if word in names]
-    near = near or difflib.get_close_matches(given, names, n=1)
-    return f", did you mean {near[0]!r}?" if near else ""
 
 
 def _key(loc: list[int | str], data: Any) -> str:

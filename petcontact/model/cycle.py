@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from .base import Model, Positive, nearest
+from .base import Model, Positive
+from .hints import among
 from .load_steps import changed_obstacle
 from .loads import forces_by_step, loads_by_step
 
@@ -74,11 +75,8 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
     names = [step.name for step in problem.step]
     for key in ("first", "last"):
         if names.count(name := getattr(cycle, key)) != 1:
-            hint = nearest(name, names) or "; steps are " + (
-                ", ".join(filter(None, names)) or "none with a name"
-            )
             trouble = (
-                f"no step {name!r}{hint}"
+                f"no step {name!r}{among(name, [*filter(None, names)], 'names of steps are')}"
                 if name not in names
                 else f"{names.count(name)} steps are called {name!r}"
             )

@@ -10,8 +10,9 @@ import pydantic
 
 from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
-from .base import Expression, Finite, Model, Name, Vector, nearest
+from .base import Expression, Finite, Model, Name, Vector
 from .bodies import Body, Displacement, Periodic, Traction
+from .hints import among
 from .loads import LoadsChange, check_material
 
 
@@ -318,10 +319,7 @@ def _changing(body: Body, part: str, key: str) -> Displacement | Traction | Peri
     old = body.condition(part)
     if not isinstance(old, Displacement | Traction | Periodic):
         names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
-        hint = (
-            nearest(part, names)
-            or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
-        )
+        hint = among(part, names, f"those of body {body.name!r} are")
         raise ValueError(f"{key}: no displacement or traction condition on {part!r}{hint}")
     return old
 
@@ -334,49 +332,46 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     ValueError
         One line that names the key, which starts with that of the step.
     """
-    names = [body.name for body in bodies]
-
-    def body_of(change: Any, here: str) -> Body:
-        if change.body is None and len(names) > 1:
-            raise ValueError(f"{here}.body: this key is required where there are several bodies")
-        name = change.body or names[0]
-        if name not in names:
-            hint = nearest(name, names) or f"; bodies are {', '.join(names)}"
-            raise ValueError(f"{here}.body: no body {name!r}{hint}")
-        return bodies[names.index(name)]
-
-    found = set[tuple[str, ...]]()
-
-    def once(here: str, what: str, *name: str) -> None:
-        if (what, *name) in found:
-            raise ValueError(
-                f"{here}: {what} {'.'.join(name)!r} is changed twice in this step; change it once"
-            )
-        found.add((what, *name))
-
+    changed = list[tuple[str, str, str]]()
     for k, change in enumerate(step.boundary):
         here = f"{key}.boundary[{k}]"
-        body = body_of(change, here)
+        body = _body_of(change, here, bodies)
         changed_condition(body, change, here)
-        once(f"{here}.part", "part", body.name, change.part)
+        changed.append((f"{here}.part", "part", f"{body.name}.{change.part}"))
     for k, loads in enumerate(step.loads):
         here = f"{key}.loads[{k}]"
-        check_material(here, body_of(loads, here), loads)
-    for k, other in enumerate(step.obstacle):
-        if other.name not in obstacles:
-            hint = nearest(other.name, obstacles) or "; obstacles are " + (
-                ", ".join(obstacles) or "none"
+        check_material(here, _body_of(loads, here, bodies), loads)
+    named_changes: tuple[tuple[str, Sequence[Any], list[str], str], ...] = (
+        ("obstacle", step.obstacle, obstacles, "obstacles are"),
+        (
+            "point force",
+            step.point_force,
+            [each.name for body in bodies for each in body.point_force if each.name],
+            "point forces with a name are",
+        ),
+    )
+    for what, changes, names, there in named_changes:
+        for k, each in enumerate(changes):
+            here = f"{key}.{what.replace(' ', '_')}[{k}].name"
+            if each.name not in names:
+                raise ValueError(f"{here}: no {what} {each.name!r}{among(each.name, names, there)}")
+            changed.append((here, what, each.name))
+    for k, (here, what, name) in enumerate(changed):
+        if (what, name) in [one[1:] for one in changed[:k]]:
+            raise ValueError(
+                f"{here}: {what} {name!r} is changed twice in this step; change it once"
             )
-            raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
-        once(f"{key}.obstacle[{k}].name", "obstacle", other.name)
-    forces = [force.name for body in bodies for force in body.point_force if force.name]
-    for k, force in enumerate(step.point_force):
-        if force.name not in forces:
-            hint = nearest(force.name, forces) or "; point forces with a name are " + (
-                ", ".join(forces) or "none"
-            )
-            raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
-        once(f"{key}.point_force[{k}].name", "point force", force.name)
+
+
+def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
+    """The body that a change names; it may name none where there is one."""
+    names = [body.name for body in bodies]
+    if change.body is None and len(names) > 1:
+        raise ValueError(f"{key}.body: this key is required where there are several bodies")
+    name = change.body or names[0]
+    if name not in names:
+        raise ValueError(f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
+    return bodies[names.index(name)]
 
 
 def changed_obstacle(obstacle: Obstacle, step: Step) -> Obstacle:

@@ -15,7 +15,7 @@ from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary
-from .base import Model, nearest
+from .base import Model
 from .bodies import (
     Body,
     Condition,
@@ -31,6 +31,7 @@ from .bodies import (
     Units,
 )
 from .cycle import Cycle, check_cycle
+from .hints import nearest
 from .interfaces import PosedInterface, posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
@@ -416,7 +417,7 @@ class Problem(Setting):
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
             place = "" if self.is_flat else f"body[{k}]."
-            if not adaptive or self.outline(k).dim == 2:  # in space they make the first mesh
+            if not adaptive or self.outline(k).graded:  # in space they make the first mesh
                 keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 

@@ -130,10 +130,19 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
     """One body by dense operators, or as it is given."""
-    (operators, modes), boundary = operators_of(discrete, number), discrete.boundaries[number]
-    if isinstance(boundary, CondensedSurface):
-        return SuperelementBody(operators, boundary)
+    return _alone(discrete.boundaries[number], *operators_of(discrete, number), comm)
+
+
+@functools.singledispatch
+def _alone(boundary: Any, operators: BoundaryOperators, modes: Array, comm: Any) -> ElasticBody:
     return DenseBody(operators, modes, comm)
+
+
+@_alone.register
+def _(
+    boundary: CondensedSurface, operators: BoundaryOperators, modes: Array, comm: Any
+) -> ElasticBody:
+    return SuperelementBody(operators, boundary)
 
 
 def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,7 @@ from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
-from ..mesh.surface_mesh import as_surface
-from ..model.base import nearest
+from ..model.hints import among
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.petsc import options
@@ -137,37 +137,22 @@ def condensed_body(
         raise InputError(f"--body: there are {', '.join(bodies)}; name the one to condense")
     name = bodies[0] if name is None else name
     if name not in bodies:
-        raise InputError(
-            f"no body {name!r}{nearest(name, bodies) or '; bodies are ' + ', '.join(bodies)}"
-        )
+        raise InputError(f"no body {name!r}{among(name, bodies, 'bodies are')}")
     number, mesh = bodies.index(name), solution.meshes[name]
     ends = [end for interface in problem.interfaces for end in interface.ends]
     touching = [part for owner, part in ends if owner == number]
     parts = [part for part in mesh.part_names if part in touching]
     if not parts:
         raise InputError(f"body {name!r} is in no contact")
-    faces = []
-    for part in parts:
-        nodes = mesh.nodes_of(part)
-        normal = mesh.smooth_normal[nodes]
-        faces.append(
-            Interface(
-                part, number, nodes, normal, mesh.slip_directions(normal), np.zeros(len(nodes))
-            )
-        )
-    data = [
-        boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)
-    ]
-    meshes = [solution.meshes[other] for other in bodies]
+    faces = [_free_face(mesh, number, part) for part in parts]
+    meshes = list(solution.meshes.values())
+    data = [boundary_data(problem, b, other, faces) for b, other in enumerate(meshes)]
     for step in range(2, len(problem.step) + 1):
-        if not np.array_equal(
-            boundary_data(problem, number, mesh, faces, step).traction_known,
-            data[number].traction_known,
-        ):
+        known = boundary_data(problem, number, mesh, faces, step).traction_known
+        if not np.array_equal(known, data[number].traction_known):
             raise InputError(
                 f"body {name!r}: step {step} holds what is free before, or the other way round; a "
-                f"superelement "
-                "has one compliance: condense the problem of one of the steps"
+                "superelement has one compliance: condense the problem of one of the steps"
             )
     data = add_volume_loads(problem, meshes, data)
     law, nothing = Tresca(np.zeros(0), mesh.components - 1), np.zeros(0)
@@ -185,32 +170,42 @@ def condensed_body(
     return CondensedBody(name, mesh.x[body.contact], mesh.weight[body.contact], arrays)
 
 
+def _free_face(mesh: BoundaryMesh, body: int, part: str) -> Interface:
+    """A part of a body that may carry tractions in all directions."""
+    nodes = mesh.nodes_of(part)
+    normal = mesh.smooth_normal[nodes]
+    directions = mesh.slip_directions(normal)
+    return Interface(part, body, nodes, normal, directions, np.zeros(len(nodes)))
+
+
 def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any]:
     """Some elements of a mesh, as a superelement's file has them."""
-    if isinstance(mesh, CurveMesh):
-        corners = np.stack([mesh.start[chosen], mesh.end[chosen]], axis=1)
-        more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
-        more["unit_length"] = np.array(mesh.unit_length)
-        more["axial"] = np.array(int(isinstance(mesh, RingMesh)))
-    else:
-        surface = as_surface(mesh)
-        corners, more = (
-            np.concatenate([surface.corners[chosen], surface.middles[chosen]], axis=1),
-            {},
-        )
+    corners, more = _corners(mesh, chosen)
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
     elements = np.full(real.shape, -1)
     elements[real] = numbers.ravel()
-    if mesh.dim == 3:
-        elements, more["middles"] = np.split(elements, [4], axis=1)
-    places = {mesh.part_names.index(part): k for k, part in enumerate(parts)}
-    part = np.array([places[int(p)] for p in mesh.part[chosen]])
+    names = np.array(mesh.part_names)[mesh.part[chosen]].tolist()
     return {
         "points": points,
-        "elements": elements,
+        "elements": elements[:, : mesh.corners.shape[1]],
         "order": mesh.order[chosen],
-        "part": part,
+        "part": np.array([parts.index(name) for name in names]),
         "part_names": np.array(parts),
+        **({"middles": elements[:, 4:]} if elements.shape[1] > 4 else {}),
         **more,
     }
+
+
+@functools.singledispatch
+def _corners(mesh: Any, chosen: Index) -> tuple[Array, dict[str, Any]]:
+    """Corners of elements, and middles of sides, and what else describes elements of a curve."""
+    return np.concatenate([mesh.corners[chosen], mesh.middles[chosen]], axis=1), {}
+
+
+@_corners.register
+def _(mesh: CurveMesh, chosen: Index) -> tuple[Array, dict[str, Any]]:
+    more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
+    more["unit_length"] = np.array(mesh.unit_length)
+    more["axial"] = np.array(int(isinstance(mesh, RingMesh)))
+    return mesh.corners[chosen], more

@@ -18,8 +18,6 @@ from ..arrays import Array, Index
 from ..frozen import frozen
 from ..round_off import HALF
 
-PEAK_SAMPLES = 9
-"""Points of an element, both ends included, at which the largest displacement is looked for."""
 NEIGHBOURS = 3
 """Nodes of neighbouring elements that a polynomial uses on either side."""
 
@@ -202,10 +200,7 @@ def largest(lines: list[ContactLine]) -> float:
     """Return the largest |u_t| on the sides, between nodes and at ends, too [length]."""
     peak = 0.0
     for line in lines:
-        cuts = (
-            line.breaks[:-1, None]
-            + np.diff(line.breaks)[:, None] * np.linspace(0.0, 1.0, PEAK_SAMPLES)[:-1]
-        )
+        cuts = line.breaks[:-1, None] + np.diff(line.breaks)[:, None] * np.arange(0.0, 1.0, 0.125)
         s = np.append(cuts.ravel(), line.breaks[-1])
         size = np.abs(displacement(line, s))
         k = int(np.argmax(size))

@@ -24,6 +24,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import Complex
+from ..round_off import HALF
 
 SideKind = str | float
 CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
@@ -34,11 +35,6 @@ LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
 uniform stress."""
 STRAIGHT = math.radians(0.01)
 """Angle up to which two sliding sides count as one straight side [rad]."""
-REAL_GRID, STARTS, STEPS = 200, (12, 4), 16
-"""Points of (0, 1) at which changes of sign are looked for; numbers of real and imaginary parts
-from which Newton's method starts; number of its steps."""
-DIFFERENCE = 1e-7
-"""Difference of exponents for the slope of the determinant [-]."""
 
 
 @functools.lru_cache(maxsize=4096)
@@ -142,7 +138,7 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
     The function is real on the real line.
     """
     roots = [1.0]
-    grid = np.linspace(LOWEST, HIGHEST, REAL_GRID)
+    grid = np.linspace(LOWEST, HIGHEST, 200)
     values = determinant(grid.astype(np.complex128)).real
     cut = np.flatnonzero(values[1:] * values[:-1] <= 0.0)
     if len(cut):
@@ -150,12 +146,12 @@ def _least_root(determinant: Callable[[Complex], Complex]) -> float:
         roots.append(
             float(grid[k] + (grid[k + 1] - grid[k]) * values[k] / (values[k] - values[k + 1]))
         )
-    real, imaginary = np.linspace(0.05, 0.95, STARTS[0]), np.linspace(0.02, 0.8, STARTS[1])
+    real, imaginary = np.linspace(0.05, 0.95, 12), np.linspace(0.02, 0.8, 4)
     power = (real[:, None] + 1j * imaginary).ravel()
     with np.errstate(all="ignore"):
-        for _ in range(STEPS):
-            value, ahead = determinant(np.concatenate([power, power + DIFFERENCE])).reshape(2, -1)
-            step = -value * DIFFERENCE / (ahead - value)
+        for _ in range(16):
+            value, ahead = determinant(np.concatenate([power, power + HALF])).reshape(2, -1)
+            step = -value * HALF / (ahead - value)
             step = np.where(np.abs(step) < 0.2, step, 0.2 * step / np.abs(step))
             power = power + step
     settled = (

@@ -17,18 +17,15 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.same_place import TOLERANCE
 from ..model.expressions import Value, parse_expression, plain_value
-from ..round_off import ROUNDED
+from ..round_off import ROUNDED, SUMMED
 
 SAMPLES = 4096
 """Uniform samples of a side."""
 HALVINGS = 79
 """Largest j of the samples on either side of a centre. Their distances are 2^(-j/2) of the side, j
 = 2 ... HALVINGS."""
-NARROWEST = 2.0 ** (-0.5 * HALVINGS)
-"""Smallest distance of a sample from its centre over the side; closer centres share samples [-]."""
 MOST_CENTRES = 64
 """Largest number of zeros and extrema of one sub-expression that get samples of their own."""
-BISECTIONS = 60
 CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 """Names that are constant on a straight line."""
 MOST_KINKS = 512
@@ -38,9 +35,6 @@ PARTS, ROUNDS = 8, 24
 keeps a quarter of it, so that 4^-24 of the first one is left."""
 MARGIN = 1e-3
 """Overlap of the next interval over its parts, over the interval: a jump may lie at its end [-]."""
-DIGITS = 1e3 * np.finfo(float).eps
-"""Change of slope times the interval over the size of the function, up to which it is round-off
-[-]."""
 NEXT = 8.0 * TOLERANCE
 """Width of neighbouring samples up to which a change of slope is only noise [-] (J. J. Moré and S.
 M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
@@ -50,8 +44,6 @@ distribution."""
 SMOOTH = 0.75
 """Power of the interval with which the change of slope falls, from which a function is smooth [-].
 The power is 1 at a curvature, 0 at a kink, -1 at a jump."""
-BEFORE = 3
-"""Number of intervals over which this power is measured."""
 
 Variables = Callable[[Array], dict[str, Array]]
 
@@ -83,7 +75,9 @@ def samples_of(text: str, variables: Variables) -> Array:
             [_zeros(node, variables, samples, values), _turns(samples, values)]
         )
         centres = centres[:: max(1, len(centres) // MOST_CENTRES)]
-        centres = centres[(np.abs(centres[:, None] - done) > NARROWEST).all(axis=1)]
+        # closer centres share samples
+        apart = np.abs(centres[:, None] - done) > 2.0 ** (-0.5 * HALVINGS)
+        centres = centres[apart.all(axis=1)]
         if len(centres):
             done, samples = np.append(done, centres), _around(centres, samples)
             names = variables(samples)
@@ -115,7 +109,7 @@ def kinks(
     apart = np.append(True, np.diff(samples) > TOLERANCE)
     samples, sampled = samples[apart], sampled[apart]
     change = np.abs(np.diff(np.diff(sampled) / np.diff(samples)))
-    far = float(DIGITS * max(1.0, far))
+    far = float(SUMMED * max(1.0, far))
     width = samples[2:] - samples[:-2]
     size = float(np.abs(sampled).max(initial=0.0)) * far
     if (width < NEXT).any():  # noise of differences of large terms
@@ -162,7 +156,7 @@ def _powers(width: Array, change: Array) -> Array:
     Rows after the last round of a candidate repeat it.
     """
     last, each = (width > width[-1]).sum(axis=0), np.arange(width.shape[1])
-    first = np.maximum(0, last - BEFORE)
+    first = np.maximum(0, last - 3)
     narrower = np.log(width[first, each] / width[last, each])
     falls = np.log(change[first, each] / change[last, each])
     return np.asarray(
@@ -259,7 +253,7 @@ def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Ar
     low, high, below = at[cut], at[cut + 1], sign[cut]
     if len(cut) > SAMPLES // 8:
         return at[edges]  # rough everywhere: the samples show that
-    for _ in range(BISECTIONS if len(cut) else 0):
+    for _ in range(60 if len(cut) else 0):
         middle = 0.5 * (low + high)
         same = np.sign(_values(node, variables, middle)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)

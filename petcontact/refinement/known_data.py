@@ -32,11 +32,8 @@ ARC_SAMPLES = 64
 """Least number of samples of a side; an expression that may be narrow has more."""
 MOST_ELEMENTS = 600
 """Number of elements of one side above which data count as unresolved."""
-MIDDLE = np.array([0.5])
 JUMP = -0.75
 """Power of the distance with which slopes change, below which data jump [-], see `kinks`."""
-PARABOLA = 2.0
-"""Largest degree of polynomials with at most one minimum and no narrow features."""
 
 
 @frozen
@@ -129,7 +126,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     if not any(varies for *_, varies in every):
         return result
     for k, side, at, kind, given, values, varies in every:
-        size = float(np.linalg.norm(values(MIDDLE)))
+        size = float(np.linalg.norm(values(np.array([0.5]))))
         if varies:
             power = math.inf if side.curvature else max(map(degree, given))
             field = Field(
@@ -156,7 +153,7 @@ def _shown(
     Only an expression can be examined; a function has no text. A parabola is resolved by few
     samples.
     """
-    texts = [value for value in given if isinstance(value, str) and power > PARABOLA]
+    texts = [value for value in given if isinstance(value, str) and power > 2.0]
     samples = [samples_of(text, at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]
@@ -168,11 +165,6 @@ def _shown(
             one = functools.partial(_component, values, c)
             switches.append(np.stack(kinks(one, every, column, far)))
     return np.concatenate(switches, axis=1), every, sampled
-
-
-NEAR = 1e-3
-"""Distance of the points of a one-sided slope over the side [-]. Round-off and the fourth-order
-term leave errors of 1e-9."""
 
 
 def _component(values: Callable[[Array], Array], number: int, at: Array) -> Array:
@@ -211,10 +203,12 @@ def gap_slope(gap: Value, side: Side, offset: float, end: int) -> float:
     It is that of a parabola through three points, which is exact to fourth order for an even gap.
     """
     at = functools.partial(variables, side, offset)
-    near = NEAR * np.arange(3)
+    # round-off and the fourth-order term leave errors of 1e-9 over so much of a side
+    step = 1e-3
+    near = step * np.arange(3)
     fractions = np.concatenate([1.0 - near if end else near, np.linspace(0.0, 1.0, 17)])
     values = _values([gap], "gap", at, False, fractions)[:, 0]
-    slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * NEAR)
+    slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * step)
     return float(abs(slope) / (np.abs(values).max() or 1.0))
 
 

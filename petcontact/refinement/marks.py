@@ -9,6 +9,7 @@ import functools
 import itertools
 import math
 import operator
+from collections.abc import Iterator
 from dataclasses import field, replace
 
 import numpy as np
@@ -34,9 +35,6 @@ that of a right angle that is clamped on one side and free on the other (λ = 0.
 WEAK = 0.3
 """Exponent λ below which elements at corners are powers of the distance. It is so small only
 between two sliding sides."""
-CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
-"""Size of the smallest elements over the thickness of the body that leaves an error of 1e-4 at a
-corner of power 1 [-]."""
 DATA_SHARE = 0.2
 """Accepted defect of the given data on one element, over the level's error [-]."""
 NODES_A_SIDE = 12
@@ -167,7 +165,9 @@ class Body:
         paper's examples.
         """
         power = min(max(0.5 / exponent, MILDEST), STRONGEST)
-        return max(self.smallest, self.scale * float((CORNER_SIZE * resolved / 1e-4) ** power))
+        # at a corner of power 1 a size of .015 leaves an error of 1e-4
+        size = (0.015 ** (1.0 / MILDEST) * resolved / 1e-4) ** power
+        return max(self.smallest, self.scale * float(size))
 
     def truncation(self, resolved: float) -> float:
         """Return the error a^(2λ) of elements of these sizes at the worst corner [-].
@@ -263,67 +263,66 @@ def marks_for(
     shown : list of ContactLine, optional
         Solution on an earlier mesh, one line for each contact side; it gives the transition points.
     """
-    # errors at transition points fall with the square of the size (measured on the paper's
-    # examples)
-    at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
-    # they fall with the size itself where slip changes its sign
-    turning = min(1.0, (resolved / 1e-4) ** 0.5)
     # in narrower zones two levels must have different elements: an error that both meshes share
     # does not appear in their difference
     first = REFINEMENT_LEVELS[0]
     share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
-    lines = iter(shown or [])
-    marks = []
+    lines, marks = iter(shown or []), []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        # the user's points on contact sides stand for transition points until there is a solution
-        transitions = grading_points(line) if line is not None else []
-        given = body.given[k] if line is None else np.empty(0)
-        closest = body.closest
-        kinks = body.kinks[k]
-        apart = max(closest, ON_KINK * at_transition)
-        transitions = [
-            (s, turns)
-            for s, turns in transitions
-            if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)
-        ]
-        ends = [
-            singular or s in given
-            for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)
-        ]
-        at_given = at_transition if body.contact[k] else body.corner_size(1.0, resolved)
         begin, end = (body.corner_size(exponent, resolved) for exponent in body.exponents[k])
-        every = [
-            (0.0, begin),
-            *((s, at_given) for s in given.tolist() if closest < s < side.length - closest),
-            *((s, at_transition * (turning if turns else 1.0)) for s, turns in transitions),
-            *((s, at_transition) for s in kinks.tolist()),
-            (side.length, end),
-        ]
+        every = [(0.0, begin), *_marks_inside(body, k, resolved, line), (side.length, end)]
         every.sort(key=operator.itemgetter(0))
         kept = [
             mark
             for mark, after in itertools.pairwise([*every, (math.inf, 0.0)])
-            if after[0] - mark[0] > closest
+            if after[0] - mark[0] > body.closest
         ]
         points, sizes = (np.array(values) for values in zip(*kept, strict=True))
         points[0] = 0.0
-        for end_number, singular in zip((0, -1), ends, strict=True):
-            if not singular:
-                sizes[end_number] = np.inf
-            elif line is not None:
-                sizes[end_number] = min(
-                    sizes[end_number], 0.3 * slip_at_end(line, end_number == -1)
-                )
-            elif body.contact[k]:
-                # resolve the growth of the traction towards the end
-                sizes[end_number] = min(sizes[end_number], 0.015 * body.scale)
-        marks.append(
-            balanced(
-                Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share
+        for place, singular in zip((0, -1), body.singular[k], strict=True):
+            given = line is None and (0.0, side.length)[place] in body.given[k]
+            sizes[place] = (
+                min(sizes[place], _at_end(body, k, line, place)) if singular or given else np.inf
             )
-        )
+        powers = body.powers[k] if body.powers else (0.0, 0.0)
+        marks.append(balanced(Marks(points, sizes, powers), grading, share))
     return _equal_at_corners(body.outline, marks)
+
+
+def _marks_inside(
+    body: Body, number: int, resolved: float, line: ContactLine | None
+) -> Iterator[tuple[float, float]]:
+    """Given points, transition points and kinks inside of a side, with the sizes of the smallest
+    elements there [length]."""
+    # errors at transition points fall with the square of the size (measured on the paper's
+    # examples), and with the size itself where slip changes its sign
+    fall = (resolved / 1e-4) ** 0.5
+    at_transition, turning = 0.06 * body.scale * fall, min(1.0, fall)
+    kinks, length = body.kinks[number], body.outline.sides[number].length
+    if line is None:
+        # the user's points on contact sides stand for transition points until there is a solution
+        size = at_transition if body.contact[number] else body.corner_size(1.0, resolved)
+        inner = [(s, size) for s in body.given[number].tolist()]
+    else:
+        apart = max(body.closest, ON_KINK * at_transition)
+        inner = [
+            (s, at_transition * (turning if turns else 1.0))
+            for s, turns in grading_points(line)
+            if not np.any(np.abs(kinks - s) < apart)
+        ]
+    for s, size in inner:
+        if body.closest < s < length - body.closest:
+            yield s, size
+    yield from ((s, at_transition) for s in kinks.tolist())
+
+
+def _at_end(body: Body, number: int, line: ContactLine | None, place: int) -> float:
+    """Largest element at an end of a side, which is singular [length]."""
+    if line is not None:
+        return 0.3 * slip_at_end(line, place == -1)
+    # small enough to show how the traction grows towards the end
+    return 0.015 * body.scale if body.contact[number] else np.inf
 
 
 def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:

@@ -63,7 +63,7 @@ def _mesh(boundary: Any, problem: Problem) -> BoundaryMesh:
 def _(boundary: Outline, problem: Problem) -> BoundaryMesh:
     if "exponent" in problem.mesh.model_fields_set:
         raise InputError("mesh.exponent: is for bodies in space; grade plane ones by mesh.grading")
-    check_compatible(problem, boundary)
+    check_compatible(boundary, problem)
     if problem.mesh.automatic:
         return default_mesh(problem, boundary.joined)
     return mesh_outline(boundary.joined if problem.mesh.graded else boundary, problem.mesh)

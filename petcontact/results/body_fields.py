@@ -19,7 +19,7 @@ from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.base import nearest
+from ..model.hints import among, nearest
 from ..model.problem import Problem
 from ..round_off import SINGLE
 from .records import BodyResult
@@ -52,9 +52,7 @@ def quantity(state: StressState, name: str) -> Array:
     """
     known = quantities(state.u.shape[1])
     if name not in known:
-        raise InputError(
-            f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}"
-        )
+        raise InputError(f"no quantity {name!r}{among(name, known)}")
     if name == "von_mises":
         return state.von_mises
     if name.startswith("principal"):

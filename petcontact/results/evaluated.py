@@ -16,7 +16,7 @@ from ..fields.interior import Progress
 from ..fields.stress_state import StressState
 from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.base import nearest
+from ..model.hints import among
 from ..model.problem import Problem
 from .body_fields import BodyFields, states_at
 from .records import StepResult
@@ -74,9 +74,7 @@ class Evaluated:
         """
         names, step = [each.name for each in self.problem.body], self.increment(step)
         if body is not None and body not in names:
-            raise InputError(
-                f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}"
-            )
+            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
         return BodyFields(
             self.problem,

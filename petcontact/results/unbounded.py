@@ -35,7 +35,7 @@ from ..refinement.corner_exponents import (
     pair_exponent,
 )
 from ..refinement.known_data import gap_jumps
-from ..refinement.panels.edges import RIGID, SMOOTH, edges
+from ..refinement.panels.edges import SMOOTH, edges
 from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
 from .evaluated import Evaluated
@@ -249,7 +249,8 @@ class _Body:
             else:
                 continue
             self._pair[nodes], self._row[nodes] = len(self._pairs), rows
-            stiffer = moduli[partner] / moduli[name] if partner in moduli else RIGID
+            # ground is rigid
+            stiffer = moduli[partner] / moduli[name] if partner in moduli else 1e6
             self._pairs.append((pair, partner if partner in moduli else "", stiffer))
 
     def corners_and_sides(

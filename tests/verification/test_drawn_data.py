@@ -64,7 +64,7 @@ def test_panels_of_boxes_end_where_data_jump_or_have_a_kink_along_a_line(gap, li
     assert len(found) == len(expected) == 12
     for line, places in zip(found, expected, strict=True):
         assert line == pytest.approx(places, abs=1e-8)
-    mesh = with_data_lines(one, box, mesh_of(one, box))
+    mesh = with_data_lines(box, one, mesh_of(one, box))
     corners = mesh.corners[mesh.elements_of("top")][:, :, :2]
     for axis, places in enumerate(lines.get("top", ([], []))):
         assert np.all(np.isin(np.round(2.0 * np.array(places), 9), corners[..., axis].round(9)))

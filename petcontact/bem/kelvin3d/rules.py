@@ -63,9 +63,9 @@ def degrees(panels: Panels | CurvedPanels) -> Index:
     polygon, order = panels.polygon, panels.order
     if isinstance(panels, CurvedPanels):
         return np.tile(
-            [order + CURVED, order + CURVED + (polygon.shape[1] == 3)], (len(polygon), 1)
+            [order + CURVED, order + CURVED + (panels.n_corners == 3)], (len(polygon), 1)
         )
-    if polygon.shape[1] == 3:
+    if panels.n_corners == 3:
         return np.tile([order, order + 1], (len(polygon), 1))
     a, b, c, d = polygon.transpose(1, 0, 2)
     least = SOLVED * (polygon.max(axis=1) - polygon.min(axis=1))

@@ -83,6 +83,6 @@ class InsideLoads:
             i, j = np.triu_indices(d, 1)
             stress = np.hstack([np.einsum("mii->mi", whole), whole[:, i, j]])
             material = self.kernel.material
-            if self.mesh.dim == 2 and material.plane == "strain":
+            if material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat
         return u, stress, normal

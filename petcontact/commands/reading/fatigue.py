@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -68,9 +69,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate, print and write; needs no PETSc."""
     from ...fatigue.evaluate import fatigue, table
     from ...fatigue.figure import fatigue_figure
-    from ...results.numbers import Number
     from ...results.tables import csv_text
-    from ...results.verdict.text import told
     from ...runtime.atomic_write import check_target, write_text
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
@@ -96,23 +95,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         bodies=arguments.body,
         parts=arguments.part,
     )
-    found, k = result.largest
-    sites, value = found.sites, float(found.value[k])
     print(f"{result.parameter}: {result.increments} increments, {result.places} places")
-    where = ", ".join(
-        f"{c:.6g}"
-        for c in np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k])
-    )
-    deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
-    largest = told(Number("", "", 0, 0, found.value[k : k + 1], "", error=result.error))
-    print(f"  largest {largest} at ({where}), {sites.body}.{sites.part[k]}{deep}")
-    if found.normal is not None:
-        n = found.normal[k]
-        print(f"  critical plane: normal ({', '.join(f'{c + 0.0:.4f}' for c in n.round(4))})")
+    _print_largest(result)
+    worst, k = result.largest
+    value, body = float(worst.value[k]), worst.sites.body
     if limit is not None:
         print(f"  over the limit {limit:g}: {value / limit:.4g}")
     if life is not None:
-        material = next(body.material for body in solution.problem.body if body.name == sites.body)
+        material = next(each.material for each in solution.problem.body if each.name == body)
         print(_cycles(value, result.error, material.young_modulus, life))
     if arguments.output:
         write_text(arguments.output, csv_text(table(result)))
@@ -120,6 +110,23 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if arguments.figure:
         print(fatigue_figure(solution, result, arguments.figure))
     return 0
+
+
+def _print_largest(result: Any) -> None:
+    """The largest value, its place, and the plane that it is found on."""
+    from ...results.numbers import Number
+    from ...results.verdict.text import told
+
+    worst, k = result.largest
+    sites = worst.sites
+    x = np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k])
+    where = ", ".join(f"{c:.6g}" for c in x)
+    deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
+    largest = told(Number("", "", 0, 0, worst.value[k : k + 1], "", error=result.error))
+    print(f"  largest {largest} at ({where}), {sites.body}.{sites.part[k]}{deep}")
+    if worst.normal is not None:
+        normal = ", ".join(f"{c + 0.0:.4f}" for c in worst.normal[k].round(4))
+        print(f"  critical plane: normal ({normal})")
 
 
 def _cycles(

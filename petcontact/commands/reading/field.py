@@ -82,14 +82,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ...model.base import nearest
+    from ...model.hints import among
     from ...results.body_fields import quantities
     from ...results.figures.stress import deformed_figure
-    from ...results.vtu.boundary import write_boundary_vtu
-    from ...results.vtu.collection import file_word
     from ...results.vtu.revolve import check_revolved
-    from ...runtime.atomic_write import check_target
-    from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
 
     _check_figure(arguments)
@@ -97,41 +93,19 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     box = window(arguments.window) if arguments.window else None
     stem = Path(arguments.result).stem
     output = Path(arguments.output or (f"{stem}-points.csv" if arguments.points else f"{stem}.vtu"))
-    suffix = ".csv" if arguments.points else ".vtu"
-    for name, wanted in ((output, suffix), (arguments.boundary, ".vtu")):
-        if name and Path(name).suffix.lower() != wanted:
-            kind = (
-                "table is written as .csv"
-                if wanted == ".csv"
-                else "field is written as .vtu, for ParaView and VisIt"
-            )
-            raise InputError(f"{name}: a {kind}")
-    if arguments.figure:
-        figure_format(arguments.figure)
-    for name in filter(None, (output, arguments.boundary, arguments.figure)):
-        check_target(
-            Path(name),
-            replace=True,
-            inputs=[arguments.result, *([arguments.points] if arguments.points else [])],
-        )
-    whole = read_case(arguments.result, arguments.case)
-    solution = (
-        whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
-    )
+    _check_targets(arguments, output)
+    solution = read_case(arguments.result, arguments.case)
+    if arguments.step is not None:
+        solution = solution.until(increment_number(arguments.step, solution))
     check_revolved(list(solution.meshes.values()), arguments.revolve)
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
     if shown not in (known := quantities(next(iter(solution.meshes.values())).components)):
-        others = nearest(shown, known) or "; there are " + ", ".join(known)
-        raise InputError(f"--quantity: no {shown!r}{others}")
-    bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
+        raise InputError(f"--quantity: no {shown!r}{among(shown, known)}")
     # before the inside, of which a coarse grid may have nothing
-    for name in bodies if arguments.boundary else ():
-        path = Path(arguments.boundary)
-        path = path if len(bodies) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
-        write_boundary_vtu(path, solution, name, degrees=arguments.revolve)
-        print(path)
+    if arguments.boundary:
+        _write_boundaries(solution, arguments)
     fields = {}
     if arguments.points:
         print(points_table(arguments.points, output, solution, arguments.body))
@@ -164,6 +138,36 @@ def _check_figure(arguments: argparse.Namespace) -> None:
     for key in ("grid", "window"):
         if getattr(arguments, key) and arguments.points and not arguments.figure:
             raise InputError(f"--{key}: a table of --points is of these points alone")
+
+
+def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
+    """Refuse files that could not be written, or have the suffix of something else."""
+    from ...runtime.atomic_write import check_target
+    from ...runtime.figure_style import figure_format
+
+    if arguments.points and output.suffix.lower() != ".csv":
+        raise InputError(f"{output}: a table is written as .csv")
+    for name in ("" if arguments.points else output, arguments.boundary):
+        if name and Path(name).suffix.lower() != ".vtu":
+            raise InputError(f"{name}: a field is written as .vtu, for ParaView and VisIt")
+    if arguments.figure:
+        figure_format(arguments.figure)
+    inputs = list(filter(None, (arguments.result, arguments.points)))
+    for name in filter(None, (output, arguments.boundary, arguments.figure)):
+        check_target(Path(name), replace=True, inputs=inputs)
+
+
+def _write_boundaries(solution: Any, arguments: argparse.Namespace) -> None:
+    """A .vtu file of the boundary of each body that is asked for."""
+    from ...results.vtu.boundary import write_boundary_vtu
+    from ...results.vtu.collection import file_word
+
+    bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
+    for name in bodies:
+        path = Path(arguments.boundary)
+        path = path if len(bodies) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
+        write_boundary_vtu(path, solution, name, degrees=arguments.revolve)
+        print(path)
 
 
 def _write_fields(

@@ -24,7 +24,7 @@ from ...errors import InputError
 from ...frozen import frozen
 from ...geometry.superelement import CondensedSurface, expect
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.panels import reference_nodes
+from ...mesh.panels import linear_shapes, reference_nodes
 from ...round_off import HALF
 from .base import ElasticBody
 
@@ -62,14 +62,8 @@ def shape_functions(surface: CondensedSurface, mesh: BoundaryMesh) -> scipy.spar
             xi = mesh.xi[: mesh.first_node[1]]  # type: ignore[attr-defined]
             shape = 0.5 * np.stack([1.0 - xi, 1.0 + xi])
         else:
-            s, t = reference_nodes(points.shape[1], int(surface.order[batch.elements.index[0]]))[
-                0
-            ].T
-            shape = np.stack([1.0 - s - t, s, t])
-            if points.shape[1] == 4:
-                shape = 0.25 * np.stack(
-                    [(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)]
-                )
+            corners = points.shape[1]
+            shape = linear_shapes(reference_nodes(corners, batch.elements.order)[0], corners)
         count = shape.shape[1]
         rows.append(np.repeat(batch.nodes, len(shape)))
         columns.append(np.repeat(points, count, axis=0).ravel())

@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Mask
-from ...round_off import CHAINED, ROUNDED
+from ...round_off import CHAINED, ROUNDED, TINY
 from ..equilibrium import directions
 from ..friction_law import lengths
 from ..laws import STEEP, SignoriniCoulomb
@@ -160,7 +160,7 @@ class _Complementarity:
         springs' digits."""
         law, tau, tangential = self._law, -sigma, self._law.groups[0]
         opened = law.unilateral & (sigma[:, -1] >= 0.0)
-        tau[opened, -1] = -np.abs(v[opened, -1]) - np.finfo(float).tiny
+        tau[opened, -1] = -np.abs(v[opened, -1]) - TINY
         tau[:, tangential] *= 1.0 - CHAINED
         shear, far = lengths(sigma[slips, tangential]), lengths(v[slips, tangential])
         far *= float(np.abs(sigma).max()) / (float(np.abs(v).max()) or 1.0)

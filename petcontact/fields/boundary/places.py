@@ -194,7 +194,7 @@ def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
         over = one + other > 1.0
         reference = (
             np.column_stack([np.where(over, 1.0 - one, one), np.where(over, 1.0 - other, other)])
-            if panels.corners.shape[1] == 3
+            if panels.n_corners == 3
             else np.column_stack([2.0 * one - 1.0, 2.0 * other - 1.0])
         )
         places[mine] = panels.mapped(reference)
@@ -212,7 +212,7 @@ def middles(mesh: Any) -> tuple[Index, Array]:
 def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
     numbers, place = np.arange(mesh.n_elements), np.empty((mesh.n_elements, 2))
     for batch in mesh.batches():
-        reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.corners.shape[1] == 3 else 0.0)
+        reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.n_corners == 3 else 0.0)
         place[batch.elements.index] = batch.elements.mapped(reference)[:, 0]
     return numbers, place
 

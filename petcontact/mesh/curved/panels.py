@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...frozen import frozen
-from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
+from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, reference_points, samples
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
@@ -70,14 +70,7 @@ class CurvedPanels(QuadraticCells):
     @property
     def places(self) -> Array:
         """Local coordinates of `points`, (6 or 9, 2)."""
-        corner = REFERENCE[self.n_corners]
-        return np.concatenate(
-            [
-                corner,
-                0.5 * (corner + np.roll(corner, -1, axis=0)),
-                np.zeros((self.n_corners - 3, 2)),
-            ]
-        )
+        return reference_points(self.n_corners)
 
     @property
     def polygon(self) -> Array:

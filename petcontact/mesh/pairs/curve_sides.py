@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,17 +19,18 @@ from .curves import Curves
 from .ray_casting import along
 
 
+@functools.singledispatch
 def as_meshed(boundary: Any, mesh: Any) -> Any:
     """The boundary whose sides a mesh was cut from: graded meshes join sides that go on straight or
     along one circle."""
-    if not isinstance(boundary, Outline):
-        return boundary
-    ends = {(x, y) for x, y in mesh.end.tolist()}
-    return (
-        boundary
-        if all(tuple(side.end.tolist()) in ends for side in boundary.sides)
-        else boundary.joined
-    )
+    return boundary
+
+
+@as_meshed.register
+def _(boundary: Outline, mesh: CurveMesh) -> Outline:
+    ends = set(map(tuple, mesh.end.tolist()))
+    whole = all(tuple(side.end.tolist()) in ends for side in boundary.sides)
+    return boundary if whole else boundary.joined
 
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:

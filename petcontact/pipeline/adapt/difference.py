@@ -17,11 +17,9 @@ from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
+from ..steps.halves import LEAST_SLIP
 from .part_ends import pressed_sides, singular_places
 
-LEAST_SLIP = 1e-3
-"""‖u_t‖ over the displacement of the whole body, below which errors of u_t are relative to
-`LEAST_SLIP` times that displacement [-]."""
 GROWS = 1.1
 """Ratio of the largest traction near a point on the finer mesh to that on the coarser one, from
 which the traction counts as infinite there [-]."""

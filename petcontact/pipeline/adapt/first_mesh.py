@@ -5,6 +5,7 @@ It has the user's options, or panels that are small enough for contact and for b
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -75,8 +76,8 @@ class FirstMeshes:
     def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
         mesh = as_surface(mesh_of(posed, boundary))
-        if isinstance(boundary, BoxSurface) and given.mesh.automatic:
-            mesh = with_data_lines(given, boundary, mesh)
+        if given.mesh.automatic:
+            mesh = with_data_lines(boundary, given, mesh)
         self.plain[number] = mesh
         if boundary.exact and boundary.known and given.mesh.automatic:
             mesh, self.thin[number] = thick_enough(posed, boundary, mesh, nodes)
@@ -117,24 +118,28 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
         return one
     options: dict[str, Any] = {"order": 2 if bilateral else 1}
     touching = [c.part for c in one.boundary if isinstance(c, Contact)]
-    if isinstance(boundary, BoxSurface):
-        extent = boundary.upper - boundary.lower
-        longest = LONGEST * float(extent.min())
-        area = {
-            part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()
-        }
-        sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
-        options |= {
-            "element_size": min(longest, 2.0 * min(sizes.values())),
-            "element_sizes": sizes,
-            "exponent": 1.0,
-        }
-    elif boundary.known:
-        usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
-        options["element_size"] = min(
-            math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching
-        )
+    options |= _first_sizes(boundary, one, touching)
     return one.model_copy(update={"mesh": MeshOptions(**options)})
+
+
+@functools.singledispatch
+def _first_sizes(boundary: Any, one: Problem, touching: list[str]) -> dict[str, Any]:
+    """Options for the size of the first panels."""
+    if not boundary.known:
+        return {}
+    usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+    areas = [usual.weight[usual.nodes_of(part)].sum() for part in touching]
+    return {"element_size": math.sqrt(min(areas) / ROUND)}
+
+
+@_first_sizes.register
+def _(boundary: BoxSurface, one: Problem, touching: list[str]) -> dict[str, Any]:
+    extent = boundary.upper - boundary.lower
+    longest = LONGEST * float(extent.min())
+    area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
+    sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
+    size = min(longest, 2.0 * min(sizes.values()))
+    return {"element_size": size, "element_sizes": sizes, "exponent": 1.0}
 
 
 def thick_enough(

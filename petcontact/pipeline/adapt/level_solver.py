@@ -27,9 +27,6 @@ from .strategy import Strategy
 
 TIGHTER = 0.25
 """Factor on the compression tolerance after a solution that is not accurate enough [-]."""
-LATER = 1
-"""Halvings of an increment that the coarser mesh solved in one piece. Each attempt that fails costs
-as much as the whole mesh."""
 MANY_NODES = 1000
 """Nodes above which a mesh gets its report at once, and its operators are freed before the next
 mesh. The operators take several GB together. A smaller mesh gets a report only if it is the
@@ -141,7 +138,8 @@ class LevelSolver:
         problem = replace(self._tried, start=strategy.start(self._tried))
         if last is not None:
             factors = known_factors(last, strategy.estimate)
-            problem = replace(problem, factors=factors, halvings=LATER)
+            # once: each try that fails costs as much as the whole mesh
+            problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem
         solution = unreported(problem, self._monitor)
         if _is_large(self.discrete):

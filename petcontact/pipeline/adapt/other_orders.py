@@ -15,13 +15,11 @@ from ...errors import PetcontactError
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
-from ...results.records import step_ends
+from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..pose.discretise import MeshMaker
 from .difference import displacement_scale
 
-HIGHEST = 3
-"""Largest order of panels."""
 FEW, MOST = 1200, 5000
 """Largest number of nodes of a body for another solve. `FEW` counts nodes with order p + 1, which
 costs up to four times the first solve. `MOST` holds for order p - 1, which costs 0.5 to 0.8 of
@@ -74,17 +72,9 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
         and too expensive above `MOST` nodes.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-    if not all(body.geometry.has_inside for body in solution.problem.body):
+    change = _affordable(meshes, bilateral=solution.kind == "bilateral")
+    if not (change and all(body.geometry.has_inside for body in solution.problem.body)):
         return math.nan
-    change = 1
-    if max(map(_next_nodes, meshes)) > FEW or max(mesh.order.max() for mesh in meshes) >= HIGHEST:
-        change = -1
-        if (
-            solution.kind == "bilateral"
-            or max(mesh.n_nodes for mesh in meshes) > MOST
-            or min(mesh.order.min() for mesh in meshes) < 1
-        ):
-            return math.nan
     orders = [int(mesh.order.max()) for mesh in meshes]
     shares = [
         share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)
@@ -96,27 +86,37 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     compared = _converged(solved_on, changed)
     if compared is None:
         return math.nan
-    worst = 0.0
-    for one, two in zip(step_ends(solution.steps), step_ends(compared.steps), strict=True):
-        for mesh, second, each, name in zip(meshes, changed, shares, one.bodies, strict=True):
-            fields = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
-            (lower, u), (higher, finer) = fields[::change]
-            apart, nodes = (
-                lower.basis_at(higher.element, higher.places) @ u - finer,
-                np.arange(higher.n_nodes),
-            )
-            if solution.kind == "bilateral":
-                nodes, size = compared.contact.nodes, displacement_scale(solution)
-                apart = apart - np.sum(apart * higher.normal, axis=1, keepdims=True) * higher.normal
-            else:
-                size = _norm(mesh.weight, one.bodies[name].u)
-            worst = max(
-                worst,
-                SURE * each * _norm(higher.weight[nodes], apart[nodes]) / size
-                if size > 0.0
-                else 0.0,
-            )
-    return worst
+    return max(
+        SURE * each * _changed_by(solution, compared, name, ends)
+        for ends in zip(step_ends(solution.steps), step_ends(compared.steps), strict=True)
+        for name, each in zip(solution.meshes, shares, strict=True)
+    )
+
+
+def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
+    """The change of all orders that is solved for, 1 or -1; 0 where none is worth it."""
+    if max(map(_next_nodes, meshes)) <= FEW and max(mesh.order.max() for mesh in meshes) < 3:
+        return 1
+    small = max(mesh.n_nodes for mesh in meshes) <= MOST
+    return -1 if not bilateral and small and min(mesh.order.min() for mesh in meshes) >= 1 else 0
+
+
+def _changed_by(
+    solution: Solution, other: Solution, name: str, ends: tuple[StepResult, StepResult]
+) -> float:
+    """What the other solution changes at the end of a step: u_t of a body in bilateral contact,
+    else its u, over its size."""
+    both = [
+        (as_surface(each.meshes[name]), end.bodies[name].u)
+        for each, end in zip((solution, other), ends, strict=True)
+    ]
+    size = _norm(both[0][0].weight, both[0][1])
+    (lower, u), (mesh, finer) = sorted(both, key=lambda each: int(each[0].order.max()))
+    nodes, apart = np.arange(mesh.n_nodes), lower.basis_at(mesh.element, mesh.places) @ u - finer
+    if solution.kind == "bilateral":
+        nodes, size = other.contact.nodes, displacement_scale(solution)
+        apart = apart - np.sum(apart * mesh.normal, axis=1, keepdims=True) * mesh.normal
+    return _norm(mesh.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0
 
 
 def other_faces_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:

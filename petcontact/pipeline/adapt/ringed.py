@@ -93,29 +93,15 @@ class EllipticContacts:
         sticks: bool,
     ) -> tuple[dict[str, tuple[int, Zone]], list[SurfaceMesh]]:
         """Return the number of rings and the zone of each contact, and the meshes with them."""
-        estimate, wanted = errors
-        meshes, ends, rings = (
-            [as_surface(mesh) for mesh in solution.meshes.values()],
-            step_ends(solution.steps or solution.tried),
-            dict[str, tuple[int, Zone]](),
-        )
+        meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+        rings = dict[str, tuple[int, Zone]]()
         for name, both in self._faces.items():
-            more = [
-                n for n, reached in RINGS.items() if self._may_have(name, n) and reached < estimate
-            ]
-            if not more or solution.kind == "bilateral":
+            asked = self._asked(solution, name, small.get(name), errors)
+            if asked is None:
                 continue
-            count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
-            pair, closed = (
-                ends[-1].pairs[name],
-                np.any([step.pairs[name].pressure > 0.0 for step in ends], axis=0),
-            )
-            zone = small.get(name) or zone_of(pair.x, pair.weight, pair.pressure, closed)
-            if zone is None or any(
-                n == count and zone.apart(old) < MOVED for n, old in self._made[name]
-            ):
-                continue
-            last = RINGS[count] <= wanted or count == max(RINGS)
+            count, zone = asked
+            last = RINGS[count] <= errors[1] or count == max(RINGS)
+            pair = step_ends(solution.steps or solution.tried)[-1].pairs[name]
             stick = (
                 stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone)
                 if sticks and last
@@ -125,18 +111,34 @@ class EllipticContacts:
                 self._filled((meshes[body], self.first[body]), body, part, zone, count, stick)
                 for body, part in both
             ]
-            if any(mesh is None for mesh in made):
-                continue
-            for (body, _), mesh in zip(both, made, strict=True):
-                assert mesh is not None
-                meshes[body] = mesh
-            rings[name] = count, zone
+            filled = [mesh for mesh in made if mesh is not None]
+            if len(filled) == len(both):
+                for (body, _), mesh in zip(both, filled, strict=True):
+                    meshes[body] = mesh
+                rings[name] = count, zone
         return rings, meshes
 
-    def _may_have(self, name: str, rings: int) -> bool:
-        """Return whether a contact has no more rings yet, and had this number at most once."""
+    def _asked(
+        self, solution: Solution, name: str, small: Zone | None, errors: tuple[float, float]
+    ) -> tuple[int, Zone] | None:
+        """Return the number of rings of a contact and its zone; None if rings are of no use."""
+        estimate, wanted = errors
+        more = [n for n in self._possible(name) if RINGS[n] < estimate]
+        if not more or solution.kind == "bilateral":
+            return None
+        count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
+        pairs = [step.pairs[name] for step in step_ends(solution.steps or solution.tried)]
+        closed = np.any([pair.pressure > 0.0 for pair in pairs], axis=0)
+        zone = small or zone_of(pairs[-1].x, pairs[-1].weight, pairs[-1].pressure, closed)
+        before = [old for n, old in self._made[name] if n == count]
+        if zone is None or any(zone.apart(old) < MOVED for old in before):
+            return None
+        return count, zone
+
+    def _possible(self, name: str) -> list[int]:
+        """Return the rings that a contact may get: not fewer than before, the same ones twice."""
         made = [n for n, _ in self._made[name]]
-        return rings >= max(made, default=0) and made.count(rings) < 2
+        return [n for n in RINGS if n >= max(made, default=0) and made.count(n) < 2]
 
     def _filled(
         self,

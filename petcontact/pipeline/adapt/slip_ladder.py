@@ -89,10 +89,9 @@ class Slip:
         """
         if self._body is None:
             posed = one()
-            self._body = Body.from_problem(
-                posed, as_outline(boundary, "--adapt").joined
-            ).with_powers()
-            check_compatible(posed, self._body.outline)
+            outline = as_outline(boundary, "--adapt").joined
+            self._body = Body.from_problem(posed, outline).with_powers()
+            check_compatible(self._body.outline, posed)
         body = self._body
         longest = [
             side.length / FIRST_LOOK if contact and not self._shown else np.inf

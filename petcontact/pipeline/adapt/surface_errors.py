@@ -15,9 +15,10 @@ from ...mesh.surface_mesh import as_surface
 from ...model.interfaces import PosedInterface
 from ...refinement.panels.axes import directions
 from ...refinement.panels.marks import element_sizes, faded
-from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
+from ...refinement.panels.tail import FADE, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
+from ...round_off import TINY
 from ..judge.findings import limit_of
 from ..judge.remainders import DataRemainders, GapRemainder, gap_remainders
 from ..judge.thickness import bending_error

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
-from ...geometry.surface import Boundary, BoxSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
@@ -38,10 +38,9 @@ SHARE = 0.9
 """Share of the sum of squared errors whose panels are cut [-]."""
 SMALLEST = 12
 """Largest number of halvings of panels for one mesh where a contact is smaller than a panel."""
-DEEPEST, NARROW = 4, 1.0
-"""`DEEPEST` is the largest number of halvings of panels at a rim for one mesh. `NARROW` is their
-final width over the strip in which errors fade out. p may be infinite at a rim, and wider panels do
-not resolve the strip."""
+DEEPEST = 4
+"""Largest number of halvings of panels at a rim for one mesh, down to the strip in which errors
+fade out. p may be infinite at a rim, and wider panels do not resolve the strip."""
 
 
 class PanelTails:
@@ -335,14 +334,12 @@ class PanelTails:
         and are long."""
         result = [np.zeros_like(mask) for mask in marked]
         for side in self._sides:
-            mesh, boundary = meshes[side.body], self._problem.outline(side.body)
-            if isinstance(boundary, BoxSurface):
-                size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
-                length = np.linalg.norm(sides(mesh), axis=2)
-                long = (mesh.part == mesh.part_names.index(side.part))[:, None] & (
-                    length > NARROW * FADE * size
-                )
-                result[side.body] |= marked[side.body] & long & at_edges(mesh, boundary)
+            mesh = meshes[side.body]
+            size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
+            on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
+            long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
+            ends = at_edges(self._problem.outline(side.body), mesh)
+            result[side.body] |= marked[side.body] & long & ends
         return result
 
     def _cut(

@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...compliance.body.base import ElasticBody
 from ...results.records import StepResult
 from ...results.report import Finding
-from ...round_off import WRITTEN
+from ...round_off import TINY, WRITTEN
 from .findings import as_kind, judged, limit_of, new_finding
 
 REFINE = (
@@ -99,7 +99,7 @@ def imbalance(
             * (np.abs(u).max(initial=0.0) / size)
             * mesh.weight.sum()
         )
-    smallest = least * reach.max(axis=0) + np.finfo(float).tiny
+    smallest = least * reach.max(axis=0) + TINY
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
         strained = max(

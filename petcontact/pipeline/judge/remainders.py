@@ -23,10 +23,9 @@ from ...model.interfaces import PosedInterface
 from ...model.problem import Displacement, Problem, Traction
 from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
+from ...round_off import TINY
 from ..pose.load_states import given_values, known_function
 
-TINY = 1e-300
-"""Smallest divisor in a ratio of pressures [stress]."""
 BINS = 8
 """Strips of an element along each coordinate, in which the remainder is averaged across."""
 BOUNDS = "friction_bound", "friction_coefficient"

@@ -12,8 +12,6 @@ from ...mesh.hp_grading import OPPOSITE
 ASIDE = 0.75
 """Largest distance of an opposite node from the normal line through the centre, in element
 sizes."""
-DEEPEST = 1.0
-"""Depth up to which the opposite side is looked for, in element sizes."""
 SHARE = 0.1
 """Share of the boundary that too large elements may have: next to acute corners there always are
 some."""
@@ -27,7 +25,7 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     """Return the size of each element over the thickness of the body behind it, (n_elements,) [-].
 
     The size is the length, in space the square root of the area. The value is 0 where no opposite
-    side lies within `DEEPEST` sizes, or where the two sides meet at an angle.
+    side lies within one size, or where the two sides meet at an angle.
     """
     count, d = mesh.n_elements, mesh.dim
     area = np.bincount(mesh.element, mesh.measure, minlength=count)
@@ -37,7 +35,7 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     away = np.linalg.norm(mesh.x - middle[mesh.element], axis=1)
     nearest = np.lexsort((away, mesh.element))[mesh.first_node[:-1]]
     centre, normal = mesh.x[nearest], mesh.normal[nearest]
-    element, node = within(mesh.x, centre, np.hypot(ASIDE, DEEPEST) * size)
+    element, node = within(mesh.x, centre, np.hypot(ASIDE, 1.0) * size)
     facing = np.einsum("qd,qd->q", mesh.normal[node], normal[element]) < OPPOSITE
     if not facing.any():
         return np.zeros(count)

@@ -18,7 +18,6 @@ from ...compliance.interface import Interface, slices
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
 from ...errors import InputError
-from ...geometry.outline import Outline
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
@@ -256,8 +255,7 @@ def meshed(
     ]
     if like is not None:
         for one, boundary in zip(posed, boundaries, strict=True):
-            if isinstance(boundary, Outline):
-                check_compatible(one(), boundary)
+            check_compatible(boundary, one())
         return boundaries, like.meshes
     own = [
         mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])

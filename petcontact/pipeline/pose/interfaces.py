@@ -9,7 +9,7 @@ from ...bem.compatibility import check_revolution
 from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
-from ...model.base import nearest
+from ...model.hints import among
 from ...model.loads import loads_by_step
 from ...model.problem import Contact, Periodic, Problem, Traction
 
@@ -81,30 +81,24 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
             )
         taken.append(condition.part)
     ends = [
-        (side, what, end)
+        (side, what, part)
         for side in problem.interfaces
-        for what, end in zip(("secondary", "primary"), side.ends, strict=False)
-        if end[0] == number
+        for what, (owner, part) in zip(("secondary", "primary"), side.ends, strict=False)
+        if owner == number
     ]
-    for side, what, (_, part) in ends:
-        if side.primary is None and isinstance(side.law, Contact):
-            continue
+    for side, what, part in ends:
         if side.periodic and boundary.dim > 2:
             raise InputError(f"{side.key}: periodic sides are those of plane bodies")
-        if side.periodic and what == "secondary":
-            continue  # it is the part of the condition itself
-        _known_part(
-            f"{side.key}.{'partner' if side.periodic else what}: body {body.name!r}",
-            part,
-            boundary.parts,
-        )
+        # the secondary of a condition is its own part
+        if isinstance(side.law, Contact) and what == "secondary":
+            continue
+        key = f"{side.key}.{'partner' if side.periodic else what}"
+        _known_part(f"{key}: body {body.name!r}", part, boundary.parts)
         if part in taken:
             raise InputError(
-                f"{side.key}.{'partner' if side.periodic else what}: {part!r} of body "
-                f"{body.name!r} has a "
-                "boundary condition already"
+                f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
             )
-    met = [*taken, *(part for _, _, (_, part) in ends)]
+    met = [*taken, *(part for _, _, part in ends)]
     missing = [part for part in boundary.parts if part not in met]
     if missing and problem.is_flat:
         raise InputError(
@@ -116,10 +110,7 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
 
 def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:
     if part not in parts:
-        raise InputError(
-            f"{key}: no part "
-            f"{part!r}{nearest(part, list(parts)) or '; parts are ' + ', '.join(parts)}"
-        )
+        raise InputError(f"{key}: no part {part!r}{among(part, parts, 'parts are')}")
 
 
 def _check_components(key: str, value: Sized, d: int) -> None:

@@ -3,6 +3,7 @@ directions that suit them."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -24,7 +25,6 @@ from ...errors import InputError
 from ...fields.interior import fields_at
 from ...geometry.rotation import lifted
 from ...geometry.superelement import CondensedSurface
-from ...geometry.surface import Boundary
 from ...mesh.approximation import Function, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
@@ -174,14 +174,18 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
-def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+@functools.singledispatch
+def body_motions(boundary: Any, data: BoundaryData, mesh: BoundaryMesh) -> Array:
     """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on
     hold: none of an infinite plate."""
-    if isinstance(boundary, CondensedSurface):
-        modes = free_modes(boundary, mesh)
-        return modes if data.traction_known.all() else modes[..., :0]
     motions = free_motions(data, mesh)
     return motions[..., :0] if boundary.exterior else motions
+
+
+@body_motions.register
+def _(boundary: CondensedSurface, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    modes = free_modes(boundary, mesh)
+    return modes if data.traction_known.all() else modes[..., :0]
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:

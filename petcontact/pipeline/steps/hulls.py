@@ -25,9 +25,10 @@ def forces_at_corners(increment: Increment) -> Forces | None:
     forces keep to them with the area that belongs to each corner.
     """
     problem, modes, law = increment.problem, increment.system.modes, increment.problem.discrete.law
-    if modes is None or not isinstance(law, LimitedLaw) or problem.discrete.holds_normals:
+    system = problem.system
+    if modes is None or not isinstance(law, LimitedLaw) or system.k < system.components:
         return None
-    limits, system = law.admissible(), problem.system
+    limits = law.admissible()
     found = []
     for where, face, side in zip(
         system.slices, system.interfaces, problem.discrete.sides, strict=True

@@ -14,7 +14,7 @@ from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
 from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
-from ...model.load_steps import Step, changed_obstacle
+from ...model.load_steps import Obstacle, Step, changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
@@ -79,12 +79,14 @@ def increments(
                 if reached > 0.0
                 else state
             )
-            motions = [
-                ObstacleMotion.of(o, begun, k, problem.system.motions)
-                for k, o in enumerate(current)
-            ]
             increment = Increment(
-                problem, step, number, motions, state, reached, cycle=1 if number in cycle else 0
+                problem,
+                step,
+                number,
+                _motions(problem, current, begun),
+                state,
+                reached,
+                cycle=int(number in cycle),
             )
             solving = _step(increment, monitor)
         if number in cycle and number == cycle[-1] and not passed:
@@ -126,65 +128,97 @@ def _cycled(
     yield from later_cycles(problem, done, state_after(problem, done), monitor, rows)
 
 
+class _Shares:
+    """Load factors at which the increments of a step end: known ones, else the next by a share of
+    the step, which is halved where an increment fails.
+
+    Attributes
+    ----------
+    reached : float
+        Load factor at which the next increment begins.
+    known : list of float
+        Load factors at which the next increments end.
+    whole, size : float
+        The largest share, and that of the next increment where no factor is known.
+    halves : Halves, optional
+        With `increments = "auto"`: how small an increment has to be.
+    """
+
+    def __init__(self, increment: Increment, monitor: Monitor | None) -> None:
+        self._monitor = monitor
+        self.reached, self.whole = increment.target, _first_share(increment.step)
+        self.halves = Halves(monitor) if increment.step.increments == "auto" else None
+        factors = increment.problem.factors.get(increment.number, ())
+        self.known = [factor for factor in factors if factor > self.reached]
+        if self.halves and not self.known:
+            first = touching(replace(increment, begun=self.reached))
+            if first > self.reached + LEAST:
+                self.known, self.whole = [first], 1.0 - first
+        self.size = self.whole
+
+    @property
+    def target(self) -> float:
+        """Load factor at which the next increment ends."""
+        target = self.known[0] if self.known else min(1.0, self.reached + self.size)
+        return 1.0 if 1.0 - target < 1e-9 else target
+
+    def solved(self, increment: Increment) -> tuple[list[Tried] | None, bool]:
+        """The next increment, or its halves; None where it failed, and whether its halves
+        differ."""
+        if self.halves and not self.known:
+            return self.halves(increment), self.halves.error > 1.0
+        return _unless_failed(self.alone(increment)), False
+
+    def alone(self, increment: Increment) -> Tried:
+        """An increment as it is."""
+        return with_wear(increment, increment.solved(self._monitor), self._monitor)
+
+    def reach(self) -> None:
+        """Go on from the end of the next increment; the one after it is larger where halves do not
+        forbid it."""
+        self.reached, self.known = self.target, self.known[1:]
+        if self.halves is None or self.halves.error <= ROOM:
+            self.size = min(self.whole, 2.0 * self.size)
+
+
+def _unless_failed(tried: Tried) -> list[Tried] | None:
+    """An increment; None where it failed."""
+    return [tried] if tried[1].converged or tried[1].stopped else None
+
+
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     """Yield the increments of a step, from an increment of length zero at its start.
 
     Where it is known at which load factors the increments of "auto" end, they are solved without
     halves, until one of them fails.
     """
-    problem, step, reached = increment.problem, increment.step, increment.target
-    known = [factor for factor in problem.factors.get(increment.number, ()) if factor > reached]
+    problem, state, shares = increment.problem, increment.before, _Shares(increment, monitor)
     # with held normals and no steps a part of the load is solved for only where the whole load has
     # no equilibrium
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
-    halves = Halves(monitor) if step.increments == "auto" else None
-    whole = _first_share(step)
-    if (
-        halves
-        and not known
-        and (first := touching(replace(increment, begun=reached))) > reached + LEAST
-    ):
-        known, whole = [first], 1.0 - first
-    state, end = increment.before, increment.to(1.0)
     # the set of loads that contact can hold is convex: between two of them no load needs a test
     costly = problem.system.size <= LOOKED_AT_FIRST or any(
         body.is_solved_jointly for body in problem.system.bodies
     )
-    size, doubt = whole, costly and is_unbalanced(end)
-    while reached < 1.0 - 1e-12:
-        target = known[0] if known else min(1.0, reached + size)
-        target = 1.0 if 1.0 - target < 1e-9 else target
-        following = replace(increment, target=target, begun=reached, before=state)
+    doubt = costly and is_unbalanced(increment.to(1.0))
+    while shares.reached < 1.0 - 1e-12:
+        following = replace(increment, target=shares.target, begun=shares.reached, before=state)
         # an unheld load needs no solve
-        halved = doubt and is_unbalanced(following)
-        if halved:
-            tried = None
-        elif halves and not known:
-            tried = halves(following)
-            halved = halves.error > 1.0
-        else:
-            tried = _unless_failed(with_wear(following, following.solved(monitor), monitor))
-        if tried is None and known:
-            size, known = target - reached, []
+        unheld = doubt and is_unbalanced(following)
+        tried, apart = (None, False) if unheld else shares.solved(following)
+        if tried is None and shares.known:
+            shares.size, shares.known = shares.target - shares.reached, []
             continue
         if tried is None:
             doubt = True
-            size *= 0.5
-            if size >= whole * 0.5 ** max(problem.halvings, HALVINGS * halved) and (
-                divisible or is_unbalanced(following)
-            ):
+            least = shares.whole * 0.5 ** max(problem.halvings, HALVINGS * (unheld or apart))
+            if 0.5 * shares.size >= least and (divisible or is_unbalanced(following)):
+                shares.size *= 0.5
                 continue
-            tried = [with_wear(following, following.solved(monitor), monitor)]
-            size *= 2.0
+            tried = [shares.alone(following)]
         yield from tried
-        reached, state, known = target, tried[-1][2], known[1:]
-        if halves is None or halves.error <= ROOM:
-            size = min(whole, 2.0 * size)
-
-
-def _unless_failed(tried: Tried) -> list[Tried] | None:
-    """An increment; None where it failed."""
-    return [tried] if tried[1].converged or tried[1].stopped else None
+        state = tried[-1][2]
+        shares.reach()
 
 
 def first_increment(problem: PreparedProblem) -> Increment:
@@ -217,20 +251,25 @@ def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]
 def whole_step(problem: PreparedProblem, number: int) -> Increment:
     """Return step `number` (from 1) as one increment, from the loads of the step before to its
     own."""
-    state, step, places = problem.begun(), problem.steps[number - 1], problem.system.motions
+    state, step = problem.begun(), problem.steps[number - 1]
     obstacles = list(problem.discrete.problem.obstacle)
     for each in problem.steps[:number]:
-        motions = [
-            ObstacleMotion.of(changed_obstacle(o, each), state, k, places)
-            for k, o in enumerate(obstacles)
-        ]
         obstacles = [changed_obstacle(o, each) for o in obstacles]
+        motions = _motions(problem, obstacles, state)
         if each is not step and motions:
             positions, loads = (
                 np.array([getattr(m, key)[1] for m in motions]) for key in ("position", "load")
             )
             state = replace(state, positions=positions, loads=loads)
     return Increment(problem, step, number, motions, state, 1.0)
+
+
+def _motions(
+    problem: PreparedProblem, obstacles: Sequence[Obstacle], state: IncrementState
+) -> list[ObstacleMotion]:
+    """Return the motion of each obstacle from its state to what a step gives."""
+    places = problem.system.motions
+    return [ObstacleMotion.of(o, state, k, places) for k, o in enumerate(obstacles)]
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:

@@ -34,10 +34,6 @@ this shear is less than any accuracy that is asked of a mesh."""
 MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
-FEWER, MORE = 1.0 / (2.0**0.5 - 1.0), 1.0 / (1.0 - 0.5**0.5)
-"""Error of a solution over its difference from the one with half, and with twice, as many
-increments h. The error falls like √h at least: where a contact grows from a point, the first
-increment covers a part √h of it, and the error that it makes there remains."""
 UNNAMED = 16
 """Largest number of increments of a step that names none. It divides an error that falls like √h by
 four; the number is chosen for its cost, and what is left of the error is reported."""
@@ -127,18 +123,20 @@ def _other_paths(
     """Solve on other paths from a step on; return None where one of them has no solution.
 
     Each solution comes with the factor by which its difference from the solution before it is
-    multiplied to estimate the error of that one.
+    multiplied to estimate the error of that one. Errors fall like √h of the increments h at least:
+    where a contact grows from a point, the first increment covers a part √h of it, and the error
+    that it makes there remains. So it is 1/(√2 - 1) with half, and 1/(1 - 1/√2) with twice as many.
     """
     own = _own(problem, solution, number)
     fewer = {key: (before, _halved(ends)) for key, (before, ends) in own.items()}
     found, last = list[tuple[float, Solution]](), solution if fewer == own else None
     if last is None and (last := _along(problem, solution, fewer)) is not None:
-        found.append((FEWER, last))
+        found.append((1.0 + 2.0**0.5, last))
     whole = own if last is None else {key: fewer[key] for key in own if len(own[key][1]) == 1}
     if whole:
         divided = {key: (before, _divided(before, ends)) for key, (before, ends) in whole.items()}
         last = _along(problem, solution, fewer | divided)
-        found.append((MORE, last or solution))
+        found.append((2.0 + 2.0**0.5, last or solution))
     return tuple(found) if last is not None else None
 
 

@@ -5,10 +5,12 @@ Edges of contact and of bodies need panels that are narrow across them.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import BoxSurface
+from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.basis import gauss, lagrange_coefficients
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ...round_off import WRITTEN
@@ -83,9 +85,15 @@ def matched(sides: Array, others: Array) -> Index:
     return np.where(crossed[:, None], [1, 0], [0, 1])
 
 
-def at_edges(mesh: SurfaceMesh, box: BoxSurface) -> Mask:
-    """Return along which coordinates panels of a box end at an edge of their face, (n_elements,
-    2)."""
+@functools.singledispatch
+def at_edges(boundary: Boundary, mesh: SurfaceMesh) -> Mask:
+    """Return the coordinates along which panels of a box end at an edge of their face,
+    (n_elements, 2); other surfaces have none."""
+    return np.zeros((mesh.n_elements, 2), dtype=bool)
+
+
+@at_edges.register
+def _(box: BoxSurface, mesh: SurfaceMesh) -> Mask:
     low, high = mesh.boxes
     vectors = np.abs(sides(mesh))
     near = WRITTEN * (box.upper - box.lower)

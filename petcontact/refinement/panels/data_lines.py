@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...geometry.same_place import TOLERANCE, distinct
-from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
+from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, face_axes
 from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
@@ -19,18 +19,21 @@ from ...model.problem import Problem
 from ..expression_features import kinks, uniform
 from ..known_data import given_data
 
-ACROSS = np.sqrt(np.array([0.003, 0.03, 0.11, 0.23, 0.41, 0.63, 0.89]))
-"""Positions across a face at which data are examined along it [-]. Only a line across the face has
-the same kink at two of them."""
 MOST = 16
 """Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
 
-def with_data_lines(problem: Problem, box: BoxSurface, mesh: SurfaceMesh) -> SurfaceMesh:
+@functools.singledispatch
+def with_data_lines(boundary: Boundary, problem: Problem, mesh: SurfaceMesh) -> SurfaceMesh:
     """Return the mesh of a box with panels that end at the lines of `data_lines`.
 
-    Other ends of panels that are too close to a line are dropped.
-    """
+    Other ends of panels that are too close to a line are dropped. The meshes of other bodies
+    stay as they are."""
+    return mesh
+
+
+@with_data_lines.register
+def _(box: BoxSurface, problem: Problem, mesh: SurfaceMesh) -> SurfaceMesh:
     lines = data_lines(problem, box)
     sides = grid_lines(box, mesh) if any(map(len, lines)) else []
     if not sides:
@@ -82,9 +85,10 @@ def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -
     def values(share: float, fractions: Array) -> Array:
         return evaluate(value, at(share, fractions), len(fractions), "", otherwise=0.0)
 
+    # multiples of the golden section: no figure is the same on two of them but by a line across
     every = [
         kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
-        for share in ACROSS
+        for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
     ends = np.sort(np.concatenate([np.unique(each) for each in every]))
     twice = ends[1:][np.diff(ends) < TOLERANCE]

@@ -27,8 +27,6 @@ one edge [-]."""
 INWARD = 0.02
 """Step from the middle of a side towards the centre of its panel, which gives the inward direction
 [-]."""
-RIGID = 1e6
-"""Stiffness of rigid ground over that of a body on it [-]."""
 SMOOTH = math.radians(15.0)
 """Angle between panels with equal conditions up to which they may be pieces of one curved surface
 [rad]."""

@@ -34,8 +34,6 @@ UNEVEN = 4.0
 """Ratio of the largest to the least distance of the points of a good rim, at most [-]."""
 MOST = 40
 """Largest number of panels around a zone, and of sectors of a rim."""
-FINEST = 16
-"""Largest number of times that panels are halved for a patch."""
 WIDE = 1.6
 """Largest angle of a panel between the sides of a rim over that of a sector [-]."""
 SLACK = 1e-3
@@ -69,6 +67,7 @@ class Patch:
     onto: Callable[[Array], Array]
 
 
+@functools.singledispatch
 def patches_of(
     surface: Boundary,
     mesh: SurfaceMesh,
@@ -91,12 +90,18 @@ def patches_of(
     sector : float
         About the angle of a panel [rad].
     """
-    if isinstance(surface, BoxSurface):
-        return _rectangle(mesh, part, zone, sector)
     return _panels_around(surface, mesh, first, part, zone, sector)
 
 
-def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Iterator[Patch]:
+@patches_of.register
+def _rectangle(
+    surface: BoxSurface,
+    mesh: SurfaceMesh,
+    first: SurfaceMesh,
+    part: str,
+    zone: Zone,
+    sector: float,
+) -> Iterator[Patch]:
     """Yield a patch on the face of a box: a rectangle, with rectangles around it."""
     number = mesh.part_names.index(part)
     on_face = mesh.part == number
@@ -213,7 +218,7 @@ def _panels_around(
         mesh.reordered(np.flatnonzero(mesh.part != number)),
         first.reordered(first.elements_of(part)),
     )
-    for _ in range(FINEST):
+    for _ in range(16):
         on_part = np.flatnonzero(panels.part == number)
         away = np.full(panels.n_elements, np.inf)
         away[on_part] = _distance(zone, panels, on_part)

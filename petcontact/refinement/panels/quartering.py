@@ -10,19 +10,11 @@ import functools
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...geometry.quadratic import REFERENCE, reference_points
 from ...geometry.surface import Boundary
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from .hanging import apart, closed, with_half_way_middles
-
-POINTS = {
-    3: np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]),
-    4: np.array(
-        [[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0], [0, 0]], dtype=float
-    ),
-}
-"""Reference coordinates of a panel's corners and side middles, and of the centre of a
-quadrilateral, as in `reference_nodes`."""
 
 
 def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> SurfaceMesh:
@@ -86,11 +78,11 @@ def parents(mesh: SurfaceMesh, along: Mask) -> Index:
 @functools.cache
 def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
     """Return matrices (2 or 4, k, k) from the k points of a panel to those of its pieces."""
-    points = POINTS[corners] if curved else POINTS[corners][:corners]
+    points = reference_points(corners) if curved else REFERENCE[corners]
     if corners == 4:
         (a, b), ends = (
             (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved),
-            POINTS[4][:4] > 0.0,
+            REFERENCE[4] > 0.0,
         )
         pieces = [
             np.column_stack(
@@ -100,9 +92,9 @@ def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
             for j in b
         ]
     else:
-        middle = POINTS[3][3:]
+        middle = reference_points(3)[3:]
         pieces = [np.array([points[k], middle[k], middle[k - 1]]) for k in range(3)] + [middle]
     linear, exponents = (reference_nodes(corners, degree)[1] for degree in (1, 2 if curved else 1))
-    shape = monomials(points, linear) @ np.linalg.inv(monomials(POINTS[corners][:corners], linear))
+    shape = monomials(points, linear) @ np.linalg.inv(monomials(REFERENCE[corners], linear))
     inverse = np.linalg.inv(monomials(points, exponents))
     return np.stack([monomials(shape @ piece, exponents) @ inverse for piece in pieces])

@@ -26,19 +26,14 @@ SECTOR, LONG = np.pi / 6.0, 5.0
 """`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
 edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
 by 8 % with three rings of 12 panels, and by 0.1 % with rings of 16."""
-SMOOTH = 1
-"""Number of rings of order 2 outside of the zone: jumps of u next to narrow panels cause
-pressures."""
 GROWTH = 2.5
 """Width of a ring outside of the zone over that of the next inner one [-]."""
-NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
+NARROW = 0.02 * np.arange(-2.0, 3.0)
 """Distances of the ends of rings of order 1 from the edge of a stick zone, over the radius of the
 contact [-]. One ring of order 2 lies between them and the core; a second one made no estimate
 smaller."""
 DISTORTED = 8.0
 """Largest accepted ratio of area factors within a panel [-]."""
-STEPS = 60
-"""Largest number of steps of the projection of points from the zone onto the face."""
 
 
 def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
@@ -138,7 +133,8 @@ def _inside(
         near = [edge + width / (1.0 - radius) * (disc - edge) for width in NARROW]
         curves, orders = [core, *near], [2] + (len(near) - 1) * [1]
     curves += _graded(curves[-1], disc, rings)[1:]
-    return np.array([*curves, disc]), [*orders, *(rings + SMOOTH) * [2]]
+    # one ring outside of the zone has order 2: jumps of u beside narrow panels cause pressures
+    return np.array([*curves, disc]), [*orders, *(rings + 1) * [2]]
 
 
 def _widths(lines: Array, reach: Array) -> Array:
@@ -163,7 +159,7 @@ def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
     """Return the points (n, 3) of the face above points of the zone with coordinates (n, 2), or
     None."""
     x = patch.onto(zone.centre + z @ zone.axes.T)
-    for _ in range(STEPS):
+    for _ in range(60):
         off = z - zone.local(x)
         if np.abs(off).max() < SOLVED:
             return x

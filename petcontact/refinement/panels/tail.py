@@ -17,6 +17,7 @@ from ...arrays import Array, Index, Mask
 from ...linalg.nearest import nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import SMOOTH
+from ...round_off import TINY
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors on the tail of elements of order 0, 1, 2 and above [-], measured by
@@ -27,10 +28,6 @@ coefficients fall slowly."""
 FADE = 0.02
 """Share of a part next to its rim, or next to other points with infinite tractions, over which
 errors fade out [-]."""
-PIECES = 4
-"""Straight pieces of an element's side, to which the distance of the rim is measured."""
-TINY = 1e-300
-"""Least square of a length, against division by 0 [length²]."""
 FEW = 6
 """Number of elements with pressure below which its shape is not resolved."""
 
@@ -172,7 +169,7 @@ def _pieces(mesh: BoundaryMesh, parts: Sequence[str]) -> Array:
     if not len(elements):
         return np.empty((0, 2, mesh.dim))
     number, start, end = faces.rims()
-    pieces = PIECES if np.any(start != end) else 1  # in the plane sides are points
+    pieces = 4 if np.any(start != end) else 1  # in the plane sides are points
     points = [
         faces.at(number, start + share * (end - start))[0]
         for share in np.linspace(0.0, 1.0, pieces + 1)

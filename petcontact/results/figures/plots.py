@@ -141,6 +141,6 @@ def plot_on(solution: SolutionData, place: Any = None, view: View | None = None)
                 plane.fit_height(figure, place, beside=0.8, above=1.6)
             return place
     if hasattr(place, "add_subplot"):
-        place = place.add_subplot(projection="3d") if dim == 3 else place.add_subplot()
+        place = place.add_subplot(projection={2: None, 3: "3d"}[dim])
     {2: plane.deformed_on, 3: surface.surface_on}[dim](place, solution, view)
     return place

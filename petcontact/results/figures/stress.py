@@ -15,7 +15,7 @@ from ...fields.stress_state import Field
 from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.base import nearest
+from ...model.hints import among
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
@@ -101,10 +101,7 @@ def deformed_figure(
         field = {solution.only_body("field"): field}
     mesh = next(iter(solution.meshes.values()))
     if quantity not in (known := quantities(mesh.components)):
-        raise InputError(
-            f"no quantity "
-            f"{quantity!r}{nearest(quantity, known) or '; there are ' + ', '.join(known)}"
-        )
+        raise InputError(f"no quantity {quantity!r}{among(quantity, known)}")
     coloured = [name for name in filled_bodies(solution) if bodies is None or name in bodies]
     picture = Picture(
         view_of(solution, share=MAGNIFIED, factor=magnification),

@@ -100,15 +100,16 @@ def scene(solution: SolutionData) -> dict[str, Any]:
         for key in found
     }
     away = _apart(solution)
-    for name, (body, each) in drawn.items():
-        body["name"], body["away"] = printable(name), away[name]
-        body["steps"] = [
-            {"move": _packed(fields["move"], "<f4")}
-            | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
-            for fields in each
-        ]
     return {
-        "bodies": [body for body, _ in drawn.values()],
+        "bodies": [
+            body
+            | {
+                "name": printable(name),
+                "away": away[name],
+                "steps": [_packed_fields(fields, ranges) for fields in each],
+            }
+            for name, (body, each) in drawn.items()
+        ],
         "fields": [
             {"key": key, "name": names[key], "low": low, "high": high}
             for key, (low, high) in ranges.items()
@@ -121,6 +122,13 @@ def scene(solution: SolutionData) -> dict[str, Any]:
             name: _packed(255.0 * colormaps[word](np.linspace(0.0, 1.0, COLOURS)), "u1")
             for name, word in (("uniform", UNIFORM), ("signed", SIGNED))
         },
+    }
+
+
+def _packed_fields(fields: Fields, ranges: dict[str, tuple[float, float]]) -> dict[str, str]:
+    """The displacement and those fields of a body that have a range."""
+    return {"move": _packed(fields["move"], "<f4")} | {
+        key: _quantised(fields[key], *bounds) for key, bounds in ranges.items() if key in fields
     }
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from ...arrays import Index
 from ...errors import PetcontactError
 from ...frozen import frozen
-from ...geometry.outline import Outline
 from ...model.problem import Problem
 from ..design.sweep import Sweep
 from ..problems import elimination_needs
@@ -82,8 +81,7 @@ def _has_fixed_meshes(case: Problem | None) -> bool:
     """Whether sizes are given, or bodies are in space: other meshes of bodies in the plane resolve
     their data."""
     return case is not None and not any(
-        body.mesh.automatic and isinstance(case.outline(number), Outline)
-        for number, body in enumerate(case.body)
+        body.mesh.automatic and case.outline(number).graded for number, body in enumerate(case.body)
     )
 
 

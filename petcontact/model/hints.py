@@ -1,0 +1,52 @@
+"""What a name that does not exist most likely stands for."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from typing import Any
+
+SYNONYMS = {
+    "mu": "friction_coefficient",
+    "friction": "friction_coefficient",
+    "g": "friction_bound",
+    "bound": "friction_bound",
+    "E": "young_modulus",
+    "nu": "poisson_ratio",
+    "h": "element_size",
+    "size": "element_size",
+    "p": "order",
+    "type": "condition",
+    "frictional": "contact",
+    "tresca": "contact",
+    "coulomb": "contact",
+    "clamped": "displacement",
+    "fixed": "displacement",
+    "dirichlet": "displacement",
+    "neumann": "traction",
+    "load": "traction",
+    "free": "traction",
+    "cylinder": "outline",
+    "circle": "outline",
+    "block": "rectangle",
+    "cuboid": "box",
+}
+"""What others call it."""
+
+
+def nearest(given: Any, names: list[str]) -> str:
+    """`, did you mean ...?` where a name is near, else nothing."""
+    if not isinstance(given, str):
+        return ""
+    word = SYNONYMS.get(given, SYNONYMS.get(given.lower()))
+    near = [word] if word in names else difflib.get_close_matches(given, names, n=1)
+    return f", did you mean {near[0]!r}?" if near else ""
+
+
+def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
+    """What ends a refusal of a name: the nearest of those that there are, or all of them.
+
+    >>> among("rigth", ["left", "right"]), among("x", [], "bodies are")
+    (", did you mean 'right'?", '; bodies are none')
+    """
+    return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
