@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import tomllib
+from pathlib import Path
 
-from petcontact import Problem
+from petcontact import Problem, Solution
 from petcontact.model.base import parse
 
+LARGEST = 0.05
+"""Estimated error of a shipped problem that needs no reason to stand there."""
 Vector = list[float | str]
 
 
@@ -74,3 +77,14 @@ def load_step(name: str = "", increments: int = 0, **bodies: dict[str, Vector]) 
 def posed(text: str) -> Problem:
     """The problem of such a text."""
     return parse(Problem, tomllib.loads(text), "test")
+
+
+def unexplained(config: Path, solution: Solution) -> list[str]:
+    """Warnings of a shipped problem, and errors of its mesh and path that are large or not known;
+    none where its comments say why it stands there."""
+    errors = {"mesh": solution.accuracy.error, "path": solution.accuracy.path}
+    large = [
+        f"error of the {name}: {error}" for name, error in errors.items() if not error <= LARGEST
+    ]
+    explained = "\n# It stands here " in f"\n{config.read_text()}"
+    return [] if explained else [*solution.warnings, *large]

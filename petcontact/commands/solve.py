@@ -8,6 +8,7 @@ import difflib
 import math
 import os
 import re
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -37,7 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="draw all figures, into this folder (default: some, beside the result)",
     )
     parser.add_argument("--no-figures", action="store_true", help="draw nothing")
-    parser.add_argument("--force", action="store_true", help="replace a result file that exists")
+    parser.add_argument(
+        "--force", action="store_true", help="replace a file that another command wrote"
+    )
     parser.add_argument(
         "--set",
         metavar="KEY=VALUE",
@@ -92,7 +95,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty(), first), case.method.tolerance
-    meshes = Meshes(status, output, replaces=arguments.force)
+    meshes = Meshes(status, output, replaces=is_replaced(arguments, output))
     with stopping(comm) as stop:
 
         def monitor(state: Any) -> str:
@@ -138,11 +141,26 @@ def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     inputs = read_files(arguments.config, case)
-    check_target(output, replace=arguments.force, inputs=inputs, longest=longest)
+    again = is_replaced(arguments, output)
+    check_target(output, replace=again, inputs=inputs, longest=longest)
     pictures = Path(arguments.figures) if arguments.figures else output.parent
     if pictures.exists() and not pictures.is_dir():
         raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
     return output, pictures
+
+
+def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
+    """Return whether a file may be replaced: with --force, or if it has no name of its own and is
+    what the same config gave before."""
+    from ..results.format.container import opened
+
+    if arguments.force or arguments.output or not output.is_file():
+        return bool(arguments.force)
+    try:
+        with opened(output) as file:
+            return arguments.config in shlex.split(str(file.attrs.get("argv", "")))
+    except (InputError, ValueError):
+        return False
 
 
 def saved_text(solution: Any, output: Path) -> str:

@@ -88,6 +88,8 @@ def _reason(text: str, error: Exception) -> str:
     hint = f"; a decimal point, not a comma: {comma[1]}.{comma[2]}" if comma else ""
     bare = NO_QUOTES.search(TEXT.sub('""', line)) if not hint else None
     hint = f'; a text needs quotes: "{bare[1]}"' if bare else hint
+    if line.startswith("[") and "overwrite" in str(error):
+        hint = f"; a table that stands several times is [[{line.strip('[] ')}]] each time"
     return f"({error}): {line!r}{hint}"
 
 

@@ -65,6 +65,10 @@ def _body(body: Body) -> str:
     return "; ".join([f"{body.geometry.shape}, {material}", *given])
 
 
+SHORT = 40
+"""Characters of an expression that a summary and a picture have room for."""
+
+
 def condition_text(condition: Any) -> str:
     """What a condition of a part says, in a few characters.
 
@@ -75,6 +79,8 @@ def condition_text(condition: Any) -> str:
     'u = [free, -0.01]'
     >>> condition_text(Traction("left", pressure="20*x"))
     'p = 20*x'
+    >>> condition_text(Traction("left", pressure="20*exp(-x**2)*(x > 0.5)*(x < 2.5)*(y > 1)"))
+    'p = by an expression'
     """
     if isinstance(condition, Contact):
         return law_text(condition)
@@ -106,8 +112,8 @@ def law_text(law: Contact | Pair) -> str:
 
 
 def _value(value: Any) -> str:
-    """A number, an expression or a few of them; a function or an array of many values by its
-    kind."""
+    """A number, an expression or a few of them; a function, a long expression or an array of many
+    values by its kind."""
     if callable(value):
         name = getattr(value, "__name__", "<lambda>")
         return "by a function" if name == "<lambda>" else f"by {name}"
@@ -115,4 +121,5 @@ def _value(value: Any) -> str:
         return (
             f"[{', '.join(map(_value, value))}]" if len(value) <= 3 else f"by {len(value)} values"
         )
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= SHORT else "by an expression"

@@ -183,6 +183,18 @@ def test_an_existing_result_is_refused_and_forced(folder):
     assert h5py.is_hdf5(folder / "case.h5")
 
 
+def test_the_same_config_replaces_its_own_result(folder):
+    """As after an edit; not a result that another command wrote, or that has a name of its own."""
+    assert solve(folder, "--set", "title='first'").returncode == 0
+    assert solve(folder, "--set", "title='second'").returncode == 0
+    with h5py.File(folder / "case.h5", "a") as file:
+        assert "second" in file.attrs["config"]
+    assert solve(folder, "-o", "case.h5").returncode == 2
+    with h5py.File(folder / "case.h5", "a") as file:
+        file.attrs["argv"] = "petcontact solve other.toml"
+    assert solve(folder).returncode == 2
+
+
 def test_set_reads_toml_values_and_text(folder):
     done = solve(
         folder,

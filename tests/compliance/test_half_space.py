@@ -27,7 +27,10 @@ SMALL = {"mesh.element_size": 2.0}
 @pytest.fixture(scope="module", params=["space_b", "space_bracket"])
 def prepared(request: pytest.FixtureRequest):
     result = Posed(
-        load(CONFIGS / f"{request.param}.toml", {} if "bracket" in request.param else SMALL)
+        load(
+            CONFIGS / f"{request.param}.toml",
+            {"mesh": {"order": 1}} if "bracket" in request.param else SMALL,
+        )
     )
     yield request.param, result
     result.close()

@@ -3,11 +3,9 @@ is current."""
 
 from __future__ import annotations
 
-import os
 import re
+import runpy
 import shutil
-import subprocess
-import sys
 import textwrap
 import tomllib
 from pathlib import Path
@@ -24,56 +22,22 @@ from petcontact.model.reference import EXAMPLE, _places
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
 PAGES = [ROOT / "README.md", *sorted(MANUAL.rglob("*.md"))]
-FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s]+)\)")
 RANKS = re.compile(r"mpiexec -n \d+ ")
 MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 
-def blocks(page: Path, language: str) -> list[tuple[str, str]]:
-    """Words after the language, and the text, of each fenced block."""
-    return [
-        (words.strip(), text)
-        for kind, words, text in FENCE.findall(page.read_text())
-        if kind == language
-    ]
+SOURCES = tomllib.loads((ROOT / "tests/data/manual_numbers.toml").read_text())
+VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
+blocks, commands = VERIFY["blocks"], VERIFY["commands"]
 
 
-def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    path = os.pathsep.join(
-        map(str, [Path(forked.program()).parent, Path(sys.executable).parent, os.environ["PATH"]])
-    )
-    environment = os.environ | {
-        "PATH": path,
-        "PYTHONPATH": str(ROOT),
-        "OMPI_MCA_rmaps_base_oversubscribe": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-    }
-    return subprocess.run(
-        program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300
-    )
-
-
-def commands(page: Path) -> list[tuple[str, bool]]:
-    """Lines of the blocks of `sh` in order, and whether they must be refused; without `sh slow`,
-    which takes minutes."""
-    return [
-        (line, "fails" in words)
-        for words, text in blocks(page, "sh")
-        if "slow" not in words
-        for line in (line.partition("   #")[0].strip() for line in text.splitlines())
-        if line
-    ]
-
-
-def check(line: str, fails: bool, folder: Path) -> None:
-    done = run(["bash", "-c", line], folder)
-    assert (done.returncode != 0) == fails, f"{line}\n{done.stdout}{done.stderr}"
+def is_run(page: Path) -> bool:
+    return bool(commands(page.read_text(), slow=False) or blocks(page.read_text(), "python"))
 
 
 def on_ranks(page: Path) -> bool:
-    return any(RANKS.match(line) for line, _ in commands(page))
+    return any(RANKS.match(line) for line, _ in commands(page.read_text(), slow=False))
 
 
 @pytest.mark.parametrize(
@@ -81,38 +45,29 @@ def on_ranks(page: Path) -> bool:
     [
         pytest.param(page, marks=[pytest.mark.mpi] * on_ranks(page))
         for page in PAGES
-        if commands(page)
+        if is_run(page)
     ],
     ids=lambda page: page.stem,
 )
-def test_every_fenced_command_runs(page, tmp_path):
-    """As it stands: a page that has commands on ranks is run with them, once."""
-    shutil.copytree(ROOT / "configs", tmp_path / "configs")
-    for line, fails in commands(page):
-        check(line, fails, tmp_path)
-
-
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.stem
-)
-def test_every_python_block_runs(page, tmp_path):
-    """Those of a page in one program; `python file=NAME` are files for it, `python sketch` are not
-    run."""
-    found = blocks(page, "python")
+def test_commands_and_programs_print_the_numbers_of_the_text(page, tmp_path):
+    """But for `sh slow`, which scripts/verify_manual --slow runs."""
+    done = VERIFY["Page"](page, forked.program())
     shutil.copytree(
         ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures")
     )
-    for words, text in found:
-        if words.startswith("file="):
-            file = tmp_path / words.removeprefix("file=")
-            file.parent.mkdir(exist_ok=True)
-            file.write_text(text)
-    program = "\n".join(
-        text for words, text in found if "sketch" not in words and not words.startswith("file=")
-    )
-    if program:
-        done = run([forked.program(), "-c", program], tmp_path)
-        assert done.returncode == 0, done.stderr
+    VERIFY["do"](done, tmp_path, slow=False)
+    assert done.failed == [] and done.commands > 0
+    assert VERIFY["missing"](done, False, SOURCES.get(page.stem, {}))[1] == []
+
+
+def test_a_number_that_nothing_prints_is_found(tmp_path):
+    """To its digits, as a share, and as an input; years and numbers of equations are none."""
+    text = "## A\n\n```sh\ntrue\n```\n{} and 25.4 %, of 2019, by (4.12), `h = 0.31`: 0.31.\n"
+    (tmp_path / "page.md").write_text(text.format("1.234e-3, 0.987"))
+    page = VERIFY["Page"](tmp_path / "page.md")
+    page.printed.append("0.0012341 0.25400")
+    assert VERIFY["missing"](page, False, {}) == (4, ["page, A: 0.987"])
+    assert VERIFY["missing"](page, False, {"0.987": "by hand"})[1] == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -134,6 +89,21 @@ def test_modules_that_are_named_exist(page):
         assert name in (text := found[0].read_text()) and test in text, f"{name}{test} of {path}"
 
 
+def test_every_lesson_and_how_to_has_a_picture():
+    """The chapters of the first two columns of the README's table, and each lesson."""
+    rows = re.findall(r"^\| ?(.*)\|$", (ROOT / "README.md").read_text(), re.MULTILINE)
+    names = [
+        name
+        for row in rows
+        for cell in row.split("|")[:2]
+        for name in re.findall(r"manual/(\w+)\.md", cell)
+    ]
+    assert len(names) > 10
+    texts = [chapter(name) for name in names if name != "installing"]
+    for text in texts + re.split(r"^## Lesson", chapter("tutorial"), flags=re.MULTILINE)[1:]:
+        assert "![" in text, text[:60]
+
+
 def test_the_readme_has_the_verdict_that_is_printed():
     """But for round-off and what depends on the machine."""
     verdict = petcontact.solve(ROOT / "configs" / "example1.toml").verdict()
@@ -144,7 +114,7 @@ def test_the_readme_has_the_verdict_that_is_printed():
 
 def test_the_config_in_the_readme_is_solved(tmp_path):
     """And it lifts off nowhere, as a block that is pressed down; its mesh adapts itself."""
-    ((_, text),) = blocks(ROOT / "README.md", "toml")
+    ((_, text),) = blocks((ROOT / "README.md").read_text(), "toml")
     (tmp_path / "own.toml").write_text(text)
     solution = petcontact.solve(tmp_path / "own.toml")
     assert solution.converged and solution.accuracy.error <= 1e-2

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from manual.test_gallery import NUMBERS, check_numbers
+from problems import unexplained
 
 from petcontact import load, read_result, solve
 from petcontact.commands.main import main
@@ -125,5 +126,6 @@ def test_a_recipe_ends_with_the_figures_of_the_chapter(recipe):
     assert status == (3 if name == "limit_load" else 0)
     if name in NUMBERS:
         check_numbers(name, solution)
+    assert unexplained(ROOT / "configs/recipes" / f"{name}.toml", solution) == []
     found, printed = globals()[name](solution)
     assert np.asarray(found) == pytest.approx(np.asarray(printed), rel=1e-2)

@@ -70,7 +70,7 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
     [
         ("space_b", {"mesh.element_size": 2.0, "mesh.order": 1}),
         ("space_b", {"boundary.1.value": [0.0, 0.01, -0.02]}),
-        ("space_bracket", {"mesh.order": 1}),
+        ("space_bracket", {"mesh": {"order": 1}}),
     ],
 )
 def test_columns_are_what_the_integrals_make(

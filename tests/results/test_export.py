@@ -124,9 +124,7 @@ def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
     write_tables(solution, tmp_path / "out")
     heads = {path.stem: path.read_text().splitlines()[0] for path in (tmp_path / "out").iterdir()}
     assert "y [mm],nx,ny,arc_length [mm],weight [mm],pressure [MPa],sigma_t [MPa]" in heads["pairs"]
-    assert heads["resultants"].endswith(
-        "Fx [MPa·mm],Fy [MPa·mm],M [MPa·mm²],area [mm],dissipated [MPa·mm²]"
-    )
+    assert heads["resultants"].endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
 
 
 def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path, capsys):

@@ -93,7 +93,6 @@ KINDS = {
     "tiny strain": Kind("warning", 5e-9),
     "friction coefficient": Kind("warning", 2.0),
     "closed gap": Kind("warning"),
-    "large overlap": Kind("warning", 0.1),
     "empty step": Kind("warning"),
     "known data": Kind("warning"),
     # estimated error

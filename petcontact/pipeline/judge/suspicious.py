@@ -81,8 +81,7 @@ def _frictions(discrete: Discrete) -> list[Finding]:
 
 
 def _gaps(discrete: Discrete) -> list[Finding]:
-    """Find gaps that bilateral contact closes by pulling, bodies without contact, and large
-    overlaps."""
+    """Find bodies that touch no other one, and gaps that bilateral contact closes by force."""
     findings, names = list[Finding](), [body.name for body in discrete.problem.body]
     touching = {names[number] for side in discrete.sides for number in side.bodies}
     for name in [name for name in names if name not in touching] if len(names) > 1 else ():
@@ -95,11 +94,6 @@ def _gaps(discrete: Discrete) -> list[Finding]:
             text = f"bilateral contact closes a gap of {gap.max():.3g} by pulling"
             advice = 'a gap may stay open with normal = "unilateral"'
             findings.append(new_finding("closed gap", text, where, advice=advice))
-        overlap = -float(gap.min(initial=0.0))
-        size = discrete.boundaries[side.body].diameter
-        if overlap > limit_of("large overlap") * size:
-            text = f"overlaps by {overlap:.3g}, {overlap / size:.0%} of the body"
-            findings.append(new_finding("large overlap", text, where, measured=overlap / size))
     return findings
 
 

@@ -250,7 +250,8 @@ def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
 
 
 def _count(solution: SolutionData, end: StepResult) -> int:
-    """Return how many increments a step took; after the first cycle, how many jumps."""
+    """Return how many increments came up to the end of a step; after the first cycle, how many
+    jumps."""
     if end.cycle > 1 and solution.wear is not None:
         return len(solution.wear.cycle) - 1
-    return sum((each.step, each.cycle) == (end.step, end.cycle) for each in solution.steps)
+    return sum((each.cycle, each.step) <= (end.cycle, end.step) for each in solution.steps)

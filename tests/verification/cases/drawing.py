@@ -27,11 +27,13 @@ def problem_picture(solution, path: Path) -> Path:
 
 
 def contact_picture(case, solution, path: Path) -> Path:
-    """Pressure and shear along the last interface at the end with the reference, in space the
-    pressure on its panels."""
+    """Pressure and shear along the last interface at the end with the reference, in space over
+    the distance from its middle, or without a reference the pressure on its panels."""
     mesh = next(iter(solution.meshes.values()))
     if isinstance(mesh, CurveMesh):
         return _small(path, draw_curves, solution, case.values, case.curve)
+    if case.curve:
+        return _small(path, draw_radial, solution, case.curve)
     return _small(path, space.draw_normal, solution)
 
 
@@ -81,6 +83,29 @@ def draw_curves(figure, solution, values, curve):
     end_at_corners(axes, solution, name, list(found.values()))
     axes.set(
         xlabel=label(f"arc length along {'.'.join(solution.sides[name])}", units.length),
+        ylabel=label("traction", units.stress),
+    )
+    legend_beside(axes)
+
+
+def draw_radial(figure, solution, curve):
+    """Pressure and shear at the nodes of a round contact over the distance from its middle, with
+    the closed forms; an axis ends where few values of a rim are beyond."""
+    name = list(solution.pairs)[-1]
+    pair, axes, units = solution.pairs[name], figure.add_subplot(), solution.problem.units
+    r = np.linalg.norm(pair.x[:, :2], axis=1)
+    along = np.linspace(0.0, 1.5 * r[pair.pressure > 0.0].max(), 500)[:-1]
+    places = np.column_stack([along, 0.0 * along, 0.0 * along])
+    found = {"pressure": pair.pressure, "shear": np.linalg.norm(pair.sigma_t, axis=1)}
+    for key, function in curve.items():
+        axes.plot(r, found[key], ".", ms=4.0, label=f"{CURVES[key]} computed, at nodes")
+        with np.errstate(invalid="ignore"):
+            exact = exact_values(places, function)
+        axes.plot(along, exact, ls="--", color="black", lw=0.9, label=f"{CURVES[key]} closed form")
+    most = 4.0 * float(np.median(pair.pressure[pair.pressure > 0.0]))
+    axes.set(xlim=(0.0, along[-1]), ylim=(0.0, min(most, 1.1 * pair.pressure.max())))
+    axes.set(
+        xlabel=label("distance from the middle", units.length),
         ylabel=label("traction", units.stress),
     )
     legend_beside(axes)

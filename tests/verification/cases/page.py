@@ -10,6 +10,8 @@ PICTURES = ROOT / "configs" / "pictures" / "verification"
 SHOWN = "../../../configs/pictures/verification"
 """The same from a page."""
 TABLE = ROOT / "petcontact" / "manual" / "cases.md"
+WITHOUT = """The source has values at points, and no closed form of p and q. So the picture has no curve of it.
+"""
 KINDS = {
     "closed form": "closed form",
     "external source": "external source (other codes, papers)",
@@ -113,6 +115,8 @@ def page(case: Case, computed: list[float], mesh: str) -> str:
     if others:
         parts.append("Targets of another source: " + "; ".join(others) + ".\n")
     parts.append(f"## Picture\n\n![Contact tractions]({SHOWN}/{case.name}-contact.png)\n")
+    if not (case.curve or any(value.measure == "error" for value in case.values)):
+        parts.append(WITHOUT)
     return "\n".join(parts)
 
 
