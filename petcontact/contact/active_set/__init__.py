@@ -1,2 +1,1 @@
-"""Contact by its active set: the exchanges, who solves their linear equations, and rigid motions
-beside them."""
+"""Active-set solution of contact: exchanges, linear solvers, and rigid motions."""

@@ -1,15 +1,16 @@
 """Sets of frictional contact by complementary pivots, which cannot cycle.
 
-With friction cones as polygons the law is a linear complementarity problem: pressures p, shear β_j
-along the directions d_j to the corners of a polygon, and the slip λ of each node,
+With polygons for friction cones the law is a linear complementarity problem. Its unknowns are the
+pressures p, the shear β_j along the directions d_j to the corners of a polygon, and the slip λ of
+each node,
 
     0 <= p ⟂ gap >= 0,  0 <= β_j ⟂ d_j·v_t + λ >= 0,  0 <= λ ⟂ min(μp, g) - Σβ >= 0.
 
-Its matrix is copositive for every μ >= 0 as S is positive definite in the inner product of the
-weights, and so Lemke's pivots end in a solution (D. Stewart and J. Trinkle, Int. J. Numer. Methods
-Eng. 39 (1996) 2673-2691; A. Klarbring and J.-S. Pang, SIAM J. Optim. 8 (1998) 595-613). Rigid
-motions that only contact holds are on soft springs, which are moved after the bodies until Newton's
-method can do without. In the plane the polygon is the cone itself.
+S is positive definite in the inner product of the weights. The matrix is therefore copositive for
+every μ >= 0, and Lemke's pivots end in a solution (D. Stewart and J. Trinkle, Int. J. Numer.
+Methods Eng. 39 (1996) 2673-2691; A. Klarbring and J.-S. Pang, SIAM J. Optim. 8 (1998) 595-613).
+Soft springs hold rigid motions that only contact holds. The springs are moved after the bodies
+until Newton's method needs no springs. In the plane the polygon is the cone itself.
 """
 
 from __future__ import annotations
@@ -28,27 +29,26 @@ from ..linearisation import Linearisation
 from ..system import ContactSystem
 
 FAR = 1e2
-"""How far the loads would move bodies on the springs alone, over the largest displacement or gap:
-a hundredth of the loads then is enough to close all gaps."""
+"""Motion of bodies by the loads on springs alone, over the largest displacement or gap [-]. A
+hundredth of the loads then closes all gaps."""
 SOFT = (1e3, 1e8)
-"""Least and largest compliance of the springs over that of the bodies: stiffer ones would need to
-be moved many times, of softer ones no digits are left."""
+"""Least and largest compliance of the springs over that of the bodies [-]. Stiffer springs would
+have to be moved many times; softer ones leave no digits."""
 LARGEST = 1200
-"""Unknowns up to which all pivots together take a second or two, 1 ms each."""
+"""Largest number of unknowns; all pivots take a second or two then, about 1 ms each."""
 Pieces = tuple[Linearisation, Array]
-"""On which pieces of the law nodes are, and their σ (m, k)."""
+"""The pieces of the law on which nodes lie, and their σ (m, k)."""
 
 
 def complementary_guesses(
     system: ContactSystem, law: SignoriniCoulomb, near: Mask, others: Pieces | None = None
 ) -> Iterator[tuple[Array, Array, Array]]:
-    """τ, σ and v (m, k) of solutions with springs, which come nearer to those without.
+    """Yield τ, σ and v (m, k) of solutions with springs that approach the solution without springs.
 
-    Pivots are on the nodes that are `near`, (m,). The others stay on their pieces, where these are
-    given with their σ, and then are judged by whoever asks; else they are open, and near where they
-    overlap. There is no guess where contact may pull with Coulomb's law, which is no
-    complementarity problem, where these nodes are too many, or where S would have to be made of
-    too many products.
+    Pivots are on the nodes in `near`, (m,). The others keep their pieces and σ if `others` gives
+    these; the caller must then check them. Without `others` they are open, and join `near` where
+    they overlap. There is no guess in three cases. Contact may pull with Coulomb's law, which is no
+    complementarity problem. There are too many nodes. S would take too many products to assemble.
     """
     near = near if others else near | ~law.unilateral
     pairs = _Complementarity(law, near, others)
@@ -56,13 +56,13 @@ def complementary_guesses(
         return
     root = np.sqrt(np.repeat(system.weight, law.k))
     whole, v_0, springs, load = _sprung(system, root)
-    # the springs are moved after the bodies so many times
+    # the springs are moved after the bodies four times
     for _ in range(1 if others or system.modes is None else 4):
         while True:
-            found = pairs.solution(whole + springs, v_0 + load, root)
-            if found is None:
+            solution = pairs.solution(whole + springs, v_0 + load, root)
+            if solution is None:
                 return
-            y, slips = found
+            y, slips = solution
             v = ((v_0 + load + (whole + springs) @ y) / root).reshape(system.u_0.shape)
             over = pairs.present & ~near & (v[:, -1] > 0.0)
             if others or not over.any():
@@ -76,12 +76,12 @@ def complementary_guesses(
 
 
 def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Array]:
-    """S, u_0, and what tractions and loads displace on springs, for vectors that are weighted."""
+    """Return weighted S and u_0, and the displacement of the springs by tractions and by loads."""
     modes, base = system.modes, root * system.u_0.ravel()
     whole = root[:, None] * system.compliance() / root
     if modes is None:
         return whole, base, np.zeros_like(whole), np.zeros_like(base)
-    # what S is for tractions out of balance, and which rigid motion it adds, means nothing
+    # remove the arbitrary part of S for tractions out of balance, and its rigid motions
     motion = root[:, None] * modes.motion.reshape(base.size, -1)
     balance = modes.resultant.reshape(len(modes.load), -1) / root
     fit, spread = np.linalg.pinv(motion), np.linalg.pinv(balance)
@@ -95,10 +95,9 @@ def _sprung(system: ContactSystem, root: Array) -> tuple[Array, Array, Array, Ar
 
 
 class _Complementarity:
-    """The unknowns p, β and λ of some nodes, in this order, for vectors that are weighted by the
-    root of the weights.
+    """The unknowns p, β and λ of nodes, in this order, weighted by the root of the weights.
 
-    Besides, v = 0 on components that are held, of the other nodes as their pieces have it.
+    v = 0 on held components; the other nodes keep their pieces.
     """
 
     def __init__(self, law: SignoriniCoulomb, near: Mask, others: Pieces | None = None) -> None:
@@ -133,15 +132,15 @@ class _Complementarity:
         self.fits = self._size <= LARGEST and not (slides & ~law.unilateral & cone).any()
 
     def solution(self, matrix: Array, v_0: Array, root: Array) -> tuple[Array, Mask] | None:
-        """y with v = v_0 + matrix y, and where nodes slip (m,); None where the pivots end
-        without."""
+        """Return y with v = v_0 + matrix y, and which nodes slip (m,), or None if the pivots
+        fail."""
         spread, held, given = self._spread(len(root)), self._held, root * self._given.ravel()
         inner = np.column_stack([matrix @ spread, v_0 + matrix @ given])
         of_held = matrix @ self._columns
         at_held = np.linalg.solve(of_held[held], inner[held])
         inner -= of_held @ at_held
         both = spread.T @ inner
-        # what held nodes leave of springs
+        # scale the unknowns by the stiffness that the held nodes leave
         unit = float(np.abs(np.diag(both)).max(initial=0.0)) or 1.0
         both[:, :-1] /= unit
         self._limit(both, unit * root[:: self._law.k])
@@ -156,8 +155,10 @@ class _Complementarity:
         return y, slips
 
     def tau(self, sigma: Array, v: Array, slips: Mask) -> Array:
-        """τ on the piece of the law that a solution lies on, which v does not show beside the
-        springs' digits."""
+        """Return τ on the piece of the law on which a solution lies.
+
+        v alone does not show the piece, because of the round-off of the springs.
+        """
         law, tau, tangential = self._law, -sigma, self._law.groups[0]
         opened = law.unilateral & (sigma[:, -1] >= 0.0)
         tau[opened, -1] = -np.abs(v[opened, -1]) - TINY
@@ -169,7 +170,7 @@ class _Complementarity:
         return tau
 
     def _spread(self, size: int) -> Array:
-        """y (m k) of the unknowns, columns."""
+        """Return the columns y (m k) of the unknowns."""
         k, p, s = self._law.k, len(self._presses), len(self._slides)
         spread = np.zeros((size, self._size))
         spread[k * self._presses + k - 1, np.arange(p)] = -1.0
@@ -179,7 +180,7 @@ class _Complementarity:
         return spread
 
     def _limit(self, both: Array, unit: Array) -> None:
-        """Rows and columns of λ filled in."""
+        """Fill in the rows and columns of λ."""
         law, p, s = self._law, len(self._presses), len(self._slides)
         row = self._first_limit
         for nodes, is_cone in ((self._follows, True), (self._capped, False)):
@@ -197,10 +198,10 @@ class _Complementarity:
 
 
 def lemke(matrix: Array, offset: Array) -> Array | None:
-    """z >= 0 with w = offset + matrix z >= 0 and zᵀw = 0 by Lemke's pivots; None where they end on
-    a ray.
+    """Return z >= 0 with w = offset + matrix z >= 0 and zᵀw = 0 by Lemke's pivots, or None for a
+    ray.
 
-    Random columns of the artificial unknown keep pivots from being tied (R. W. Cottle, J.-S. Pang
+    A random column of the artificial unknown prevents ties between pivots (R. W. Cottle, J.-S. Pang
     and R. E. Stone, The linear complementarity problem (1992), chapter 4).
 
     Examples
@@ -211,18 +212,18 @@ def lemke(matrix: Array, offset: Array) -> Array | None:
     n = len(offset)
     if offset.min(initial=0.0) >= 0.0:
         return np.zeros(n)
-    # x_B = last column + the others x_N; unknowns are w (0 to n - 1), z (n to 2n - 1), z_0 (2n)
+    # x_B = last column + other columns x_N; unknowns: w (0 to n - 1), z (n to 2n - 1), z_0 (2n)
     cover = 1.0 + np.random.default_rng(2019).random(n)
     table = np.asfortranarray(np.column_stack([matrix, cover, offset]))
-    basic, others = np.arange(n), n + np.arange(n + 1)
+    basic, nonbasic = np.arange(n), n + np.arange(n + 1)
     column, row, size = n, int(np.argmin(offset / cover)), float(np.abs(offset).max())
     # most problems take fewer pivots than unknowns
     for _ in range(3 * n):
         leaves = basic[row]
         table = _exchanged(table, row, column)
-        basic[row], others[column] = others[column], leaves
+        basic[row], nonbasic[column] = nonbasic[column], leaves
         left = table[basic == 2 * n, -1].max(initial=0.0)
-        column = int(np.argmax(others == (leaves + n) % (2 * n)))
+        column = int(np.argmax(nonbasic == (leaves + n) % (2 * n)))
         rate = table[:, column]
         falls = np.flatnonzero(rate < -CHAINED * np.abs(rate).max())
         if left <= ROUNDED * size or not len(falls):
@@ -235,7 +236,7 @@ def lemke(matrix: Array, offset: Array) -> Array | None:
 
 
 def _exchanged(table: Array, row: int, column: int) -> Array:
-    """A table after an unknown that is basic has been exchanged for one that is not."""
+    """Return a table after the exchange of a basic unknown with a nonbasic one."""
     pivot, rate = table[row, column], table[:, column].copy()
     new = table[row] / -pivot
     new[column] = 1.0 / pivot

@@ -1,4 +1,4 @@
-"""Damped steps of Newton's method: along its direction as far as the residual of the law falls."""
+"""Damped steps of Newton's method: the step is shortened until the residual of the law falls."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from ..law_protocol import ContactLaw, law_residual
 from ..system import Modes
 
 HALVINGS, DESCENT = 10, 1e-4
-"""Lengths that a step is tried with, each half the one before, and by which share of it the
-residual has to fall."""
+"""`HALVINGS` is the number of step lengths, each half the one before. `DESCENT` is the share of the
+step length by which the residual must fall [-]."""
 
 
 class LineSearch:
-    """Iterates whose residual falls.
+    """Iterates with falling residuals.
 
-    The law is linearised at τ = ρv - σ of the iterate itself with one ρ, so that R = σ + Π(ρv - σ)
-    falls along the direction wherever Π is smooth (De Luca, Facchinei and Kanzow, Math. Program. 75
-    (1996) 407-439). The step from σ, v and α to a solution of the linear equations keeps v = u_0 +
-    S σ + M α on all of its length; forces that are out of balance, over all that acts, are added to
-    |R|/|σ|.
+    The law is linearised at τ = ρv - σ of the iterate itself with one ρ. Therefore R = σ + Π(ρv -
+    σ) falls along the direction wherever Π is smooth (De Luca, Facchinei and Kanzow, Math. Program.
+    75 (1996) 407-439). Along the step from σ, v and α to a solution of the linear equations, v =
+    u_0 + S σ + M α holds. The merit is |R|/|σ| plus the forces out of balance over all acting
+    forces.
 
     Attributes
     ----------
     sigma, v, alpha : (m, k), (m, k) and (r,) arrays
         The iterate.
     goes_on : bool
-        Whether the last step made the residual less.
+        Whether the last step reduced the residual.
     """
 
     def __init__(self, law: ContactLaw, base: Array, modes: Modes | None) -> None:
@@ -35,8 +35,11 @@ class LineSearch:
         self._left, self._rho = np.inf, 1.0
 
     def after(self, sigma: Array, v: Array, alpha: Array) -> tuple[Array, Array]:
-        """τ and ρ (m, k) of the next iterate, on the way to a solution of the linear equations; the
-        first is that itself."""
+        """Return τ and ρ (m, k) of the next iterate, on the way to a solution of the linear
+        equations.
+
+        The first iterate is that solution itself.
+        """
         if np.isinf(self._left):
             strain = (
                 v - self._base

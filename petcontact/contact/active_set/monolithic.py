@@ -1,4 +1,4 @@
-"""Linear equations of a law solved together with those of the body, where a system offers that."""
+"""Solver of the law's linear equations together with the body's, for systems that offer it."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from ..system import MonolithicSystem, RigidModeConstraint
 
 
 class MonolithicSolver:
-    """A system that solves the equations of the body together with those of the law: S and its
-    blocks are never applied.
+    """Solver by a system that solves the body's equations together with the law's.
 
-    `tolerance` is the criterion's.
+    S and its blocks are never applied. `tolerance` is the criterion's.
     """
 
     noise = 1e-10
@@ -23,7 +22,7 @@ class MonolithicSolver:
 
     @property
     def defect(self) -> float:
-        """Relative residual of the body's equations that the last solve left."""
+        """Relative residual of the body's equations after the last solve."""
         return self.system.defect
 
     @property
@@ -32,14 +31,14 @@ class MonolithicSolver:
         return self.system.ksp_iterations
 
     def apply(self, x: Array) -> Array:
-        """The product S x."""
+        """Return the product S x."""
         return self.system.apply(x)
 
     def linear_solve(
         self, linearised: Linearisation, rho: Array, sigma: Array, alpha: Array
     ) -> tuple[Array, Array, Array, Array]:
-        """σ [stress], v [length] (m, k) and α of a linearised law, and combinations of motions that
-        it does not resist."""
+        """Return σ [stress], v [length] (m, k) and α of a linearised law, and motions that it does
+        not resist."""
         modes = self.system.modes
         if modes is None:
             return (
@@ -53,4 +52,4 @@ class MonolithicSolver:
         ), constraint.free
 
     def close(self) -> None:
-        """The system keeps its solvers."""
+        """Do nothing: the system keeps its solvers."""

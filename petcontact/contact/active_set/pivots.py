@@ -1,19 +1,18 @@
-"""Contact by its active set: at each node one smooth piece of the law, linear equations on its
-active components.
+"""Active-set method for contact: one smooth piece of the law at each node, and linear equations.
 
-A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π
-linearised there, σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear,
-and small: σ is an affine function of -τ on the active components, those of τ on which Π' depends
-(one of two on Coulomb slip in the plane, none on open nodes), so that only these are solved for.
-The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton method,
-also known as primal-dual active set. In the plane the pieces are linear and the right set gives the
-solution itself.
+A guess τ⁰ (m, k) decides on which piece of Π each node lies: stick, slip with its direction, or
+open. With Π linearised there, σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0, v = u_0 + Sσ + Mα and Eσ + f = 0
+are linear equations. They are small, since σ is an affine function of -τ on the active components.
+These are the components of τ on which Π' depends: one of two in Coulomb slip in the plane, none at
+open nodes. The new τ = ρv - σ shows which nodes are on a wrong piece. This is a step of the
+semismooth Newton method, also known as primal-dual active set. In the plane the pieces are linear,
+and the right set gives the solution.
 
-Full exchanges may cycle, as where bodies that only contact holds roll to and fro. Where the number
-of wrong nodes has not fallen for some steps, damped ones follow (`line_search`). Block principal
-pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot cycle: where damped steps
-end only the last of the wrong nodes moves until their number falls, which ends for every P-matrix;
-S is one for Tresca's law, its symmetric part being positive definite in the inner product of the
+Full exchanges may cycle, for example if bodies that only contact holds roll to and fro. If the
+number of wrong nodes has not fallen for some steps, damped steps follow (`line_search`). After them
+only the last of the wrong nodes moves, until the number falls. This block principal pivoting
+(Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot cycle, and ends for every P-matrix.
+S is one for Tresca's law, since its symmetric part is positive definite in the inner product of the
 weights.
 """
 
@@ -37,14 +36,14 @@ from .solvers import ActiveSetSolver
 
 _NEXT_TAU = native.function("petcontact_next_tau", "iiippppdddpp")
 LinearSolver = ActiveSetSolver | MonolithicSolver
-"""Who solves the equations of a linearised law."""
+"""A solver of the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
-"""Full exchanges that may fail to reduce the number of wrong nodes."""
+"""Number of full exchanges that may fail to reduce the number of wrong nodes."""
 PULL = 0.1
-"""ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it
-slips the other way."""
+"""ρ|v| over |σ| at nodes in slip [-]. It is small, so that a node that moves along its σ sticks
+before it slips the other way."""
 
 
 @frozen
@@ -56,14 +55,14 @@ class Pivot:
     sigma, v, alpha : (m, k), (m, k) and (r,) arrays
         Solution of the linear equations.
     linearised : Linearisation
-        On which they were posed.
+        The linearised law of these equations.
     tau : (m, k) array
-        Where Π was to be linearised according to it.
+        The next point of linearisation.
     wrong : int
-        Nodes that lie on another piece than was supposed.
+        Number of nodes that lie on another piece than assumed.
     push : (r,) array
-        Motion along which the loads push and that no node resists; 0 where all motions are resisted
-        or in equilibrium.
+        Motion along which the loads push and that no node resists; 0 if all motions are resisted or
+        in equilibrium.
     """
 
     sigma: Array
@@ -75,8 +74,10 @@ class Pivot:
     push: Array
 
     def bent(self, law: ContactLaw) -> float:
-        """Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear
-        and no node is wrong."""
+        """Return the largest |Π(τ) + σ| at the new τ over the largest |σ| [-].
+
+        It is round-off if pieces are linear and no node is wrong.
+        """
         size = float(np.abs(self.sigma).max(initial=0.0)) or 1.0
         return float(np.abs(law.project(self.tau) + self.sigma).max(initial=0.0)) / size
 
@@ -89,11 +90,10 @@ def next_tau(
     noise: float,
     least: float = 0.0,
 ) -> tuple[Array, Array]:
-    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a
-    |σ| that is round-off.
+    """Return τ = ρv - σ after a step, and ρ (m, k), which is small at nodes in slip.
 
-    Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to
-    noise, the piece they are on.
+    `least` is a |σ| of the size of round-off. v has no sign if it is round-off. Sticking components
+    have v = 0; the others keep their piece up to `noise`.
     """
     tangential = law.groups[0]
     if tangential.start != 0 or tangential.stop > 2:
@@ -117,7 +117,7 @@ def pivots(
     predict: Predictor | None = None,
     to_the_end: bool = True,
 ) -> Generator[Pivot, None, str]:
-    """Steps until no node is wrong; returns why there is none to come.
+    """Yield steps until no node is wrong; return why there is no further step.
 
     Parameters
     ----------
@@ -128,14 +128,14 @@ def pivots(
         v for σ = 0 [length].
     modes : Modes, optional
     tau : (m, k) array
-        First guess of τ [stress]: only its pieces matter where these are linear.
+        First guess of τ [stress]; only its pieces matter if these are linear.
     sigma, alpha : arrays, optional
-        Where an iterative solve starts from.
+        Start of iterative solves.
     predict : callable, optional
-        Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges
-        are allowed.
+        Function of a pivot that returns a better next (τ, σ) than the plain exchange. It is called
+        while full exchanges are allowed.
     to_the_end : bool
-        Whether random and single exchanges follow where damped steps no longer help.
+        Whether random and single exchanges follow when damped steps do not help.
     """
     rank = 0 if modes is None else len(modes.load)
     sigma = np.zeros_like(base) if sigma is None else sigma
@@ -154,12 +154,12 @@ def pivots(
             return "a body that contact holds moves away"
         if modes is not None and not modes.load.any() and size < ROUNDED * largest:
             sigma, push = np.zeros_like(sigma), np.zeros_like(push)
-        # σ this small is that of loads that vanish, whose pieces no step finds
+        # the loads vanish if σ is so small, and no step finds the pieces of the law
         elif 0.0 < size < 1e-60 * largest:
             return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
-            # from here on a body slides away on the pieces that are tried
+            # beyond this displacement a body slides away on the assumed pieces
             farthest = (
                 1e9 * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
             )
@@ -205,8 +205,10 @@ def linear_solve(
     alpha: Array,
     rho: Array,
 ) -> tuple[Array, Array, Array, Array]:
-    """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node
-    resists."""
+    """Return σ, v and α of a linearised law, and the push along motions that no node resists.
+
+    `sigma` and `alpha` are near the solution.
+    """
     if isinstance(solver, MonolithicSolver):
         sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
         return sigma, v, alpha, _push(modes, sigma, free)
@@ -225,8 +227,10 @@ def linear_solve(
 
 
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:
-    """Along which combination of some motions of unit size, (r, p), the loads push more than by
-    round-off, (r,)."""
+    """Return the motion (r,) along which the loads push by more than round-off.
+
+    It is a combination of the motions of unit size in `free`, (r, p).
+    """
     if modes is None or modes.defect(sigma, free) <= CHAINED:
         return np.zeros(len(free))
     return np.asarray(free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size)
@@ -242,10 +246,10 @@ def box_problem(
     tolerance: float = CHAINED,
     modes: Modes | None = None,
 ) -> Pivot:
-    """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.
+    """Return the last step of `pivots`, or of the first `limit` of them, which satisfies the law.
 
-    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W
-    the weights.
+    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g,
+    with the weights W.
     """
     for last in itertools.islice(pivots(solver, law, base, modes, tau, sigma=sigma), limit):
         if last.wrong == 0 and last.bent(law) <= tolerance:

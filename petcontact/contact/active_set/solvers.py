@@ -1,7 +1,8 @@
-"""S on the components of an active set: products, and solves with rigid motions beside it.
+"""Solvers for S on the components of an active set, with rigid motions.
 
-KSPs of prefix `stick_`, and `sum_` for T + S: on dense blocks, which every rank factorises, where S
-is dense and small; else on matrices of type python, preconditioned by the surrogate T.
+KSPs have the prefix `stick_`, and `sum_` for T + S. If S is dense and small, they solve dense
+blocks, which every rank factorises. Otherwise they solve matrices of type python with the surrogate
+T as preconditioner.
 """
 
 from __future__ import annotations
@@ -23,16 +24,19 @@ from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 
 _BLOCK = native.function("petcontact_active_block", "iippppipp")
 DIRECT_SIZE = 512
-"""Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
+"""Number of contact unknowns up to which LU of a block is faster than iterations with a fast T."""
 LARGEST = 12_000
-"""Contact unknowns of which a dense S fits a machine (1.2 GB), where iterations on it fail."""
+"""Largest number of contact unknowns for a dense S (1.2 GB) where iterations fail."""
 EPSILON, REPEATED = 1e-6, 4
-"""Of a least solution, relative to the longest column, and how often it is corrected."""
+"""`EPSILON` regularises a least-squares solution, relative to the longest column [-]. `REPEATED` is
+the number of its corrections."""
 
 
 class ActiveSetSolver(Protocol):
-    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its
-    answers."""
+    """S with the solves that methods need, for vectors (m, k).
+
+    `noise` is the relative round-off of its results.
+    """
 
     noise: float
 
@@ -44,11 +48,10 @@ class ActiveSetSolver(Protocol):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """δy on the active components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ
-        + Π'δy) + f = 0.
+        """Return δy on the active components, δα, and motions that no active component resists.
 
-        Motions that no active component follows are left as they are: combinations (r, q) of
-        motions of unit size, the third array.
+        They solve [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0. The third array
+        has combinations (r, q) of motions of unit size, which are not changed.
         """
         ...
 
@@ -56,7 +59,7 @@ class ActiveSetSolver(Protocol):
 
 
 class _Counted:
-    """Counts of the system, kept by whoever does the work in its place."""
+    """Counts of the system's work, by a solver that does the work itself."""
 
     def __init__(self, system: ContactSystem) -> None:
         self.system = system
@@ -66,7 +69,7 @@ class _Counted:
             self.matrix = system.compliance()
 
     def apply(self, x: Array) -> Array:
-        """The product S x."""
+        """Return the product S x."""
         if self.matrix is None:
             return self.system.apply(x)
         self.system.applications += 1
@@ -74,7 +77,7 @@ class _Counted:
 
 
 class DenseActiveSetSolver(_Counted):
-    """S dense, solves by a KSP on blocks of it."""
+    """Solver with a dense S, by a KSP on its blocks."""
 
     noise = 1e-11
 
@@ -93,7 +96,7 @@ class DenseActiveSetSolver(_Counted):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """A solve with the bordered block."""
+        """Return the solution of the bordered block."""
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
         if modes is None:
@@ -118,7 +121,8 @@ class DenseActiveSetSolver(_Counted):
     def sum_solve(
         self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array]:
-        """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
+        """Return δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0; the factors are
+        kept."""
         constraint = RigidModeConstraint(
             modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0))
         )
@@ -140,8 +144,11 @@ class DenseActiveSetSolver(_Counted):
 
 
 class BlockFactors:
-    """The KSP of the last block of a dense S. It serves again where the pieces of the law are the
-    same, as where an increment begins with the sets that the one before ended with."""
+    """The KSP of the last block of a dense S.
+
+    It is used again if the pieces of the law are the same. An example is an increment that begins
+    with the sets of the one before.
+    """
 
     def __init__(self) -> None:
         self._of: tuple[Array, Array] | None = None
@@ -149,13 +156,13 @@ class BlockFactors:
 
     @property
     def iterations(self) -> int:
-        """Of the KSP in the last solve."""
+        """Iterations of the KSP in the last solve."""
         return 0 if self._solver is None else self._solver.iterations
 
     def solve(
         self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array
     ) -> Array:
-        """δy on the active components, (q,)."""
+        """Return δy on the active components, (q,)."""
         derivative = linearised.derivative
         if not len(active):
             return rhs
@@ -174,7 +181,7 @@ class BlockFactors:
         return self._solver.solve(rhs)
 
     def solve_whole(self, matrix: Array, rhs: Array) -> Array:
-        """matrix⁻¹ rhs (q,), or the least solution."""
+        """Return matrix⁻¹ rhs (q,), or the least-squares solution."""
         self._of = None
         self._solver = self._solver or DenseSolver(petsc().COMM_SELF, "stick_")
         self._solver.take(matrix)
@@ -187,9 +194,11 @@ class BlockFactors:
 
 
 def _least(matrix: Array, rhs: Array) -> Array:
-    """The least solution, where a body that is about to slide away leaves nothing to divide by, or
-    where two contacts close at the same nodes: (AᵀA + ε²) δx = Aᵀr, repeated, a fifth of the time
-    of singular values."""
+    """Return the least-squares solution of a singular system.
+
+    The system is singular if a body is about to slide away, or if two contacts close at the same
+    nodes. (AᵀA + ε²) δx = Aᵀr is solved repeatedly, in a fifth of the time of singular values.
+    """
     normal = matrix.T @ matrix
     normal.flat[:: len(matrix) + 1] += EPSILON**2 * (
         float(normal.diagonal().max(initial=0.0)) or 1.0
@@ -206,8 +215,10 @@ def _least(matrix: Array, rhs: Array) -> Array:
 def _block(
     dense: Array, linearised: Linearisation, rho: Array, active: Index
 ) -> tuple[Array, bool]:
-    """(I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ: from S on them only
-    nodes whose Π' is not 0 or 1 change columns."""
+    """Return (I - Π')/ρ + SΠ' on the active components, and whether it depends on ρ.
+
+    Only nodes whose Π' is not 0 or 1 change columns of S.
+    """
     block = np.empty((len(active), len(active)), order="F")
     arrays = (
         np.asfortranarray(dense),
@@ -228,15 +239,15 @@ def _block(
 
 
 class KrylovActiveSetSolver(_Counted):
-    """S by its products alone; every rank of the communicator iterates on whole vectors.
+    """Solver with products of S only; every rank of the communicator iterates on whole vectors.
 
-    Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
+    Rigid motions are unknowns of the iteration, which its preconditioner eliminates.
 
     Attributes
     ----------
     direct : DenseActiveSetSolver, optional
-        What solves in its place once iterations have failed, as where a thin stiff coating makes T
-        a poor likeness of S.
+        Solver that is used after iterations have failed. They fail, for example, if a thin stiff
+        coating makes T differ from S.
     """
 
     noise = 1e-10
@@ -255,8 +266,11 @@ class KrylovActiveSetSolver(_Counted):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """GMRES on the active components (identity off them), preconditioned by the block of T⁻¹;
-        LU of a dense S where that fails."""
+        """Return the solution by GMRES on the active components, with the block of T⁻¹ as
+        preconditioner.
+
+        Off these components the matrix is the identity. If GMRES fails, LU of a dense S is used.
+        """
         if self.direct is None:
             try:
                 return self._iterated(linearised, rho, rhs, modes, sigma)
@@ -265,9 +279,9 @@ class KrylovActiveSetSolver(_Counted):
                     raise
                 self.direct = DenseActiveSetSolver(self.system, self.surrogate)
                 self.matrix = self.direct.matrix
-        found = self.direct.solve(linearised, rho, rhs, modes, sigma)
+        solution = self.direct.solve(linearised, rho, rhs, modes, sigma)
         self.ksp_iterations = self.direct.ksp_iterations
-        return found
+        return solution
 
     def _iterated(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
@@ -291,7 +305,7 @@ class KrylovActiveSetSolver(_Counted):
     def sum_solve(
         self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array]:
-        """GMRES on T + S, preconditioned by T⁻¹."""
+        """Return the solution with T + S by GMRES, with T⁻¹ as preconditioner."""
         constraint = RigidModeConstraint(modes, whole, sigma, self._length)
         y, coordinates = self._solved(
             self._sum,
@@ -315,11 +329,11 @@ class KrylovActiveSetSolver(_Counted):
         base = np.where(active, self.system.u_0, 0.0)
         floor = SOLVED * float(np.linalg.norm(self.surrogate.solve(base)))
         self.system.elastic_solves += 1
-        found = krylov.solve(
+        solution = krylov.solve(
             product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, SOLVED
         )
         self.ksp_iterations = krylov.iterations
-        return found
+        return solution
 
     def close(self) -> None:
         """Free the solvers."""
@@ -329,7 +343,7 @@ class KrylovActiveSetSolver(_Counted):
 
 
 class SurrogateActiveSetSolver:
-    """T in the place of S, for predictions: solves by masks of components."""
+    """Solver with T in place of S, for predictions; it solves by masks of components."""
 
     noise, ksp_iterations = 1e-11, 0
 
@@ -337,14 +351,16 @@ class SurrogateActiveSetSolver:
         self._surrogate = surrogate
 
     def apply(self, x: Array) -> Array:
-        """The product T x."""
+        """Return the product T x."""
         return self._surrogate.apply(x)
 
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """LU where T is dense, else solves on active components; where Π' couples these each in a
-        pass of its own."""
+        """Return the solution by LU if T is dense, else by solves on active components.
+
+        Components that Π' couples are solved one after another.
+        """
 
         def inverse(r: Array) -> Array:
             dy = np.zeros_like(r)
@@ -370,13 +386,13 @@ class SurrogateActiveSetSolver:
         return dy, constraint.motion(coordinates), constraint.free
 
     def close(self) -> None:
-        """No PETSc objects to free."""
+        """Do nothing: there are no PETSc objects."""
 
 
 def active_set_solver(
     system: ContactSystem, surrogate: Surrogate | None, factors: BlockFactors | None = None
 ) -> DenseActiveSetSolver | KrylovActiveSetSolver:
-    """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov
+    """Return the solver by LU if S is dense and small, or if there is no fast T; else by Krylov
     iterations."""
     if surrogate is not None and (
         system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)

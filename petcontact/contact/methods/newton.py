@@ -1,12 +1,11 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets
-predicted by the surrogate T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0.
 
-Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is
-foretold, where a solve with S costs more than T, by the contact problem of T through the last
-iterate, v + T(q - σ): its set is nearly the right one, so that two to four solves with S do.
-Without prediction those nodes that break an inequality are exchanged, which takes some ten steps.
-Where the sets of Coulomb's law cycle steps are damped, then the iteration starts again from other
-sets.
+Each iteration solves the linear equations of `active_set`. If a solve with S costs more than T, the
+surrogate T predicts which nodes stick, slip or open. The prediction is the solution of the contact
+problem of T through the last iterate, v + T(q - σ). Its set is nearly right, so that two to four
+solves with S are enough. Without prediction, nodes that violate an inequality are exchanged, in
+about ten steps. If the sets of Coulomb's law cycle, steps are damped. Then the iteration starts
+again from other sets.
 """
 
 from __future__ import annotations
@@ -49,10 +48,11 @@ class SemismoothNewton:
     Attributes
     ----------
     predict : bool, optional
-        Whether T predicts the sets; not by default where S is dense and small, nor where rigid
-        motions are unknown and friction has disks, along which T's problem does not slip.
+        Whether T predicts the sets. By default it does not if S is dense and small. It does not
+        either if rigid motions are unknown and friction has disks, along which T's problem does not
+        slip.
     factors : BlockFactors
-        Of the last system with a dense S, for the next one.
+        Factors of the last system with a dense S, for the next one.
     """
 
     predict: bool | None = None
@@ -61,9 +61,9 @@ class SemismoothNewton:
     def __call__(
         self, system: ContactSystem, law: ContactLaw, iteration: Iteration
     ) -> ContactState:
-        """As `ContactMethod`; starts from full stick, or T's own solution.
+        """Solve as `ContactMethod`, from full stick or T's own solution.
 
-        The criterion's tolerance bounds the relative residuals of what is returned as converged.
+        The criterion's tolerance bounds the relative residuals of converged results.
         """
         linear = system.modes is None or law.groups[0].stop == 1
         # a step with a dense S costs less than a prediction, which then is for sets that its own
@@ -103,7 +103,7 @@ class SemismoothNewton:
 
 
 def build(options: Method, rule: Rule | None) -> SemismoothNewton:
-    """The method that the options describe."""
+    """Return the method that the options describe."""
     return SemismoothNewton()
 
 
@@ -158,20 +158,24 @@ class _Run:
         self.step: Pivot | None = None
 
     def at_rest(self) -> ContactState | None:
-        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no
-        motion is the least."""
+        """Return the state without motion if nothing is loaded and nothing touches, else None.
+
+        It has the smallest motion of all solutions for bodies that contact holds.
+        """
         modes, v = self.system.modes, self.system.u_0
         sigma = np.zeros_like(v)
         if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
             return None
         still = np.zeros(len(modes.load))
-        return self._told(
+        return self._judged(
             Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v
         )
 
     def state(self, first: Guess) -> ContactState:
-        """Where the first attempt that ends well ends, or the last one; none follows where the
-        loads cannot be held."""
+        """Return the end of the first attempt that converges, or of the last one.
+
+        If contact cannot hold the loads, there is no further attempt.
+        """
         state, failure = None, None
         for to_the_end, (tau, sigma, v) in self._starts(first):
             self.to_the_end = to_the_end
@@ -194,9 +198,11 @@ class _Run:
         return unbalanced_load(self.system.modes, self.law) is not None
 
     def _starts(self, first: Guess) -> Iterator[tuple[bool, Guess]]:
-        """Where attempts start, and whether they are to break cycles: a start by complementary
-        pivots is found sooner than the way out of a cycle, and others only where that is too
-        large."""
+        """Yield starts of attempts, and whether the attempt is to break cycles.
+
+        Starts by complementary pivots are found sooner than the end of a cycle. Other starts follow
+        only if the problem is too large for pivots.
+        """
         yield False, first
         pivoted, near, law = False, np.zeros(len(first[0]), dtype=bool), self.law
         if type(law) is SignoriniCoulomb:
@@ -218,12 +224,11 @@ class _Run:
             yield from ((True, guess) for guess in itertools.chain([first], again))
 
     def _changing(self) -> Mask:
-        """Nodes on which the last steps do not agree, (m,)."""
+        """Return the nodes whose state differs among the last steps, (m,)."""
         return np.asarray(np.any([states != self.last[-1] for states in self.last], axis=0))
 
     def _near(self) -> Mask:
-        """Nodes that the last steps had closed, but all of them where the method began with that,
-        (m,)."""
+        """Return the nodes that were closed in the last steps, or all if there are none, (m,)."""
         closed = np.any([states != OPEN for states in self.last], axis=0)
         return closed if closed.any() else np.ones(len(closed), dtype=bool)
 
@@ -239,13 +244,13 @@ class _Run:
             yield everywhere(tau, self.law, slip), np.zeros_like(sigma), self.system.u_0
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
-        """Steps until no node is wrong, the sets repeat, or the loads find no equilibrium."""
+        """Solve until no node is wrong, the sets repeat, or the loads have no equilibrium."""
         recorder = self.recorder
         state: ContactState | None = None
         alpha, tries, pushed = None, 0, None
         while True:
             for step in self._steps(tau, sigma, alpha):
-                state = self._told(step, sigma, v)
+                state = self._judged(step, sigma, v)
                 self.last.append(self.law.states(step.tau))
                 self.step = step
                 sigma, v, alpha = step.sigma, step.v, step.alpha
@@ -291,11 +296,11 @@ class _Run:
         )
 
     def _touching(self, step: Pivot, against: bool) -> Array | None:
-        """τ further along the motion on which the loads push, where friction that turns or nodes
-        that close stop it; or against it.
+        """Return τ after a motion along the push of the loads, or against it, or None.
 
-        With the pressures as they are less is left of the loads along it, and more against it. But
-        they follow the shear: where a body would tip rather than slide that turns round.
+        The motion ends where friction that reverses or nodes that close stop it. With constant
+        pressures the unbalanced load falls along the motion, and grows against it. But the
+        pressures follow the shear: if a body tips rather than slides, it is the other way round.
         """
         law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
         assert modes is not None
@@ -329,8 +334,8 @@ class _Run:
             return None
         return tau(scipy.optimize.brentq(lambda way: left(way) - wanted, 0.0, end))
 
-    def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
-        """The step noted and judged."""
+    def _judged(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
+        """Record and judge a step; return its state."""
         recorder, system = self.recorder, self.system
         sigma, v = step.sigma, step.v
         recorder.step(

@@ -1,10 +1,10 @@
-"""Operator-valued Robin condition: Algorithm 1 with T⁻¹ in the place of ρ, as many iterations on
-every mesh.
+"""Operator-valued Robin condition: Algorithm 1 with T⁻¹ in place of ρ.
 
-With T spectrally equivalent to S the step (T + S) δσ = -ω T(σ - q) contracts at a rate that knows
-no h. Here q is the projection of σ - T⁻¹v onto what the law allows in the metric of T: the contact
-problem of T through (σ, v), which costs no elastic solve. This is relaxed Douglas-Rachford
-splitting in the inner product of T, convergent for 0 < ω < 2 where the law is that of a potential.
+The number of iterations is the same on every mesh. If T is spectrally equivalent to S, the rate of
+the step (T + S) δσ = -ω T(σ - q) does not depend on h. Here q is the projection of σ - T⁻¹v onto
+the tractions that the law allows, in the metric of T. This is the contact problem of T through (σ,
+v), which needs no elastic solve. The method is relaxed Douglas-Rachford splitting in the inner
+product of T. It converges for 0 < ω < 2 if the law has a potential.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class OperatorRobin:
     def __call__(
         self, system: ContactSystem, law: ContactLaw, iteration: Iteration
     ) -> ContactState:
-        """As `ContactMethod`; starts from T's answer for full stick.
+        """Solve as `ContactMethod`, from T's solution for full stick.
 
         Raises
         ------
@@ -96,5 +96,5 @@ class OperatorRobin:
 
 
 def build(options: Method, rule: Rule | None) -> OperatorRobin:
-    """The method that the options describe."""
+    """Return the method that the options describe."""
     return OperatorRobin(options.omega)

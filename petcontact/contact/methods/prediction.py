@@ -1,5 +1,7 @@
-"""Prediction of which nodes stick, slip or open by the surrogate T of S, once steps have cost as
-much as it will."""
+"""Prediction by the surrogate T of S which nodes stick, slip or open.
+
+It is made once the steps have cost as much as the prediction will.
+"""
 
 from __future__ import annotations
 
@@ -16,20 +18,22 @@ from ..system import ContactSystem, RigidModeConstraint, Surrogate
 # Seconds of one core with a dense S of bodies in the plane, of 200 to 900 unknowns, of which about
 # two thirds are active.
 STEP, STEP_FLOP = 5e-4, 2e-11
-"""A step of q unknowns takes STEP + STEP_FLOP q³."""
+"""A step with q unknowns takes STEP + STEP_FLOP q³ [s]."""
 PREDICTION, PREDICTION_UNKNOWN = 1e-2, 5e-5
-"""Setting T up and predicting once take PREDICTION + PREDICTION_UNKNOWN q."""
+"""Setting T up and one prediction take PREDICTION + PREDICTION_UNKNOWN q [s]."""
 LATE = (2, 8)
-"""Least and most steps with a dense S before a prediction: most problems need no more than 2, and
-after 8 exchanges may have stopped gaining (`pivots.PATIENCE`)."""
+"""Least and largest number of steps with a dense S before a prediction. Most problems need no more
+than 2; after 8, exchanges may have stopped reducing the wrong nodes (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
-"""Tolerance and exchanges of a prediction, which need not be exact."""
+"""Tolerance and number of exchanges of a prediction, which need not be exact."""
 
 
 class Foresight:
-    """Sets by the contact problem of T through an iterate; where T is still to be made, once the
-    steps so far have cost as much as that will, and then as long as fewer nodes are wrong after
-    it."""
+    """Sets by the contact problem of T through an iterate.
+
+    T is made once the steps have cost as much as that. Predictions go on as long as each leaves
+    fewer wrong nodes.
+    """
 
     def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
         self.surrogate, self._system, self._law = surrogate, system, law
@@ -37,7 +41,7 @@ class Foresight:
         self._late, self._fewest, self._vain = surrogate is None, len(system.u_0) + 1, 0
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
-        """τ and σ of the prediction."""
+        """Return τ and σ of the prediction."""
         self._wait -= 1
         # so many predictions in turn may be in vain where a step costs less
         if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > 3):
@@ -53,7 +57,7 @@ class Foresight:
     def through(
         self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array
     ) -> tuple[Array, Array]:
-        """τ and σ predicted by a surrogate from any σ, v and τ."""
+        """Return τ and σ that a surrogate predicts from given σ, v and τ."""
         modes, base = self._system.modes, v - surrogate.apply(sigma)
         last = box_problem(
             SurrogateActiveSetSolver(surrogate),
@@ -72,7 +76,7 @@ class Foresight:
 
 
 def prediction(system: ContactSystem) -> Surrogate | None:
-    """T, where there is one that costs less than the steps that it saves."""
+    """Return T if there is one that costs less than the steps that it saves, else None."""
     surrogate = system.surrogate()
     return surrogate if getattr(surrogate, "predicts", True) else None
 
@@ -80,7 +84,7 @@ def prediction(system: ContactSystem) -> Surrogate | None:
 def first_guess(
     system: ContactSystem, surrogate: Surrogate, solver: LinearSolver
 ) -> tuple[Array, Array]:
-    """σ and v that T gives for full stick; T is scaled to S on it."""
+    """Return σ and v of T's solution for full stick, on which T is scaled to S."""
     base, modes = system.u_0, system.modes
     stuck = Linearisation.all_stick(base)
     constraint = RigidModeConstraint(
@@ -96,7 +100,7 @@ def first_guess(
 
 
 def steps_before(unknowns: int) -> int:
-    """Steps with a dense S of some unknowns that cost as much as T and a prediction by it.
+    """Return the number of steps with a dense S that cost as much as T and a prediction.
 
     >>> steps_before(300), steps_before(900), steps_before(2000)
     (8, 4, 2)

@@ -26,8 +26,8 @@ class Projection:
     Attributes
     ----------
     rule : Rule
-        Gives ρ_{k+1}: `rho_rules.Fixed`, `SelfAdaptive` (4.2), `Modified` (4.3), or any object with
-        `update(rho, balance)`. Rules count: a new run takes a new one.
+        Returns ρ_{k+1}: `rho_rules.Fixed`, `SelfAdaptive` (4.2), `Modified` (4.3), or any object
+        with `update(rho, balance)`. A rule counts its steps: a new run needs a new rule.
     rho : float
         ρ_0 > 0 [stress/length].
     omega : float
@@ -41,7 +41,7 @@ class Projection:
     def __call__(
         self, system: ContactSystem, law: ContactLaw, iteration: Iteration
     ) -> ContactState:
-        """As `ContactMethod`; starts from zero.
+        """Solve as `ContactMethod`, from zero.
 
         Raises
         ------
@@ -106,7 +106,7 @@ class Projection:
     def _updated(
         rules: list[Rule], law: ContactLaw, rho: float | Array, balance: float | Array, k: int
     ) -> float | Array:
-        """ρ_{k+1} of each group of components."""
+        """Return ρ_{k+1} of each group of components."""
         if len(rules) == 1:
             if np.isnan(balance):
                 return rho
@@ -119,7 +119,7 @@ class Projection:
 
 
 def build(options: Method, rule: Rule | None) -> Projection:
-    """The method that the options describe, with a rule of the user's own in place of theirs."""
+    """Return the method that the options describe; a rule of the user replaces theirs."""
     return Projection(rule or make_rule(options), options.rho, options.omega)
 
 

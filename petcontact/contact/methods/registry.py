@@ -1,7 +1,6 @@
-"""What is given as a method, or as a law, to what runs: names, classes of the package, or objects
-of one's own.
+"""Methods and laws from names, from classes of the package, or from the user's objects.
 
-A method of the package is a file here with `build`, and its line in `model.solver_options.METHODS`.
+A method of the package is a file here with `build`, and a line in `model.solver_options.METHODS`.
 """
 
 from __future__ import annotations
@@ -27,19 +26,18 @@ def method_of(
     rule: Rule | str | type | None = None,
     options: Method | None = None,
 ) -> ContactMethod:
-    """The method that is asked for, its parameters filled in.
+    """Return a method with its parameters.
 
     Parameters
     ----------
     method : Method, str, class or callable
         A `[method]` table; a key of METHODS or a class of the package, with the parameters of
-        `options`; or a method of one's own, as it is: `method(system, law, iteration) ->
-        ContactState`.
+        `options`; or a method of the user, `method(system, law, iteration) -> ContactState`.
     rule : Rule, str or class, optional
-        A rule for ρ, a key of RULES, or a class; over that of the table, and it chooses the
+        A rule for ρ, a key of RULES, or a class. It replaces the rule of the table, and chooses the
         projection method of a table.
     options : Method, optional
-        The table whose parameters a name or a class takes.
+        The table with the parameters for a name or a class.
 
     Raises
     ------
@@ -83,7 +81,7 @@ def method_of(
 
 
 def _name_of(kind: type) -> str | None:
-    """The name of a method of the package by its class."""
+    """Return the name of a method of the package by its class."""
     return next(
         (name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"),
         None,
@@ -92,18 +90,18 @@ def _name_of(kind: type) -> str | None:
 
 @frozen
 class ContactNodes:
-    """All contact nodes of a problem, which a function makes a law for.
+    """All contact nodes of a problem, for a function that makes a law.
 
     Attributes
     ----------
     x, normal : (m, d) arrays
-        Places [length]; normals from the secondary to the primary.
+        Positions [length]; normals from the secondary to the primary.
     weight : (m,) array
         Quadrature weights [length or area].
     pairs : mapping of str to slice
         The nodes of each pair by its name.
     law : ContactLaw
-        What the problem itself says.
+        The law of the problem itself.
     """
 
     x: Array
@@ -116,14 +114,13 @@ class ContactNodes:
 def law_of(
     law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes: ContactNodes
 ) -> ContactLaw:
-    """The law that is asked for: that of the problem by default, an object as it is, or what a
-    function makes of the nodes.
+    """Return the law: that of the problem, the user's object, or the result of a function of the
+    nodes.
 
     Raises
     ------
     InputError
-        If it lacks a member of `ContactLaw`, or is not for these nodes and as many components as
-        the law of the problem.
+        If it lacks a member of `ContactLaw`, or does not fit the nodes or the number of components.
     """
     if law is None:
         return nodes.law
@@ -136,15 +133,15 @@ def law_of(
             f"law: {type(law).__name__} has no {', '.join(missing)}; a law has "
             f"{', '.join(LAW_MEMBERS)}"
         )
-    found: ContactLaw = law  # type: ignore[assignment]
+    checked: ContactLaw = law  # type: ignore[assignment]
     shape = len(nodes.weight), nodes.law.k
-    if found.k != nodes.law.k:
+    if checked.k != nodes.law.k:
         raise InputError(
-            f"law: {type(law).__name__} has k = {found.k}; this contact has {nodes.law.k} "
+            f"law: {type(law).__name__} has k = {checked.k}; this contact has {nodes.law.k} "
             f"components a node"
         )
     try:
-        fits = np.shape(found.project(np.zeros(shape))) == shape
+        fits = np.shape(checked.project(np.zeros(shape))) == shape
     except ValueError:
         fits = False
     if not fits:
@@ -152,4 +149,4 @@ def law_of(
             f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k "
             f"components"
         )
-    return found
+    return checked

@@ -1,5 +1,4 @@
-"""The end of an iteration whose stopping criterion is met: tractions within the law's limits, and
-in equilibrium."""
+"""End of an iteration that meets its criterion: tractions within limits and in equilibrium."""
 
 from __future__ import annotations
 
@@ -16,11 +15,11 @@ from .newton import SemismoothNewton
 def settled(
     recorder: Recorder, v: Array, sigma: Array, rho: float | Array, reason: str
 ) -> ContactState | None:
-    """The end of another method whose criterion is met; None if it is to go on, its tractions being
-    beyond the law's limits.
+    """Return the final state of another method that meets its criterion, or None if it must go on.
 
-    They are put back within the limits; where that would cost a body that only contact holds its
-    equilibrium, Newton steps from there find both.
+    It must go on if tractions exceed the law's limits by too much. Otherwise they are projected
+    onto the limits. If a body that only contact holds would lose its equilibrium, Newton steps
+    follow.
     """
     law, system, iteration = recorder.law, recorder.system, recorder.iteration
     put_back = system.modes is None or bound_excess(law, sigma) <= WITHIN

@@ -1,4 +1,4 @@
-"""Sets that semismooth Newton starts from."""
+"""Sets from which semismooth Newton starts."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ Guess = tuple[Array, Array, Array]
 
 
 def tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
-    """ρv - σ with a ρ that gives both a weight."""
+    """Return ρv - σ with a ρ for which both terms count."""
     size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
     return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
 
 
 def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
-    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
+    """Return τ of contact everywhere: stick, or slip one way along the first tangent."""
     tau = np.zeros(like.shape)
     if len(law.groups) > 1:
         tau[:, law.groups[1]] = 1.0
@@ -38,8 +38,10 @@ def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
 def frictionless(
     solver: LinearSolver, law: ContactLaw, system: ContactSystem, stuck: Array
 ) -> Iterator[Guess]:
-    """The solution without friction, which is a minimum, with all nodes stuck that it closes; none
-    where there is no such solution, as where friction alone holds a body."""
+    """Yield the solution without friction, with all closed nodes set to stick.
+
+    It is a minimum. Nothing is yielded if there is none, as where friction alone holds a body.
+    """
     if not isinstance(law, SignoriniCoulomb) or not (law.coefficient.any() and law.bound.any()):
         return
     smooth = replace(

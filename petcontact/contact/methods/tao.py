@@ -1,10 +1,10 @@
-"""PETSc TAO's bound-constrained solvers on the dual problem, and what must follow them.
+"""PETSc TAO's bound-constrained solvers on the dual problem, followed by Newton steps.
 
-With S symmetric in the inner product of the node weights, σ_t would minimise ½σᵀWSσ + σᵀWu_0 over
-|σ| <= g. Collocation makes S symmetric only up to its own error: the minimum belongs to the
-symmetric part of WS, and lies some percent off in σ_t (2 % in Example 1). So TAO's answer only
-gives the first active set. Semismooth Newton steps on S itself follow: the state that is returned
-solves the same problem as that of every other method.
+If S were symmetric in the inner product of the node weights, σ_t would minimise ½σᵀWSσ + σᵀWu_0
+over |σ| <= g. Collocation makes S symmetric only up to its own error. The minimum belongs to the
+symmetric part of WS, and differs by some percent in σ_t (2 % in Example 1). TAO's result therefore
+only gives the first active set. Semismooth Newton steps on S itself follow, so that the returned
+state solves the same problem as that of every other method.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from .newton import SemismoothNewton
 
 DEFAULT_TYPE = "gpcg"
 LARGEST = 8000
-"""Contact nodes above which the dense S that the symmetric part needs is refused."""
+"""Largest number of contact nodes for the dense S that the symmetric part needs."""
 
 
 def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
-    """The dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then Newton steps on
-    the unsymmetrised S.
+    """Solve the dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then take Newton
+    steps on S.
 
-    As `ContactMethod`; of the start only σ is used, and the limit is that of the Newton steps:
-    TAO's is `-tao_max_it`.
+    As `ContactMethod`, but only σ of the start is used. The iteration limit is that of the Newton
+    steps; TAO's is `-tao_max_it`.
 
     Notes
     -----
@@ -45,8 +45,8 @@ def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> Contact
     Raises
     ------
     InputError
-        If the law is another one than Tresca's in the plane, or there are more than LARGEST contact
-        nodes: the symmetric part of S needs S as a dense matrix.
+        If the law is not Tresca's in the plane, or there are more than LARGEST contact nodes: the
+        symmetric part of S needs S as a dense matrix.
     SolverError
         If TAO breaks down.
     """
@@ -76,14 +76,14 @@ def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> Contact
 
 
 def build(options: Method, rule: Rule | None) -> ContactMethod:
-    """The method that the options describe."""
+    """Return the method that the options describe."""
     return tao
 
 
 def _rows(
     system: ContactSystem, law: Tresca, iterates: list[Array], iteration: Iteration
 ) -> History:
-    """A row of history for each of TAO's iterations."""
+    """Return the history with a row for each of TAO's iterations."""
     recorder, old = Recorder(law, system, iteration), None
     for sigma in iterates:
         new = system.u_0 + system.apply(sigma[:, None]), sigma[:, None]
@@ -96,8 +96,10 @@ def _rows(
 def minimise(
     compliance: Array, base: Array, bound: Array, weight: Array, sigma: Array
 ) -> list[Array]:
-    """The minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g with the symmetric part of WS: TAO's iterates
-    (m,), the last the best.
+    """Return TAO's iterates (m,) to the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g; the last is the
+    best.
+
+    S is replaced by the symmetric part of WS.
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ def minimise(
 
 
 class _BoundSolver:
-    """min ½xᵀHx + bᵀx over |x| <= c by TAO, on COMM_SELF: every rank solves the same small
+    """TAO on min ½xᵀHx + bᵀx over |x| <= c, on COMM_SELF: every rank solves the same small
     problem."""
 
     def __init__(self, hessian: Array, linear: Array, bound: Array) -> None:
@@ -152,7 +154,7 @@ class _BoundSolver:
         )
 
     def run(self, x: Array) -> list[Array]:
-        """The iterates from x to the minimum."""
+        """Return the iterates from x to the minimum."""
         self._b.setArray(self.linear)
         self._x.setArray(x)
         size = float(np.linalg.norm(self.linear))
