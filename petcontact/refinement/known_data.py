@@ -22,6 +22,7 @@ from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Condition, Contact, Displacement, Problem, Traction
+from ..round_off import SINGLE
 from .expression_features import degree, kinks, samples_of, uniform
 
 ORDER = 5
@@ -183,33 +184,45 @@ def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
 
 
 @functools.singledispatch
-def gap_jumps(boundary: Any, part: str, gap: Value) -> Array:
-    """Return the points of a part at which a gap jumps, (k, d) [length]; on surfaces they are not
-    looked for."""
+def gap_edges(boundary: Any, part: str, gap: Value) -> Array:
+    """Return the points of a part on which an edge presses, (k, d) [length].
+
+    There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
+    axis of revolution, of a cone. On surfaces they are not looked for.
+    """
     return np.empty((0, 0))
 
 
-@gap_jumps.register
+@gap_edges.register
 def _(boundary: Outline, part: str, gap: Value) -> Array:
-    sides = zip(boundary.sides, boundary.offsets, strict=True)
-    found = [side.point(gap_switches(gap, side, s)[1]) for side, s in sides if side.part == part]
-    return np.vstack([np.empty((0, 2)), *found])
+    found = [np.empty((0, 2))]
+    for number, (side, s) in enumerate(zip(boundary.sides, boundary.offsets, strict=True)):
+        if side.part == part and gap != "geometry":
+            bent, jumps = gap_switches(gap, side, s)
+            slopes = [gap_slope(gap, side, s, at, way) for at in bent for way in (-1.0, 1.0)]
+            pressing = np.sum(np.reshape(slopes, (-1, 2)), axis=1) > SINGLE
+            apex = [
+                float(end)
+                for k, end in boundary.axis_ends
+                if k == number and gap_slope(gap, side, s, end, 1.0 - 2.0 * end) > SINGLE
+            ]
+            found.append(side.point(np.concatenate([jumps, bent[pressing], apex])))
+    return np.vstack(found)
 
 
-def gap_slope(gap: Value, side: Side, offset: float, end: int) -> float:
-    """Return the slope of a gap at the start (0) or end (1) of a side, over the largest gap per
-    length.
+def gap_slope(gap: Value, side: Side, offset: float, at: float, way: float) -> float:
+    """Return the slope of a gap from a fraction of a side on, forwards (1) or backwards (-1), over
+    the largest gap per length.
 
     It is that of a parabola through three points, which is exact to fourth order for an even gap.
     """
-    at = functools.partial(variables, side, offset)
+    here = functools.partial(variables, side, offset)
     # round-off and the fourth-order term leave errors of 1e-9 over so much of a side
     step = 1e-3
-    near = step * np.arange(3)
-    fractions = np.concatenate([1.0 - near if end else near, np.linspace(0.0, 1.0, 17)])
-    values = _values([gap], "gap", at, False, fractions)[:, 0]
+    fractions = np.concatenate([at + way * step * np.arange(3), np.linspace(0.0, 1.0, 17)])
+    values = _values([gap], "gap", here, False, fractions)[:, 0]
     slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * step)
-    return float(abs(slope) / (np.abs(values).max() or 1.0))
+    return float(slope / (np.abs(values).max() or 1.0))
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:

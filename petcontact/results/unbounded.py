@@ -34,7 +34,7 @@ from ..refinement.corner_exponents import (
     corner_exponent,
     pair_exponent,
 )
-from ..refinement.known_data import gap_jumps
+from ..refinement.known_data import gap_edges
 from ..refinement.panels.edges import SMOOTH, edges
 from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
@@ -137,7 +137,7 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
                     x, elements = under
                     there = Unbounded(x, elements, f"under a corner of {name}")
                     places[closed[0].partner].append(there)
-    for name, place in itertools.chain(_point_forces(solution, step), _gap_jumps(solution, step)):
+    for name, place in itertools.chain(_point_forces(solution, step), _pressing(solution, step)):
         places[name].append(place)
     return places
 
@@ -150,19 +150,19 @@ def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, 
                 yield body.name, Unbounded(np.array(each.at), (), "a point force")
 
 
-def _gap_jumps(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
+def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
     """Yield the name of a body and each place where an edge of the other body presses on it, as a
     jump of the gap shows it."""
     problem = solution.problem
     for side in (each for each in problem.interfaces if each.law.normal == "unilateral"):
         pair, name = step.pairs[side.name], solution.sides[side.name][0]
         mesh, closed = solution.meshes[name], pair.x[pair.pressure > 0.0]
-        found = gap_jumps(problem.boundaries[side.body], side.part, side.law.gap)
+        found = gap_edges(problem.boundaries[side.body], side.part, side.law.gap)
         for number, x in enumerate(found, 1):
             elements = meeting(mesh, x, float(sizes(mesh).min()))[1]
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():
-                where = f"{side.part}, jump {number} of the gap"
+                where = f"{side.part}, under edge {number} of the gap"
                 yield name, Unbounded(x, tuple(elements.tolist()), where)
 
 

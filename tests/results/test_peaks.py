@@ -129,7 +129,7 @@ def test_stress_has_no_bound_at_point_forces_and_under_edges_that_are_jumps_of_a
     solution = solve(parse(Problem, data, "pin"))
     places = unbounded_places(solution, solution.last)["pin"]
     found = sorted((round(float(each.x[0]), 9), each.sides) for each in places)
-    jumps = [(-0.02, "rim, jump 3 of the gap"), (0.02, "rim, jump 4 of the gap")]
+    jumps = [(-0.02, "rim, under edge 3 of the gap"), (0.02, "rim, under edge 4 of the gap")]
     assert found == sorted([(0.0, "a point force"), *jumps])
     assert "(pin: a point force)" in " ".join(solution.verdict().split())
 

@@ -100,7 +100,11 @@ def _add_apex(
         slopes = [abs(at_ends(outlines[b], turn)[k][end]) for b, k, end in ends]
     else:
         slopes = [
-            gap_slope(side.law.gap, outlines[b].sides[k], outlines[b].offsets[k], end)
+            abs(
+                gap_slope(
+                    side.law.gap, outlines[b].sides[k], outlines[b].offsets[k], end, 1 - 2 * end
+                )
+            )
             for b, k, end in ends
             if b == side.body
         ]
