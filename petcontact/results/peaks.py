@@ -40,6 +40,11 @@ costs by its calls rather than by its points."""
 NEAR = 0.05
 """Distance from a place without a bound, over the largest side of the box about the body, up to
 which stress is left out. It is a definition: stress falls from there without an end."""
+SHALLOW = 0.5
+"""Distance of stress inside from an element, over half the length of that, up to which it is that
+of the surface: displacements jump from element to element, and the stress that a jump makes falls
+like 1/r. Below the edge of a pressure of 100 on a bolted plate the first principal one was 390, 88,
+40 and 6 at 0.02, 0.1, 0.2 and 0.5, and 19 is the largest on the surface."""
 UPHILL = 0.1
 """Share by which stress may grow again on a hill. Measured on Example 1 (constant elements of 0.05,
 0.025 and 0.0125): within six elements of the singular corner it grows by up to 0.06."""
@@ -178,7 +183,8 @@ class _Samples:
         usable = np.isfinite(values)
         if usable.any():
             usable &= ~self._on_hills(values)
-        usable[count:] &= ~self._beside[count:]  # peaks of another kind lie on the surface
+        # peaks of another kind lie on the surface
+        usable[count:] &= ~(self._beside | self._too_near(self._x))[count:]
         for rows in (np.arange(count), np.arange(count, len(values))):
             rows = rows[usable[rows]]
             if len(rows):
@@ -232,8 +238,13 @@ class _Samples:
             element, foot = located(mesh, points, part, within=sizes(mesh))
             state = self._fields.on_boundary(element[element >= 0], foot[element >= 0])
         else:
-            state = self._fields.at(points, outside=np.nan)
+            state = self._fields.at(points[~self._too_near(points)], outside=np.nan)
         return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+
+    def _too_near(self, x: Array) -> Mask:
+        """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
+        mesh = self._fields.mesh
+        return located(mesh, x, within=SHALLOW * sizes(mesh))[0] >= 0
 
     def _near_unbounded(self, x: Array) -> Mask:
         """Which points (q, d) lie next to places without a bound."""
