@@ -194,7 +194,8 @@ def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> f
     change, mesh = np.abs(now - before), solution.meshes[number.of]
     if np.isnan(change[:count]).all():
         return np.nan
-    off = max(np.nanmax(change[:count]), np.nanmax(now + change) - float(number.value[0]))
+    rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
+    off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
     corners = corners_of(mesh)
     ends = (
         np.linalg.norm(corners.x - number.place, axis=1)
