@@ -55,22 +55,22 @@ class Ends(NamedTuple):
 def difference(
     coarse: Solution, fine: Solution, places: dict[str, Ends] | None = None
 ) -> Difference:
-    """Return the difference of tractions at the nodes of the finer solution.
+    """Return the difference of tractions at the nodes of that solution which has more of them.
 
-    `places` are the singular points from `fading_places`.
+    A first mesh that has seen no edges may have smaller elements than the next one, which shows at
+    its own nodes only. `places` are the singular points from `fading_places`.
     """
     places = fading_places(fine.problem) if places is None else places
     inside = whole = 0.0
     growing: dict[str, dict[float, float]] = {}
     for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
-        for name, pair in fine_step.pairs.items():
-            mesh = as_curve(coarse.meshes[coarse.sides[name][0]])
-            to_fine = _interpolation(
-                mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length
-            )
-            old = coarse_step.pairs[name]
-            after, before = _tractions(pair), _tractions(old)
-            change = to_fine @ before - after
+        for name in fine_step.pairs:
+            both = [(coarse, coarse_step.pairs[name]), (fine, fine_step.pairs[name])]
+            both.sort(key=lambda each: len(each[1].weight))
+            (fewer, old), (_, pair) = both
+            mesh = as_curve(fewer.meshes[fewer.sides[name][0]])
+            to_more = _interpolation(mesh, fewer.sides[name][1], fewer.nodes[name], pair.arc_length)
+            change = to_more @ _tractions(old) - _tractions(pair)
             near, fade = _fading(pair, places[name])
             weight = pair.weight * fade**2
             size, size_whole = (float(np.sqrt(w @ pair.size**2)) for w in (weight, pair.weight))
@@ -79,18 +79,13 @@ def difference(
             square = pair.weight[:, None] * change**2
             inside = max(inside, float(np.sqrt((fade**2 @ square).max())) / size)
             whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
-            at_old = _fading(old, places[name])
+            before, after = (
+                _peaks(step.pairs[name], places[name]) for step in (coarse_step, fine_step)
+            )
             for k, s in enumerate(places[name].places.tolist()):
-                near_fine, near_coarse = (
-                    (near == k) & (fade < 1.0),
-                    (at_old[0] == k) & (at_old[1] < 1.0),
-                )
-                peaks = [
-                    float(np.abs(values).max(initial=0.0))
-                    for values in (before[near_coarse], after[near_fine])
-                ]
-                if peaks[1] > GROWS * peaks[0]:
-                    share = float(np.sqrt(square[near_fine].sum(axis=0).max())) / size_whole
+                if after[k] > GROWS * before[k]:
+                    around = (near == k) & (fade < 1.0)
+                    share = float(np.sqrt(square[around].sum(axis=0).max())) / size_whole
                     growing.setdefault(name, {})[s] = max(share, growing.get(name, {}).get(s, 0.0))
     singular = {
         name: sorted(s for s, share in points.items() if share > inside)
@@ -180,6 +175,15 @@ def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
     apart = np.abs(pair.arc_length[:, None] - ends.places[None])
     return apart.argmin(axis=1), np.minimum(1.0, apart.min(axis=1) / (FADE * ends.length))
+
+
+def _peaks(pair: PairResult, ends: Ends) -> list[float]:
+    """Return the largest traction near each singular point, 0 where no node is near."""
+    near, fade = _fading(pair, ends)
+    size = np.abs(_tractions(pair)).max(axis=1)
+    return [
+        float(size[(near == k) & (fade < 1.0)].max(initial=0.0)) for k in range(len(ends.places))
+    ]
 
 
 def _tractions(pair: PairResult) -> Array:

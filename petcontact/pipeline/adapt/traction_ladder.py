@@ -18,7 +18,7 @@ from ...model.loads import NO_LOADS, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import Edge, merged, zone_at
 from ...refinement.known_data import Field, fields
-from ...refinement.levels import CONTACT_LADDER, Level, believed
+from ...refinement.levels import CONTACT_LADDER, LEAST_GAIN, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
@@ -176,9 +176,10 @@ class Tractions:
     @property
     def estimate(self) -> float:
         """Estimated error of the last mesh: the last difference, which is the error of the mesh
-        before [-]."""
-        alone = CONTACT_LADDER.believes(self.differences, self.wanted)
-        return max(self.differences[0], self._level.error) if alone else believed(self.differences)
+        before; of the first difference what the last mesh may have at the least gain [-]."""
+        if not CONTACT_LADDER.believes(self.differences, self.wanted):
+            return believed(self.differences)
+        return max(self.differences[0] / (LEAST_GAIN - 1.0), self._level.error)
 
     def shown(self) -> dict[str, Any]:
         """Return fields of `Accuracy`: edges of contact and stick, and the errors at ends of
