@@ -87,7 +87,11 @@ def shear_exponent(angle: float, first: bool, second: bool) -> float:
 
 @functools.lru_cache(maxsize=4096)
 def pair_exponent(
-    angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float
+    angles: tuple[float, float],
+    kappas: tuple[float, float],
+    stiffer: float,
+    friction: float,
+    beside: tuple[SideKind, SideKind] = (FREE, FREE),
 ) -> float:
     """Return the least real part in (0, 1) of the exponents at an edge of the contact of two
     bodies.
@@ -97,7 +101,7 @@ def pair_exponent(
     Parameters
     ----------
     angles : (2,) floats
-        Interior angles of the bodies, from the contact to a free side [rad].
+        Interior angles of the bodies, from the contact to their other sides [rad].
     kappas : (2,) floats
         As in `corner_exponent`.
     stiffer : float
@@ -105,6 +109,8 @@ def pair_exponent(
     friction : float
         σ_rθ over σ_θθ in slip, positive if it pulls the first body away from the edge; infinite in
         stick.
+    beside : (2,) kinds of sides, optional
+        The other sides of the bodies. The first one lies at θ > 0.
 
     Examples
     --------
@@ -118,8 +124,8 @@ def pair_exponent(
     def determinant(power: Complex) -> Complex:
         first, second = (_fields(power, 0.0, kappa) for kappa in kappas)
         matrix = np.zeros((len(power), 8, 8), dtype=np.complex128)
-        matrix[:, :2, :4] = _conditions(power, angles[0], kappas[0], FREE)
-        matrix[:, 2:4, 4:] = _conditions(power, -angles[1], kappas[1], FREE)
+        matrix[:, :2, :4] = _conditions(power, angles[0], kappas[0], beside[0])
+        matrix[:, 2:4, 4:] = _conditions(power, -angles[1], kappas[1], beside[1])
         matrix[:, 4:6, :4], matrix[:, 4:6, 4:] = (
             scales[0] * first[:, :2],
             -scales[1] * second[:, :2],

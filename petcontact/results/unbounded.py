@@ -130,9 +130,9 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if body.exponent(corner, sides, partner) < 1.0:
                 places[name].append(Unbounded(corner.x, corner.elements, corner.parts))
-                if partner is None or (FREE,) not in sides:
+                if partner is None:
                     continue
-                under = partner.facing(corner.x, closed[0].normal)[1]
+                under = partner.facing(corner.x, closed[0].normal)[2]
                 if under is not None:
                     x, elements = under
                     there = Unbounded(x, elements, f"under a corner of {name}")
@@ -207,10 +207,28 @@ class _Closed:
     friction: float
     normal: Array
 
-    def exponent(self, angles: tuple[float, float], kappas: tuple[float, float]) -> float:
-        """The least λ of both ways to slip."""
+    def exponent(
+        self,
+        angles: tuple[float, float],
+        kappas: tuple[float, float],
+        beside: tuple[tuple[SideKind, ...], tuple[SideKind, ...]],
+    ) -> float:
+        """The least λ of both ways to slip and of all that the other sides may be."""
         ways = {self.friction, -self.friction} if math.isfinite(self.friction) else {math.inf}
-        return min(pair_exponent(angles, kappas, self.stiffer, way) for way in ways)
+        return min(
+            pair_exponent(angles, kappas, self.stiffer, *both)
+            for both in itertools.product(ways, itertools.product(*beside))
+        )
+
+
+def _beside(sides: list[_Closed | tuple[SideKind, ...]], mirrored: int) -> tuple[SideKind, ...]:
+    """What the side beside the contact may be, free where there is none; that with the number
+    `mirrored` is seen in a mirror, in which the contact lies at θ = 0."""
+    for number, side in enumerate(sides):
+        if not isinstance(side, _Closed):
+            turned = (-kind if isinstance(kind, float) else kind for kind in side)
+            return tuple(turned) if number == mirrored else side
+    return (FREE,)
 
 
 def _faced(pair: PairResult, size: Array, nodes: Index, x: Array) -> tuple[Index, Index]:
@@ -278,12 +296,16 @@ class _Body:
     def exponent(
         self, corner: _Corner, sides: list[_Closed | tuple[SideKind, ...]], partner: _Body | None
     ) -> float:
-        """The least λ of a corner; where it presses with one side and is free on the other, that of
-        both bodies."""
+        """The least λ of a corner; where it presses with one side and ends at a free one, its own
+        or that of the other body, that of both."""
         closed = [side for side in sides if isinstance(side, _Closed)]
-        if (FREE,) in sides and len(closed) == 1:
-            facing = partner.facing(corner.x, closed[0].normal)[0] if partner else math.pi
-            return closed[0].exponent((corner.angle, facing), (self.kappa, (partner or self).kappa))
+        if len(closed) == 1 and (partner or (FREE,) in sides):
+            angle, beside = math.pi, (FREE,)
+            if partner:
+                angle, beside, _ = partner.facing(corner.x, closed[0].normal)
+            kappas, others = (self.kappa, (partner or self).kappa), (_beside(sides, 0), beside)
+            if (FREE,) in others:
+                return closed[0].exponent((corner.angle, angle), kappas, others)
         kinds = [side.kinds if isinstance(side, _Closed) else side for side in sides]
         pairs = itertools.product(*kinds)
         least = min(_exponent(corner.angle, self.kappa, *pair) for pair in pairs)
@@ -293,19 +315,22 @@ class _Body:
         given = [self._conditions.get(self._mesh.part_names[part]) for part in parts]
         return min(least, torsion_exponent(corner.angle, given, kinds))
 
-    def facing(self, x: Array, normal: Array) -> tuple[float, tuple[Array, tuple[int, ...]] | None]:
-        """The angle of the corner at a point, and no more; where there is none the angle of a
-        smooth side, the place on it that the point faces and the elements that meet there."""
+    def facing(
+        self, x: Array, normal: Array
+    ) -> tuple[float, tuple[SideKind, ...], tuple[Array, tuple[int, ...]] | None]:
+        """The angle of the corner at a point and what its side off the contact may be; where there
+        is none those of a smooth free side, and the place on it that the point faces and the
+        elements that meet there."""
         size = float(np.ptp(self._mesh.x, axis=0).max())
-        meets = self._corners.angle[np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * size]
-        if len(meets):
-            return round(float(meets[0]), 6), None
+        for corner, sides in self.corners_and_sides():
+            if np.linalg.norm(corner.x - x) < SINGLE * size:
+                return corner.angle, _beside(sides, 1), None
         near = (1.0 + SINGLE) * float(np.linalg.norm(self._mesh.x - x, axis=1).min())
         across = meeting(self._mesh, x, near)[0] - x
         if along := float(across @ normal):
             x = x + normal * float(across @ across) / along
         foot, elements = meeting(self._mesh, x, near)
-        return math.pi, (foot, tuple(elements.tolist()))
+        return math.pi, (FREE,), (foot, tuple(elements.tolist()))
 
     def _touched(self, element: int, x: Array) -> _Closed | tuple[SideKind, ...] | None:
         """What the element is at the node that is nearest to a point; None off the contact."""

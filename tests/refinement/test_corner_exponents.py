@@ -149,3 +149,11 @@ def test_two_wedges_have_their_limits():
         0.774, abs=1e-3
     )  # Dundurs and Lee (1972), alike and without friction
     assert pair_exponent((right, right), (KAPPA, KAPPA), 1.0, math.inf) == 1.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_a_block_whose_end_slides_along_a_wall(friction):
+    """With its image in the wall it is pressed by r^a on both sides of the corner, the half plane
+    on one: 2 cot πa = 1/sin πa, a = λ - 1; normal displacements by equal shears are equal."""
+    found = pair_exponent((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1.0, friction, (SLIDING, FREE))
+    assert found == pytest.approx(2.0 / 3.0, abs=1e-4)
