@@ -306,7 +306,12 @@ class _Body:
             kappas, others = (self.kappa, (partner or self).kappa), (_beside(sides, 0), beside)
             if (FREE,) in others:
                 return closed[0].exponent((corner.angle, angle), kappas, others)
-        kinds = [side.kinds if isinstance(side, _Closed) else side for side in sides]
+        return self._own(
+            corner, [side.kinds if isinstance(side, _Closed) else side for side in sides]
+        )
+
+    def _own(self, corner: _Corner, kinds: list[tuple[SideKind, ...]]) -> float:
+        """The least λ of a corner by what its sides may be."""
         pairs = itertools.product(*kinds)
         least = min(_exponent(corner.angle, self.kappa, *pair) for pair in pairs)
         if self._mesh.components == self._mesh.dim or not corner.angle > 0.0:
