@@ -132,6 +132,9 @@ def test_the_page_needs_nothing_else(solution, tmp_path, capsys, monkeypatch):
     assert main(["plot", "r.h5", "--html", "-o", "pages"]) == 0
     assert capsys.readouterr().out == "pages/r.html\n"
     text = (tmp_path / "pages" / "r.html").read_text()
+    pictures = re.findall(r'src="data:image/png;base64,[^"]*"', text)
+    assert len(pictures) == (2 if solution.mesh.dim == 2 else 0)
+    text = re.sub(r'src="data:image/png;base64,[^"]*"', "", text)
     assert not re.search(r"https?:|//\w+\.|src=|@import|<link", text)
     assert "default-src 'none'" in text and text.count("</script>") == 2 and TITLE not in text
     inside = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)

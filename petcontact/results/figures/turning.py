@@ -6,6 +6,7 @@ from __future__ import annotations
 import base64
 import functools
 import json
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from ...geometry.rotation import lifted
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
-from ...runtime.figure_style import label
+from ...runtime.figure_style import label, save
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..records import StepResult, step_ends
@@ -26,6 +27,7 @@ from ..vtu.boundary import traction_error
 from ..vtu.inside import field_inside, filled_bodies, grid_inside
 from ..vtu.places import small_triangles
 from .bands import SIGNED, UNIFORM
+from .plots import drawings
 from .surface import best_view
 from .view import view_of
 
@@ -69,8 +71,24 @@ def write_page(path: str | Path, solution: SolutionData) -> Path:
     title = printable(solution.problem.title) or "petcontact"
     # in a script an escaped < ends no element
     data = json.dumps(scene(solution), separators=(",", ":")).replace("<", "\\u003c")
-    write_text(path, environment.get_template("turning.html").render(title=title, data=data))
+    text = environment.get_template("turning.html").render(
+        title=title, data=data, curves=_curves(solution)
+    )
+    write_text(path, text)
     return Path(path)
+
+
+def _curves(solution: SolutionData) -> list[str]:
+    """Return the figures of p and q along the contacts of plane bodies, PNG as base64."""
+    if next(iter(solution.meshes.values())).dim == 3:
+        return []  # their surfaces are shaded by both
+    wanted = drawings(solution)
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (names := [name for name in ("normal", "traction") if name in wanted]):
+            save(Path(folder) / f"{name}.png", wanted[name], solution)
+        return [
+            base64.b64encode((Path(folder) / f"{name}.png").read_bytes()).decode() for name in names
+        ]
 
 
 def scene(solution: SolutionData) -> dict[str, Any]:
