@@ -1,5 +1,7 @@
-"""Functions on a part of a mesh: polynomials on its elements, and what these leave of them, by
-samples that are finer than the nodes, and the finer where two samplings differ."""
+"""Polynomials that stand for functions on a part of a mesh, and their errors.
+
+The samples are finer than the nodes. They are refined where two samplings differ.
+"""
 
 from __future__ import annotations
 
@@ -18,28 +20,28 @@ from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
 
 WITHIN = 1.0 - 2e-7
-"""Part of a cell that its points span. A function that jumps where an element ends has the value of
-the element there, and not that of its neighbour; coordinates have the digits for it."""
+"""Share of a cell that its points span. If a function jumps at the end of an element, the points
+see only the element's own value; coordinates have enough digits for that."""
 POINTS = 0.5 + WITHIN * np.sqrt(0.05) * np.array([-math.sqrt(5.0), -1.0, 1.0, math.sqrt(5.0)])
 WEIGHTS = np.array([1.0, 5.0, 5.0, 1.0]) / 12.0
-"""Lobatto's rule along each direction of a cell, its ends among the points: a jump that lies close
-to an end is between two of them."""
+"""Weights of Lobatto's rule along each direction of a cell. Its points include the ends, so that a
+jump near an end lies between two points."""
 ACROSS = 24
-"""Cells across a part, at least, before any is cut."""
+"""Least number of cells across a part before any is cut."""
 ENOUGH = 2e-3
-"""Sum of the differences of two samplings over the integral of the function that is enough; they
-are differences of the coarser one, and of opposite signs along a jump."""
+"""Accepted sum of the differences of two samplings over the integral of the function [-]. The
+differences are errors of the coarser sampling, and have opposite signs along a jump."""
 MOST = 8000
-"""Cells that are cut at once; more of them are a function that is rough everywhere."""
+"""Largest number of cells that are cut at once; a function with more is rough everywhere."""
 NUDGE = 1e-5
-"""Share of a face over which its tangents are differences: their errors are 1e-10."""
+"""Step of the differences that give a face's tangents, over the face; their errors are 1e-10."""
 WHOLE, EACH = 1e-3, 5e-2
-"""Integral of a function that its values at the nodes may miss, over that of its size, on a part,
-and summed up over elements: a tenth of the errors that are asked for by default, and what moves
-within elements with loads as smooth as these have."""
+"""Accepted error of a function's integral by its nodal values, over the integral of its size [-].
+`WHOLE` bounds the error on a part, a tenth of the default accuracy. `EACH` bounds the sum over
+elements, in which smooth loads move within elements."""
 
 Function = Callable[[Index, Array, Array, Array], Array]
-"""Values (q, c) at places of elements, with their points and normals (q, d)."""
+"""Function that returns values (q, c) at positions on elements, from points and normals (q, d)."""
 
 
 @frozen
@@ -51,7 +53,7 @@ class Samples:
     mesh : BoundaryMesh
     element : (q,) array
     place : (q,) or (q, 2) array
-        As `Hits` has them.
+        Positions on the elements as in `Hits`.
     weight : (q,) array
         [length, in space area]
     values : (q, c) array
@@ -65,44 +67,46 @@ class Samples:
 
     @functools.cached_property
     def basis(self) -> scipy.sparse.csr_array:
-        """Values at all nodes of the mesh to values at the points, (q, n)."""
+        """Matrix from values at all nodes of the mesh to values at the points, (q, n)."""
         return scipy.sparse.csr_array(self.mesh.basis_at(self.element, self.place))
 
     def over_elements(self, values: Array) -> Array:
-        """Integrals of values (q,) over each element of the mesh, (n_elements,)."""
-        found = np.bincount(self.element, self.weight * values, self.mesh.n_elements)
-        return np.asarray(found, dtype=float)
+        """Return the integrals of values (q,) over each element of the mesh, (n_elements,)."""
+        integrals = np.bincount(self.element, self.weight * values, self.mesh.n_elements)
+        return np.asarray(integrals, dtype=float)
 
     def norms(self, values: Array) -> Array:
-        """Of values (q,) in L2 over each element, (n_elements,)."""
+        """Return the L2 norms of values (q,) on each element, (n_elements,)."""
         return np.sqrt(self.over_elements(values**2))
 
     def around_mean(self, values: Array) -> Array:
-        """Values (q,) less their means over each element."""
+        """Return values (q,) minus their means over each element."""
         area = self.over_elements(np.ones(len(values)))
         mean = self.over_elements(values) / np.where(area > 0.0, area, 1.0)
         return np.asarray(values - mean[self.element])
 
     def left(self, nodal: Array) -> Array:
-        """What polynomials through values (n, c) at all nodes leave, (q, c)."""
+        """Return the function minus the polynomials through values (n, c) at all nodes, (q, c)."""
         return np.asarray(self.values - self.basis @ nodal)
 
     def share(self, values: Array, others: Array) -> float:
-        """Integral of the size of values (q, c) over that of others, 0 where these vanish."""
-        one, other = (self.weight @ np.linalg.norm(each, axis=1) for each in (values, others))
-        return float(one / other) if other > 0.0 else 0.0
+        """Return the integral of the size of values (q, c) over that of others, 0 if these
+        vanish."""
+        size, divisor = (self.weight @ np.linalg.norm(each, axis=1) for each in (values, others))
+        return float(size / divisor) if divisor > 0.0 else 0.0
 
     def projected(self, nodes: Index) -> Array:
-        """Values (m, c) at the nodes of the part of the polynomials that are nearest in L2: their
-        integrals are those of the function."""
+        """Return nodal values (m, c) on the part of the polynomials nearest in L2.
+
+        Their integrals are those of the function.
+        """
         basis = self.basis[:, nodes]
         weighted = basis.T.multiply(self.weight).tocsr()
-        found = scipy.sparse.linalg.spsolve((weighted @ basis).tocsc(), weighted @ self.values)
-        return np.asarray(found).reshape(len(nodes), -1)
+        solution = scipy.sparse.linalg.spsolve((weighted @ basis).tocsc(), weighted @ self.values)
+        return np.asarray(solution).reshape(len(nodes), -1)
 
     def misses(self, nodal: Array) -> bool:
-        """Whether integrals of the polynomials through nodal values (n, c) miss those of the
-        function."""
+        """Return whether polynomials through nodal values (n, c) have wrong integrals."""
         left = self.left(nodal)
         lost = np.stack([self.over_elements(column) for column in left.T])
         size = float(self.weight @ np.linalg.norm(self.values, axis=1))
@@ -110,25 +114,27 @@ class Samples:
         return bool(whole > WHOLE * size or each > EACH * size)
 
     def rough(self, values: Array) -> Array:
-        """What polynomials of the degrees of the elements leave of values (q, c) at the points."""
+        """Return values (q, c) minus their best polynomials of each element's degree."""
         result, local = np.zeros_like(values), self.place.reshape(len(self.place), -1)
         order = np.argsort(self.element, kind="stable")
-        for mine in np.split(order, np.flatnonzero(np.diff(self.element[order])) + 1):
-            degree = int(self.mesh.order[self.element[mine[0]]])
-            at = local[mine] - local[mine].mean(axis=0)
+        for rows in np.split(order, np.flatnonzero(np.diff(self.element[order])) + 1):
+            degree = int(self.mesh.order[self.element[rows[0]]])
+            at = local[rows] - local[rows].mean(axis=0)
             at /= np.abs(at).max()
             powers = itertools.product(range(degree + 1), repeat=at.shape[1])
             columns = [np.prod(at**power, axis=1) for power in powers if sum(power) <= degree]
-            root = np.sqrt(self.weight[mine])[:, None]
+            root = np.sqrt(self.weight[rows])[:, None]
             basis = np.column_stack(columns)
-            found = np.linalg.lstsq(root * basis, root * values[mine], rcond=None)[0]
-            result[mine] = values[mine] - basis @ found
+            coefficients = np.linalg.lstsq(root * basis, root * values[rows], rcond=None)[0]
+            result[rows] = values[rows] - basis @ coefficients
         return result
 
 
 def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -> Samples:
-    """Samples of a function on a part: cells of its elements, cut in halves where the integral of
-    the function, or of its square, differs from that over the halves.
+    """Return samples of a function on a part.
+
+    They lie in cells of its elements. A cell is halved if the integral of the function or of its
+    square differs from the sum over the halves.
 
     Parameters
     ----------
@@ -137,7 +143,7 @@ def sampled(mesh: BoundaryMesh, part: str, function: Function, name: Hashable) -
     function : callable
         See `Function`.
     name : hashable
-        Of the function on this part: a mesh knows its samples.
+        Name of the function on this part, by which the mesh stores the samples.
     """
     samples: Samples | None = mesh.functions.get((part, name))
     if samples is None:
@@ -165,7 +171,7 @@ def _sampled(mesh: BoundaryMesh, part: str, function: Function) -> Samples:
 
 
 def _first(count: int, d: int, rule: Callable[..., Any]) -> Cells:
-    """Of so many elements, `ACROSS` of all of them."""
+    """Return the first cells of elements, about `ACROSS` across all of them."""
     across = max(1, math.ceil(ACROSS / count ** (1.0 / d)))
     grid = np.array(list(itertools.product(range(across), repeat=d))) / across
     low, number = np.tile(grid, (count, 1)), np.repeat(np.arange(count), len(grid))
@@ -174,17 +180,19 @@ def _first(count: int, d: int, rule: Callable[..., Any]) -> Cells:
 
 
 def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
-    """Values (m, c) at the nodes of a part that stand for a function: its own where their integrals
-    are those of the function, else those of the nearest polynomials.
+    """Return nodal values (m, c) that stand for a function on a part.
+
+    They are those of the function if their integrals are right, else those of the nearest
+    polynomials.
 
     Parameters
     ----------
     samples : Samples
-        Of the function.
+        Samples of the function.
     nodes : (m,) array
-        Of the part.
+        Nodes of the part.
     nodal : (m, c) array
-        The function there.
+        Values of the function there.
     """
     every = np.zeros((samples.mesh.n_nodes, nodal.shape[1]))
     every[nodes] = nodal
@@ -193,16 +201,16 @@ def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
 
 @frozen
 class Cells:
-    """Boxes of the shares of faces, and a function at points of each.
+    """Boxes in the reference coordinates of faces, and a function at points of each.
 
     Attributes
     ----------
     number : (k,) array
-        Of the face.
+        Number of the face.
     low, size : (k, d-1) arrays
-        Least shares, and how far the cell reaches.
+        Least coordinates, from 0 to 1, and extents of the cell.
     place, weight, values : (k, q) arrays and more
-        Of the points.
+        Positions, weights and values at the points.
     """
 
     number: Index
@@ -213,17 +221,17 @@ class Cells:
     values: Array
 
     def take(self, chosen: Any) -> Cells:
-        """Some of the cells."""
+        """Return some of the cells."""
         return Cells(*(getattr(self, key)[chosen] for key in Cells.__annotations__))
 
     @staticmethod
     def joined(every: list[Cells]) -> Cells:
-        """The cells of some lists."""
+        """Return the cells of all given groups."""
         keys = Cells.__annotations__
         return Cells(*(np.concatenate([getattr(each, key) for each in every]) for key in keys))
 
     def samples(self, mesh: BoundaryMesh, elements: Index) -> Samples:
-        """All points, `elements` the numbers of the faces in their mesh."""
+        """Return all points; `elements` are the numbers of the faces in their mesh."""
         count, points = self.weight.shape
         place, values = (
             each.reshape(count * points, *each.shape[2:]) for each in (self.place, self.values)
@@ -233,15 +241,17 @@ class Cells:
 
     @property
     def integrals(self) -> Array:
-        """Of the function, its size and its square, (k, c + 2)."""
+        """Integrals of the function, its size and its square, (k, c + 2)."""
         size = np.linalg.norm(self.values, axis=2)[..., None]
         every = np.concatenate([self.values, size, size**2], axis=2)
         return np.asarray(np.einsum("kq,kqc->kc", self.weight, every))
 
 
 def _halved(cells: Cells, rule: Callable[..., Any], scale: float) -> tuple[Cells, Array]:
-    """Halves of cells (2k,) along the direction in which their integrals differ most, and by how
-    much (k,)."""
+    """Return halves of cells (2k,) and the change of their integrals (k,).
+
+    Each cell is halved along the direction with the largest change.
+    """
     ways, errors, count = list[Cells](), list[Array](), len(cells.number)
     for axis in range(cells.low.shape[1]):
         size, low = cells.size.repeat(2, axis=0), cells.low.repeat(2, axis=0)
@@ -267,7 +277,7 @@ def _rule(
     low: Array,
     size: Array,
 ) -> tuple[Array, Array, Array]:
-    """Places, weights and values, (k, q) and more, at points of cells of faces."""
+    """Return positions, weights and values, (k, q) and more, at points of cells of faces."""
     d = low.shape[1]
     points = np.array(list(itertools.product(POINTS, repeat=d)))
     weights = np.array([np.prod(each) for each in itertools.product(WEIGHTS, repeat=d)])

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 
 COINCIDE = 1e-7
-"""Local coordinates that differ by less are one node."""
+"""Local coordinates that differ by less belong to one node."""
 
 
 @functools.cache
@@ -79,7 +79,7 @@ def lagrange(order: int, s: Array) -> Array:
 
 
 def lagrange_slopes(order: int, s: Array) -> Array:
-    """Derivatives L_b'(s) of the same polynomials, (p+1, k)."""
+    """Return the derivatives L_b'(s) of the Lagrange polynomials, (p+1, k)."""
     legendre_series = lagrange_coefficients(order).T
     slopes = np.polynomial.legendre.legder(legendre_series)
     return np.asarray(slopes.T @ legendre(max(order - 1, 0), np.asarray(s, dtype=np.float64)))
@@ -87,11 +87,11 @@ def lagrange_slopes(order: int, s: Array) -> Array:
 
 @functools.cache
 def best_slopes(order: int) -> Array:
-    """Where the slope of a polynomial through the p+1 Gauss points is accurate to one order more
-    than elsewhere.
+    """Return points at which the slope of the interpolating polynomial is accurate to one more
+    order.
 
-    The p zeros of P'_{p+1}: the error of the interpolation is P_{p+1} times a smooth function, up
-    to higher orders.
+    They are the p zeros of P'_{p+1}, since the error of interpolation at the p+1 Gauss points is
+    P_{p+1} times a smooth function, up to higher orders.
     """
     last = np.eye(order + 2)[order + 1]
     zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))
@@ -102,6 +102,6 @@ def best_slopes(order: int) -> Array:
 
 @functools.cache
 def product_weights(order: int, points: int) -> tuple[Array, Array]:
-    """A Gauss rule against the basis: points s (q,) and w_q L_b(s_q), (p+1, q)."""
+    """Return a Gauss rule against the basis: points s (q,) and w_q L_b(s_q), (p+1, q)."""
     s, weight = gauss(points - 1)
     return s, lagrange(order, s) * weight

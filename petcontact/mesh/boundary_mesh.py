@@ -1,4 +1,4 @@
-"""What every layer above may ask of a boundary mesh, a curve's or a surface's."""
+"""The interface of boundary meshes, of curves and of surfaces, for all higher layers."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ from .pairs.ray_casting import Faces
 
 @frozen
 class Batch:
-    """Elements of one kind as the kernels see them, with the numbers of their nodes (element after
-    element)."""
+    """Elements of one kind as the kernels need them, and the numbers of their nodes.
+
+    The nodes are listed element after element.
+    """
 
     elements: Any
     nodes: Index
@@ -29,9 +31,9 @@ class BoundaryMesh(Protocol):
     Attributes
     ----------
     dim : int
-        Of points; also d where bodies do not turn about an axis.
+        Number of coordinates of points.
     components : int
-        d of displacements and tractions: with torsion one more than points have.
+        Components of displacements and tractions: `dim`, with torsion one more.
     x, normal : (n, d) arrays
         Nodes [length] and outward unit normals.
     smooth_normal : (n, d) array
@@ -40,12 +42,12 @@ class BoundaryMesh(Protocol):
         Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary
         [length^weight_power].
     weight_power : int
-        1 of plane bodies, whose forces are those of a unit of thickness, else 2.
+        1 for plane bodies, whose forces are per unit of thickness, else 2.
     measure : (n,) array
-        The same weights for integrals over the elements themselves: of rings over their generating
-        curve [length^(d-1)].
+        Weights of integrals over the elements themselves, for rings over their generating curve
+        [length^(d-1)].
     functions : dict
-        What is known of functions on parts, by the part and the function: looked at once.
+        Samples of functions on parts, stored by the part and the function's name.
     motions : Motions
         The rigid motions of such bodies.
     stresses : tuple of str
@@ -55,13 +57,13 @@ class BoundaryMesh(Protocol):
     first_node : (n_elements + 1,) array
         The nodes of element e are first_node[e] to first_node[e + 1] - 1.
     kind : (n_elements,) array
-        Elements of one kind go into one call of the kernels: one shape, one order.
+        Kind of each element, its shape and order; one call of a kernel takes one kind.
     order : (n_elements,) array
         Order p of each element.
     part : (n_elements,) array
         Number of the part in `part_names`.
     unit_length : float
-        Length that makes the arguments of the kernels pure numbers [length].
+        Length by which the arguments of the kernels are divided [length].
     """
 
     @property
@@ -110,92 +112,112 @@ class BoundaryMesh(Protocol):
     def corner_nodes(self) -> Index: ...
     @property
     def corners(self) -> Array:
-        """Of each element, (n_elements, c, d) [length]; NaN where it has fewer than others."""
+        """Return corners of each element, (n_elements, c, d), NaN where it has fewer [length]."""
         ...
 
     @staticmethod
     def around(x: Array) -> Array:
-        """What integrals over elements count at points (q, d)."""
+        """Return the factor of integrals over elements at points (q, d): 1, or 2πr on rings."""
         ...
 
     def nodes_of(self, part: str) -> Index:
-        """Numbers of the nodes of a part, increasing."""
+        """Return the numbers of the nodes of a part, increasing."""
         ...
 
     def tangents(self, nodes: Index) -> Array:
-        """Orthonormal tangents at nodes, (m, d-1, d)."""
+        """Return orthonormal tangents at nodes, (m, d-1, d)."""
         ...
 
     def tangents_to(self, normal: Array) -> Array:
-        """Orthonormal tangents to unit vectors (m, d), (m, d-1, d) by the axes of points."""
+        """Return orthonormal tangents to unit vectors (m, d), (m, d-1, d), along the axes of
+        points."""
         ...
 
     def slip_directions(self, normal: Array) -> Array:
-        """Orthonormal directions (m, d-1, d) of slip where unit vectors are normal, by the
-        components of displacements: the tangents, and with torsion θ."""
+        """Return orthonormal directions of slip for unit normals, (m, d-1, d).
+
+        They have the components of displacements: the tangents, and with torsion θ.
+        """
         ...
 
     def variables(self, nodes: Index) -> dict[str, Array]:
-        """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on
-        curves."""
+        """Return the variables of expressions at nodes, (m,) each.
+
+        They are x, y (and z), nx, ny (and nz), and s on curves.
+        """
         ...
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """What expressions may name at places, as `Hits` has them, of elements (q,)."""
+        """Return the variables of expressions at positions, as in `Hits`, on elements (q,)."""
         ...
 
     def faces(self, *parts: str) -> tuple[Index, Faces]:
-        """Numbers of the elements of parts, increasing, and these as what may be faced."""
+        """Return the numbers of the elements of parts, increasing, and these elements for contact
+        search."""
         ...
 
     def basis_at(self, element: Index, place: Array) -> Any:
-        """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array
-        (q, n)."""
+        """Return the sparse matrix (q, n) from nodal values to values at positions, as in `Hits`,
+        on elements (q,)."""
         ...
 
     def lower_degree(self, kind: int, less: int = 1) -> Array:
-        """Polynomials of one degree `less`, or of two, at least constants: a basis (k, r), at the k
-        nodes of an element of a kind; of order 1 or more."""
+        """Return a basis (k, r) of polynomials of one or two degrees (`less`) lower, at an
+        element's k nodes.
+
+        The element has the given kind, of order 1 or more. The degree is at least 0.
+        """
         ...
 
     def with_hoop(self, stress: Array, across: Array) -> Array:
-        """Stress (m, d(d+1)/2), of bodies of revolution with the normal stress `across` (m,) the
-        half section as third component."""
+        """Return the stress (m, d(d+1)/2) with all components.
+
+        On bodies of revolution the normal stress `across` (m,) the half section is inserted as the
+        third.
+        """
         ...
 
     def images(self, x: Array) -> list[Array]:
-        """Points (m, d), and their images from which a half section is seen as its image is."""
+        """Return points (m, d) and their mirror images.
+
+        The image of a half section looks from a point like the half section from the image of the
+        point.
+        """
         ...
 
     def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """Surface gradients (m, d, d) of displacements (m, d) at points, and the strain (m,) across
-        the plane that they do not have, both with what a body of revolution has round the axis; of
-        gradients (m, d, k) along the axes of points [-]."""
+        """Return gradients (m, d, d) of displacements (m, d) at points, and the strain (m,) across
+        their plane.
+
+        The given gradients (m, d, k) are along the axes of points [-]. Both results include the
+        terms of bodies of revolution around the axis.
+        """
         ...
 
     def on_axis(self, u: Array) -> Array:
-        """Nodal displacements (n, k), of a body of revolution such that u_r is 0 on the axis."""
+        """Return nodal displacements (n, k), with u_r = 0 on the axis of a body of revolution."""
         ...
 
     def batches(self) -> list[Batch]:
-        """All elements, grouped by kind."""
+        """Return all elements, grouped by kind."""
         ...
 
     def elements(self, numbers: Index) -> Any:
-        """The kernels' view of elements of one kind; its `index` holds their numbers."""
+        """Return elements of one kind as the kernels need them, with their numbers in `index`."""
         ...
 
     def targets(self, nodes: Index | slice) -> Any:
-        """The kernels' view of collocation nodes."""
+        """Return collocation nodes as the kernels need them."""
         ...
 
     def points(self, x: Array) -> Any:
-        """The kernels' view of points (m, d) that are nodes of no element."""
+        """Return points (m, d) that are no nodes, as the kernels need them."""
         ...
 
 
 class Collocated:
-    """What follows from the elements' order and part and the nodes' element, in any dimension."""
+    """Properties that follow from the elements' order and part and the nodes' element, in any
+    dimension."""
 
     order: Index
     part: Index
@@ -212,45 +234,47 @@ class Collocated:
 
     @functools.cached_property
     def functions(self) -> dict[Hashable, Any]:
-        """What is known of functions on parts, by the part and the function: looked at once."""
+        """Samples of functions on parts, stored by the part and the function's name."""
         return {}
 
     def slip_directions(self, normal: Array) -> Array:
-        """The tangents."""
+        """Return the tangents."""
         return self.tangents_to(normal)
 
     def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """The gradients, and no strain across."""
+        """Return the gradients, and no strain across."""
         return gradient, np.zeros(len(x))
 
     def on_axis(self, u: Array) -> Array:
-        """The displacements: there is no axis."""
+        """Return the displacements unchanged: there is no axis."""
         return u
 
     @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:
-        """Stress (m, d(d+1)/2) with what is reported besides: nothing."""
+        """Return the stress unchanged."""
         return stress
 
     @staticmethod
     def images(x: Array) -> list[Array]:
-        """The points (m, d) from which the whole boundary is seen as this mesh is: themselves."""
+        """Return the points alone: the mesh is the whole boundary."""
         return [x]
 
     @staticmethod
     def around(x: Array) -> Array:
-        """What integrals over elements count at points (q, d): 1, of bodies of revolution 2πr."""
+        """Return the factor of integrals over elements at points (q, d): 1."""
         return np.ones(len(x))
 
     @property
     def smooth_normal(self) -> Array:
-        """The normals themselves, where elements know them exactly."""
+        """The normals, which such elements have exactly."""
         return self.normal
 
     @property
     def n_nodes(self) -> int:
-        """Number of collocation nodes; the elastic system has as many unknowns a node as a
-        displacement has components."""
+        """Number of collocation nodes.
+
+        At each node the elastic system has as many unknowns as a displacement has components.
+        """
         return len(self.element)
 
     @property
@@ -270,16 +294,16 @@ class Collocated:
         return self.part[self.element]
 
     def elements_of(self, *parts: str) -> Index:
-        """Numbers of the elements of parts, increasing."""
+        """Return the numbers of the elements of parts, increasing."""
         return np.flatnonzero(np.isin(self.part, [self.part_names.index(part) for part in parts]))
 
     def nodes_of(self, part: str) -> Index:
-        """Numbers of the nodes of a part, increasing."""
+        """Return the numbers of the nodes of a part, increasing."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))
 
 
 def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:
-    """All elements, `step` of one kind at a time."""
+    """Yield all elements, at most `step` of one kind at a time."""
     for batch in mesh.batches():
         per_element = len(batch.nodes) // len(batch.elements.index)
         for first in range(0, len(batch.elements.index), step):

@@ -18,7 +18,7 @@ MESHES: dict[type, type[CurveMesh]] = {
     Meridian: RingMesh,
     TwistedMeridian: TwistedRingMesh,
 }
-"""By the kind of an outline."""
+"""The class of mesh for each class of outline."""
 
 
 def build_mesh(
@@ -27,7 +27,7 @@ def build_mesh(
     orders: Sequence[Index],
     powers: Sequence[tuple[float, float]] = (),
 ) -> CurveMesh:
-    """The mesh with given break points on each side.
+    """Return the mesh with given break points on each side.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def build_mesh(
     orders : list of (n_k,) arrays
         Orders of the elements of each side.
     powers : list of pairs of float, one a side, optional
-        λ of the first and the last element, where they are powers (and constant), else 0.
+        λ of the first and the last element if they are powers (and constant), else 0.
     """
     names = outline.parts
     start, end, side_start, direction = [], [], [], []
@@ -74,8 +74,10 @@ def build_mesh(
 
 
 def line_numbers(outline: Outline) -> list[int]:
-    """Number of the straight line of each side, -1 for arcs; consecutive collinear sides lie on one
-    line."""
+    """Return the number of the straight line of each side, -1 for arcs.
+
+    Consecutive collinear sides lie on one line.
+    """
     numbers: list[int] = []
     for loop in outline.loops:
         reference = None
@@ -92,7 +94,7 @@ def line_numbers(outline: Outline) -> list[int]:
 
 
 def _collinear(first: Side, later: Side) -> bool:
-    """Whether the later side runs on along the first one, to round-off."""
+    """Return whether the later side continues the first one in a straight line, to round-off."""
     direction, chord = first.end - first.start, later.end - later.start
     offset = later.end - first.start
     off_line = abs(direction[0] * offset[1] - direction[1] * offset[0])

@@ -149,22 +149,23 @@ class CurveMesh(Collocated):
         return self.side_start[self.element] + 0.5 * (1.0 + self.xi) * self.length[self.element]
 
     def tangents(self, nodes: Index) -> Array:
-        """Outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""
+        """Return outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""
         return self.tangents_to(self.normal[nodes])
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:
-        """Unit vectors (m, 2) turned by +90°, (m, 1, 2)."""
+        """Return unit vectors (m, 2) turned by +90°, (m, 1, 2)."""
         return np.asarray(np.stack([-normal[:, 1], normal[:, 0]], axis=1)[:, None])
 
     def variables(self, nodes: Index) -> dict[str, Array]:
-        """What expressions may name: x, y, nx, ny and the arc length s along the part, (m,)
-        each."""
+        """Return the variables of expressions: x, y, nx, ny and the arc length s along the part,
+        (m,) each."""
         (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """What expressions may name at fractions (q,) of the arc lengths of elements (q,)."""
+        """Return the variables of expressions at fractions (q,) of the arc lengths of elements
+        (q,)."""
         x, normal = on_arcs(
             self.start[element],
             self.end[element],
@@ -176,7 +177,8 @@ class CurveMesh(Collocated):
         return {"x": x[:, 0], "y": x[:, 1], "nx": normal[:, 0], "ny": normal[:, 1], "s": arc_length}
 
     def faces(self, *parts: str) -> tuple[Index, Curves]:
-        """Numbers of the elements of parts, and these as curves that may be faced."""
+        """Return the numbers of the elements of parts, and these elements as curves for contact
+        search."""
         numbers = self.elements_of(*parts)
         return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
 
@@ -186,8 +188,11 @@ class CurveMesh(Collocated):
         return legendre(max(kind - less, 0), gauss(kind)[0]).T
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
-        """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse
-        array (q, n)."""
+        """Return the sparse matrix (q, n) from nodal values to values at fractions (q,) of elements
+        (q,).
+
+        The fractions are those of the arc length.
+        """
         xi, orders = 2.0 * place - 1.0, self.order[element]
         ends = np.concatenate([[0], np.cumsum(orders + 1)])
         columns, entries = np.empty(ends[-1], dtype=np.int64), np.empty(ends[-1])
@@ -206,7 +211,7 @@ class CurveMesh(Collocated):
         return result
 
     def elements(self, numbers: Index) -> Elements:
-        """The kernels' view of elements of one order."""
+        """Return elements of one order as the kernels need them."""
         return Elements(
             start=self.start[numbers],
             end=self.end[numbers],
@@ -217,18 +222,18 @@ class CurveMesh(Collocated):
         )
 
     def targets(self, nodes: Index | slice) -> Targets:
-        """The kernels' view of collocation nodes."""
+        """Return collocation nodes as the kernels need them."""
         element = self.element[nodes]
         before, after = self._even_arcs[:, element]
         return Targets(self.x[nodes], self.line[element], element, self.xi[nodes], before, after)
 
     def points(self, x: Array) -> Targets:
-        """The kernels' view of points (m, 2) that are nodes of no element."""
+        """Return points (m, 2) that are no nodes, as the kernels need them."""
         nowhere = np.full(len(x), -1)
         return Targets(point=x, line=nowhere, element=nowhere, xi=np.zeros(len(x)))
 
     def batches(self) -> list[Batch]:
-        """All elements grouped by order."""
+        """Return all elements, grouped by order."""
         result = []
         for order in np.unique(self.order):
             group = np.flatnonzero(self.order == order)
@@ -237,19 +242,19 @@ class CurveMesh(Collocated):
         return result
 
     def loops(self) -> list[Index]:
-        """Numbers of the elements of each closed loop, in order, the outer loop first."""
+        """Return the numbers of the elements of each closed loop, in order, the outer loop
+        first."""
         ends = np.flatnonzero(np.any(self.end[:-1] != self.start[1:], axis=1)) + 1
         return list(np.split(np.arange(self.n_elements), ends))
 
     def neighbours(self) -> tuple[Index, Index]:
-        """The element before and the element after each one round its loop, two (n_elements,)
-        arrays."""
+        """Return the elements before and after each one in its loop, two (n_elements,) arrays."""
         return round_loops([len(loop) for loop in self.loops()])
 
     @functools.cached_property
     def _even_arcs(self) -> Index:
-        """The elements before and after each one that is a constant arc between two like it, -2 for
-        the others."""
+        """Return the elements before and after each constant arc between two equal ones, -2 for
+        other elements."""
         if not ((self.order == 0) & (self.curvature != 0.0)).any():
             return np.full((2, self.n_elements), -2)
         pair = np.array(self.neighbours())
@@ -265,7 +270,7 @@ class CurveMesh(Collocated):
         return np.where(even, pair, -2)
 
     def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
-        """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""
+        """Return points (k, 2) of an element at ξ in [-1, 1], and outward normals there."""
         return on_arcs(
             self.start[number],
             self.end[number],
@@ -275,7 +280,7 @@ class CurveMesh(Collocated):
         )
 
     def on_elements(self, numbers: Index, xi: Array) -> tuple[Array, Array]:
-        """Points (m, k, 2) of m elements at the same k places ξ and outward normals there."""
+        """Return points (m, k, 2) of m elements at k values of ξ, and outward normals there."""
         each, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
         points, normals = on_arcs(
             self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers))
@@ -284,13 +289,16 @@ class CurveMesh(Collocated):
 
 
 def corner_node(power: Any) -> Any:
-    """Distance of the node from the corner where an element has the power λ, over its length:
-    λ^(1/(1-λ)), where r^(λ-1) is its own mean over the element."""
+    """Return the distance of the node of a corner element with power λ from the corner, over its
+    length.
+
+    It is λ^(1/(1-λ)), where r^(λ-1) equals its mean over the element.
+    """
     return power ** (1.0 / (1.0 - power))
 
 
 def as_curve(mesh: BoundaryMesh) -> CurveMesh:
-    """A mesh of which arc length and neighbours are asked.
+    """Return the mesh as a `CurveMesh`, which has arc lengths and neighbours.
 
     Raises
     ------

@@ -1,5 +1,4 @@
-"""Where the elements of each side begin and end: uniform, or graded geometrically towards singular
-points."""
+"""Ends of the elements on each side: uniform, or graded geometrically towards singular points."""
 
 from __future__ import annotations
 
@@ -25,11 +24,11 @@ CORNER = math.radians(10.0)
 
 
 LARGEST_MESH = 1_000_000
-"""Nodes; even compressed operators of more do not fit a machine."""
+"""Largest number of nodes; compressed operators of more do not fit into a machine's memory."""
 
 
 def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
-    """The boundary mesh that the options ask for.
+    """Return the boundary mesh for the given options.
 
     Raises
     ------
@@ -77,16 +76,15 @@ def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> No
 
 
 def uniform_breaks(side: Side, size: float) -> Array:
-    """round(l/h) >= 1 equal elements, as fractions (n + 1,) of the side."""
+    """Return the ends of round(l/h) >= 1 equal elements, as fractions (n + 1,) of the side."""
     return np.linspace(0.0, 1.0, max(1, whole(side.length / size)) + 1)
 
 
 def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
-    """Whether a mesh is graded towards the start and the end of each side: at corners and where
-    parts meet.
+    """Return whether a mesh is graded towards the start and the end of each side.
 
-    A smooth joint inside a part is none, nor are the vertices of a polyline that stands for a
-    curve.
+    It is at corners and where parts meet. It is not at smooth joints inside a part, nor at vertices
+    of a polyline that stands for a curve.
     """
     return at_ends(
         outline,
@@ -95,7 +93,7 @@ def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
 
 
 def at_ends(outline: Outline, joint: Callable[[Side, Side], T]) -> list[tuple[T, T]]:
-    """Of each side, what a function of two sides that meet says of its start and of its end."""
+    """Return the values of a function of two sides that meet, at the start and end of each side."""
     result: list[tuple[T, T]] = []
     for loop in outline.loops:
         first, last = outline.beyond(loop)
@@ -107,8 +105,10 @@ def at_ends(outline: Outline, joint: Callable[[Side, Side], T]) -> list[tuple[T,
 
 
 def turn(before: Side, after: Side) -> float:
-    """Angle from the tangent of a side to that of the next one where they meet, positive at a
-    convex corner [rad]."""
+    """Return the angle from the tangent of a side to that of the next one where they meet [rad].
+
+    It is positive at a convex corner.
+    """
     a, b = (side.end - side.start for side in (before, after))
     between = (
         math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
@@ -119,8 +119,8 @@ def turn(before: Side, after: Side) -> float:
 def graded_breaks(
     side: Side, given: Array, ends: tuple[bool, bool], size: float | None, options: MeshOptions
 ) -> Array:
-    """Elements that shrink by the ratio towards the singular ends of the side and the given points
-    on it."""
+    """Return the ends of elements that shrink towards the singular ends of a side and its given
+    points."""
     inner = given[(given > 0.0) & (given < 1.0)]
     marks = np.concatenate([[0.0], inner, [1.0]])
     singular = [ends[0] or 0.0 in given, *[True] * len(inner), ends[1] or 1.0 in given]
@@ -145,19 +145,22 @@ def graded_breaks(
 
 
 def _largest(side: Side, size: float | None) -> float:
-    """Largest element, as a fraction of the side; an element of an arc turns by 30 degrees at
-    most."""
+    """Return the size of the largest element, as a fraction of the side.
+
+    An element of an arc turns by 30 degrees at most.
+    """
     return min(math.inf if size is None else size / side.length, largest_turn(side))
 
 
 def largest_turn(side: Side) -> float:
-    """Largest element of a graded arc as a fraction of the side: it turns by 30 degrees at most."""
+    """Return the largest element of a graded arc, which turns by 30 degrees, as a fraction of
+    it."""
     turn = abs(2.0 * side.half_angle)
     return math.pi / 6.0 / turn if turn > 0.0 else math.inf
 
 
 def _split(points: Array, largest: float) -> Array:
-    """Cut elements longer than `largest` into equal ones."""
+    """Return the ends after elements longer than `largest` are cut into equal ones."""
     counts = least_pieces(np.diff(points) / largest)
     cut = [
         a + (b - a) * np.arange(n) / n
@@ -167,7 +170,7 @@ def _split(points: Array, largest: float) -> Array:
 
 
 def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
-    """Fractions of the graded points on each side, 0 and 1 where they are its ends."""
+    """Return the fractions of the graded points on each side, 0 and 1 at its ends."""
     found: list[list[float]] = [[] for _ in outline.sides]
     within = TOLERANCE * outline.diameter
     for point in options.graded_points:
@@ -187,7 +190,7 @@ def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
 
 
 def _project(side: Side, point: Array) -> tuple[float, float]:
-    """Distance of a point from a side and the fraction of the nearest point."""
+    """Return the distance of a point from a side, and the fraction of the nearest point."""
     if side.curvature == 0.0:
         chord = side.end - side.start
         fraction = float(np.clip((point - side.start) @ chord / (chord @ chord), 0.0, 1.0))

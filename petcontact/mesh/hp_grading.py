@@ -1,8 +1,8 @@
 """Meshes graded geometrically towards marked points, with orders that grow away from them.
 
-An adaptive mesh is described by its marks (points of each side where the solution is not smooth,
-the ends of the side among them, with the size of the smallest element there) and by a `Grading`.
-Refining means a better grading, smaller elements at the marks, moved or new marks.
+An adaptive mesh is described by its marks and a `Grading`. Marks are points of each side at which
+the solution is not smooth, with the size of the smallest element there. The ends of the side are
+marks, too. A refined mesh has a better grading, smaller elements at the marks, or other marks.
 """
 
 from __future__ import annotations
@@ -24,24 +24,25 @@ from .curve_mesh import CurveMesh
 from .grading import at_ends, largest_turn, turn
 
 NEIGHBOUR = 4.0
-"""Largest ratio of the lengths of two elements that meet."""
+"""Largest ratio of the lengths of two neighbouring elements [-]."""
 SLOPE = 0.7
-"""Orders gained from one element to the next away from a mark: elements next to it are small and
-need no high order."""
+"""Increase of the order from one element to the next, away from a mark. Elements next to a mark are
+small and need no high order."""
 FALL = 2.0
-"""Orders that elements may lose, at most, from one to the next towards a mark, from the full one of
-the longest."""
+"""Largest decrease of the order from one element to the next, from the longest one towards a
+mark."""
 NEAR = 1.2
-"""Largest ratio of an element's length to its distance from sides that it has no corner with, on
-the coarsest meshes: the field of a side that is nearer than that is not smooth on it."""
+"""Largest ratio of an element's length to its distance from sides that do not meet its own, on the
+coarsest meshes [-]. The field of a nearer side is not smooth on the element."""
 OPPOSITE = -0.9
-"""Cosine of the normals of two sides of a body below which one lies behind the other. Two that meet
-at such a corner, of less than 26 degrees, are near one another like sides that do not meet."""
+"""Cosine of the normals of two sides of a body, below which one lies behind the other. If such
+sides meet, at a corner of less than 26 degrees, they are treated like near sides that do not
+meet."""
 
 
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
 CHUNK = 2048
-"""Elements whose distances from other sides are looked for at once, so that memory stays small."""
+"""Number of elements whose distances from other sides are searched at once, to limit memory."""
 
 
 @frozen
@@ -55,8 +56,8 @@ class Grading:
     ratio : float
         Ratio in (0, 1) of neighbouring elements.
     largest : float
-        Length of the largest elements, relative to NEAR times their distance from other sides, and
-        to 30 degrees of an arc.
+        Length of the largest elements over NEAR times their distance from other sides, and over 30
+        degrees of an arc [-].
     """
 
     order: int
@@ -92,9 +93,9 @@ def graded_mesh(
     largest: list[float],
     resolve: Resolve | None = None,
 ) -> CurveMesh:
-    """A mesh graded towards marks.
+    """Return a mesh graded towards marks.
 
-    No element is longer than NEIGHBOUR times those next to it.
+    No element is longer than NEIGHBOUR times its neighbours.
 
     Parameters
     ----------
@@ -102,10 +103,10 @@ def graded_mesh(
     marks : list of Marks, one a side
     grading : Grading
     largest : list of float, one a side
-        Length that no element of the side exceeds [length].
+        Largest length of elements on the side [length].
     resolve : callable, optional
-        Number of a side, its breaks (as fractions) and orders to finer ones that resolve what is
-        known there.
+        Function of the number of a side, its breaks (as fractions) and orders. It returns finer
+        ones that resolve the given data.
     """
     pieces = [graded_side(points, grading) for points in marks]
     breaks = [p[0] / side.length for p, side in zip(pieces, outline.sides, strict=True)]
@@ -128,7 +129,7 @@ def graded_mesh(
 
 
 def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
-    """Breaks (n + 1,) [length] and orders (n,) of one side."""
+    """Return breaks (n + 1,) [length] and orders (n,) of one side."""
     pieces, orders = [np.zeros(1)], []
     position, size = marks.position, marks.size
     for k in range(len(position) - 1):
@@ -155,8 +156,7 @@ def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
 
 
 def _of_corner(orders: Index, grading: Grading) -> None:
-    """A constant element at a corner where every distance matters alike, and full orders beside it,
-    in place."""
+    """Set order 0 on a corner element that is a power, and the full order next to it, in place."""
     growing = (
         int(np.argmax(orders >= grading.order)) if np.any(orders >= grading.order) else len(orders)
     )
@@ -165,8 +165,7 @@ def _of_corner(orders: Index, grading: Grading) -> None:
 
 
 def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
-    """The marks with elements no larger than fits the shorter interval on either side of each, or a
-    share of that."""
+    """Return the marks with sizes that fit the shorter interval next to each, or a share of it."""
     interval = marks.position[1:] - marks.position[:-1]
     shorter = np.concatenate([interval[:1], np.minimum(interval[:-1], interval[1:]), interval[-1:]])
     fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
@@ -174,7 +173,7 @@ def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
 
 
 def _steps(half: float, smallest: float, ratio: float) -> Array:
-    """Distances from a mark to the ends of the elements on the half next to it."""
+    """Return distances from a mark to the ends of the elements in the half interval next to it."""
     levels = max(0, math.ceil(math.log(smallest / half) / math.log(ratio) - 1e-9))
     result = np.zeros(levels + 2)
     result[1:] = half * ratio ** np.arange(levels, -1.0, -1.0)
@@ -183,14 +182,14 @@ def _steps(half: float, smallest: float, ratio: float) -> Array:
 
 @functools.lru_cache(maxsize=256)
 def _orders(count: int, grading: Grading) -> Index:
-    """Orders of elements away from a mark; the longest has the full one, however few there are."""
+    """Return orders of elements away from a mark; the longest element has the full order."""
     away: Index = np.floor(1.0 + SLOPE * np.arange(count)).astype(np.int64)
     least: Index = grading.order - np.ceil(FALL * np.arange(count)[::-1]).astype(np.int64)
     return np.clip(np.maximum(away, least), 1, grading.order)
 
 
 def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
-    """Each element cut into `count` equal ones."""
+    """Return breaks and orders after each element is cut into `count` equal ones."""
     if count.max() == 1:
         return breaks, orders
     begins, width, pieces, before = (
@@ -202,7 +201,7 @@ def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
 
 
 def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
-    """Halve elements that are too long beside their neighbours, until none is."""
+    """Halve elements that are too long next to their neighbours, in place."""
     first = 0
     for loop in outline.loops:
         sides = range(first, first + len(loop))
@@ -223,14 +222,17 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
 
 
 def _spread(before: Side, after: Side) -> float:
-    """Distance from the one of two sides over that from the corner where they meet, on the other;
-    infinite where neither lies behind the other [-]."""
+    """Return the distance of points of one side from the other over that from their common corner
+    [-].
+
+    It is infinite if neither side lies behind the other.
+    """
     between = turn(before, after)
     return math.sin(between) if between > 0.0 and math.cos(between) < OPPOSITE else math.inf
 
 
 def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
-    """Distances (n,) of the middles of elements from the sides that theirs has no corner with
+    """Return the distances (n,) of the middles of elements from sides that do not meet their own
     [length]."""
     sides = outline.sides
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
@@ -256,13 +258,13 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
         left, k = np.arange(first, min(first + CHUNK, len(points))), 16
         while len(left):
             k = min(4 * k, len(cloud))
-            found = tree.query(points[left], k=k)[1].reshape(len(left), k)
+            near = tree.query(points[left], k=k)[1].reshape(len(left), k)
             own = side[left][:, None]
             other = (
-                (owner[found] != own) & (owner[found] != before[own]) & (owner[found] != after[own])
+                (owner[near] != own) & (owner[near] != before[own]) & (owner[near] != after[own])
             )
             seen = other.any(axis=1)
-            away = points[left[seen]] - cloud[found[seen, np.argmax(other[seen], axis=1)]]
+            away = points[left[seen]] - cloud[near[seen, np.argmax(other[seen], axis=1)]]
             limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
             left = left[~seen] if k < len(cloud) else left[:0]
     return [limits[a:b] for a, b in bounds]

@@ -1,5 +1,4 @@
-"""Panels on surfaces: grids on the faces of boxes, finer towards edges and corners, and the facets
-of other surfaces."""
+"""Panels on surfaces: graded grids on the faces of boxes, and the facets of other surfaces."""
 
 from __future__ import annotations
 
@@ -15,8 +14,10 @@ from .surface_mesh import SurfaceMesh
 
 
 def graded(count: int, exponent: float) -> Array:
-    """Fractions (count + 1,) from 0 to 1, their distance from the nearer end growing with a power
-    of the number."""
+    """Return fractions (count + 1,) from 0 to 1.
+
+    Their distance from the nearer end grows with a power of the number.
+    """
     t = np.arange(count + 1) / count
     left = 0.5 * (2.0 * np.minimum(t, 1.0 - t)) ** exponent
     return np.where(t <= 0.5, left, 1.0 - left)
@@ -25,7 +26,7 @@ def graded(count: int, exponent: float) -> Array:
 def box_mesh(
     box: BoxSurface, size_of: Callable[[str], float], order: int, exponent: float
 ) -> SurfaceMesh:
-    """A grid on each face of a box.
+    """Return a mesh with a grid on each face of a box.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def box_mesh(
 
 
 def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index]) -> SurfaceMesh:
-    """The mesh of a box with given grids.
+    """Return the mesh of a box with given grids.
 
     Parameters
     ----------
@@ -76,13 +77,13 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
 
 
 def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
-    """Curved panels on a sphere, a cylinder or a revolved surface.
+    """Return curved panels on a sphere, a cylinder or a revolved surface.
 
     Parameters
     ----------
     surface : RoundSurface
     size : float
-        Of the panels, about [length].
+        About the size of the panels [length].
     order : int
         p, 0 to 3.
     """
@@ -101,7 +102,7 @@ def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
 
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:
-    """A panel on each facet of a surface."""
+    """Return a mesh with a panel on each facet of a surface."""
     corners, middles = surface.points[surface.facets], surface.points[surface.middles]
     corners[surface.facets < 0], middles[surface.middles < 0] = np.nan, np.nan
     return SurfaceMesh(corners, np.full(len(corners), order), surface.part, surface.parts, middles)

@@ -1,5 +1,4 @@
-"""Flat panels of order 0 to 3 in space: quadrilaterals and triangles, interior nodes, polynomials
-of the plane as bases."""
+"""Flat panels of order 0 to 3 in space: quadrilaterals and triangles with interior nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ _TRIANGLE_ORBITS = {
     2: ((0.091576213509770743, 0.091576213509770743), (0.44594849091596489, 0.44594849091596489)),
     3: ((1.0 / 3.0, 1.0 / 3.0), (0.055, 0.055), (0.07020314414956398, 0.29501595385862195)),
 }
-"""Barycentric coordinates (a, b, 1-a-b) that stand for all their permutations."""
+"""Barycentric coordinates (a, b, 1-a-b); each stands for all its permutations."""
 
 
 @functools.cache
@@ -124,7 +123,7 @@ class Panels:
 
     @property
     def exponents(self) -> Array:
-        """Of the basis' monomials, (k, 2)."""
+        """Exponents of the basis' monomials, (k, 2)."""
         return reference_nodes(self.n_corners, self.order)[1]
 
     @property
@@ -134,7 +133,7 @@ class Panels:
 
     @property
     def chord(self) -> Panels:
-        """Flat panels through the corners: themselves."""
+        """Flat panels through the corners, here the panels themselves."""
         return self
 
     @property
@@ -173,9 +172,11 @@ class Panels:
         return _mapped(self.polygon, reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:
-        """Of one point a panel, (n, 3): local coordinates (n, 2) of its foot on the panel's plane,
-        its distance from that [length], and how far inside the panel the foot is, over `size`,
-        negative outside."""
+        """Return the foot of one point on each panel's plane, for points (n, 3).
+
+        The result is local coordinates (n, 2) of the foot, the distance from the plane [length],
+        and the distance of the foot inside the panel over `size`, negative outside.
+        """
         away = x - self.centre
         local = np.einsum("ncd,nd->nc", self.frame[:, :2], away) / self.size[:, None]
         edge = np.roll(self.polygon, -1, axis=1) - self.polygon
@@ -241,12 +242,12 @@ def rule_points(polygon: Array, points: tuple[int, int]) -> tuple[Array, Array]:
 
 
 def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array, Array]:
-    """Panels through given corners, their nodes and the weights of these.
+    """Return panels through given corners, their nodes and the nodes' weights.
 
     Parameters
     ----------
     corners : (n, c, 3) array
-        Of flat convex panels, counter-clockwise seen from outside.
+        Corners of flat convex panels, counter-clockwise seen from outside.
     order : int
     index : (n,) int array
 

@@ -1,4 +1,4 @@
-"""Meshes of the generating curves of bodies of revolution, with torsion or without."""
+"""Meshes of the generating curves of bodies of revolution, with or without torsion."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .basis import lagrange
 from .curve_mesh import CurveMesh
 
 AXIS = 1e-5
-"""Distance from the axis over the largest one, below which u_r/r is u_r' there: that is off by the
-square of it, u_r/r by the error of integrals, 1e-9, over it."""
+"""Distance from the axis over the largest one, below which u_r/r is replaced by u_r' [-]. The error
+of u_r' is the square of this distance; that of u_r/r is the error of integrals, 1e-9, over it."""
 
 
 @frozen
 class RingMesh(CurveMesh):
-    """A mesh of the generating curve of a body of revolution, x being r and y being z.
+    """A mesh of the generating curve of a body of revolution; x is r and y is z.
 
-    Weights are those of the whole rings, 2πr times those of the curve [length²]. A chain of
-    elements that begins and ends on the axis has no neighbours there.
+    Weights are those of whole rings, 2πr times those of the curve [length²]. A chain of elements
+    that begins and ends on the axis has no neighbours there.
     """
 
     weight_power: ClassVar[int] = 2
@@ -36,7 +36,7 @@ class RingMesh(CurveMesh):
 
     @staticmethod
     def around(x: Array) -> Array:
-        """The circumference of rings at points (q, 2) [length]."""
+        """Return the circumference of rings at points (q, 2) [length]."""
         return 2.0 * np.pi * x[:, 0]
 
     @functools.cached_property
@@ -46,27 +46,33 @@ class RingMesh(CurveMesh):
 
     @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:
-        """rr, zz, rz with the hoop stress as third component."""
+        """Return rr, zz, rz with the hoop stress as third component."""
         return np.insert(stress, 2, across, axis=1)
 
     @staticmethod
     def images(x: Array) -> list[Array]:
-        """Points (m, 2), and their images beyond the axis."""
+        """Return points (m, 2), and their mirror images beyond the axis."""
         return [x, x * [-1.0, 1.0]]
 
     def over_radius(self, x: Array, u: Array, slope: Array) -> Array:
-        """u/r (m,) of a component (m,) at points (m, 2) that is 0 on the axis; there, where it has
-        no digits, the `slope` (m,) along r, which it is [-]."""
+        """Return u/r (m,) of a component (m,) that is 0 on the axis, at points (m, 2) [-].
+
+        Near the axis, where u/r loses its digits, it is replaced by its limit `slope` (m,), the
+        derivative along r.
+        """
         off = x[:, 0] > AXIS * np.abs(self.x[:, 0]).max()
         return np.where(off, u / np.where(off, x[:, 0], 1.0), slope)
 
     def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """The gradients, and the hoop strain u_r/r."""
+        """Return the gradients and the hoop strain u_r/r."""
         return gradient, self.over_radius(x, u[:, 0], gradient[:, 0, 0])
 
     def on_axis(self, u: Array) -> Array:
-        """Nodal displacements (n, k) whose components across the axis are 0 where elements begin
-        or end on it: by polynomials u_r is that but for their error, which u_r/r does not bear."""
+        """Return nodal displacements (n, k) with zero components across the axis at elements that
+        end on it.
+
+        Polynomials make u_r zero there only up to their error, which u_r/r would amplify.
+        """
         result, across = u.copy(), np.array(self.motions.across)
         for ends, at in ((self.start, -1.0), (self.end, 1.0)):
             for e in np.flatnonzero(ends[:, 0] == 0.0).tolist():
@@ -76,7 +82,7 @@ class RingMesh(CurveMesh):
         return result
 
     def neighbours(self) -> tuple[Index, Index]:
-        """As of `CurveMesh`; an element that begins or ends on the axis is its own neighbour."""
+        """As in `CurveMesh`, but an element that ends on the axis is its own neighbour."""
         before, after = super().neighbours()
         own = np.arange(self.n_elements)
         return (
@@ -87,28 +93,34 @@ class RingMesh(CurveMesh):
 
 @frozen
 class TwistedRingMesh(RingMesh):
-    """A `RingMesh` of a body that turns about its axis, too: displacements and tractions have the
-    components r, z and θ, the latter by the right-hand rule about +z."""
+    """A `RingMesh` of a body that also turns about its axis.
+
+    Displacements and tractions have the components r, z and θ, the latter by the right-hand rule
+    about +z.
+    """
 
     components: ClassVar[int] = 3
     motions: ClassVar[Motions] = TORSION
     stresses: ClassVar[tuple[str, ...]] = ("xx", "yy", "zz", "xy", "xz", "yz")
 
     def slip_directions(self, normal: Array) -> Array:
-        """Along the curve and along θ, (m, 2, 3)."""
+        """Return the directions along the curve and along θ, (m, 2, 3)."""
         along = lifted(self.tangents_to(normal), 3)
         round_axis = np.broadcast_to(np.array([0.0, 0.0, 1.0]), along.shape)
         return np.concatenate([along, round_axis], axis=1)
 
     @staticmethod
     def with_hoop(stress: Array, across: Array) -> Array:
-        """All components with this hoop stress."""
+        """Return all components with this hoop stress."""
         result = stress.copy()
         result[:, 2] = across
         return result
 
     def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """The gradients (m, 3, 3): round the axis what is displaced turns as the directions do."""
+        """Return the gradients (m, 3, 3) and the hoop strain.
+
+        The displacement turns around the axis with the directions, which adds to the gradients.
+        """
         whole = lifted(gradient, 3)
         whole[:, 0, 2] = -self.over_radius(x, u[:, 2], gradient[:, 2, 0])
         whole[:, 2, 2] = self.over_radius(x, u[:, 0], gradient[:, 0, 0])

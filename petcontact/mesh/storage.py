@@ -21,7 +21,7 @@ SURFACE_ARRAYS, SURFACE_OPTIONAL = ("order", "part"), ("middles",)
 
 
 def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
-    """Vertices, elements and what else the mesh is made of."""
+    """Write the vertices, the elements and the other arrays of a mesh."""
     _write(mesh, group)
     group.create_dataset(
         "part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype()
@@ -62,7 +62,7 @@ def _(mesh: SurfaceMesh, group: Any) -> None:
 
 
 def read_mesh(group: Any, source: str) -> BoundaryMesh:
-    """The mesh of a group.
+    """Return the mesh of a group.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def _surface(
 
 
 def demand_range(values: Any, count: int, name: str) -> None:
-    """Refuse what are no whole numbers from 0 to count - 1."""
+    """Refuse values that are not whole numbers from 0 to count - 1."""
     whole = values.dtype.kind in "iu" and (
         not values.size or (values.min() >= 0 and values.max() < count)
     )
@@ -165,6 +165,6 @@ def demand_range(values: Any, count: int, name: str) -> None:
 
 
 def demand(holds: bool, message: str) -> None:
-    """Refuse a file of which something does not hold."""
+    """Refuse a file that does not satisfy a condition."""
     if not holds:
         raise ResultError(message)

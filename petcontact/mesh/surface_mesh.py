@@ -1,5 +1,7 @@
-"""Surface meshes in space: panels of order 0 to 3, flat or curved, nodes inside; meshes need not
-match across edges."""
+"""Surface meshes in space: flat or curved panels of order 0 to 3 with interior nodes.
+
+Panels need not match across edges.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels, monomials, reference_nodes
 
 TRIANGLE, CURVED = 4, 8
-"""Are added to the order of triangles, and of curved panels: the kind of a panel."""
+"""Added to the order of triangles (`TRIANGLE`) and of curved panels (`CURVED`) to make the kind."""
 
 
 @frozen
@@ -39,8 +41,8 @@ class SurfaceMesh(Collocated):
         Number of the part in `part_names`.
     part_names : tuple of str
     middles : (n_elements, 5, 3) array, optional
-        Of curved panels the middles of the sides, from the one after the first corner on, and of
-        quadrilaterals the point in the middle; NaN on flat panels, and where triangles have none
+        Middles of the sides of curved panels, from the one after the first corner on, and the
+        centre of quadrilaterals. They are NaN on flat panels and where triangles have none
         [length].
     """
 
@@ -102,7 +104,7 @@ class SurfaceMesh(Collocated):
 
     @functools.cached_property
     def smooth_normal(self) -> Array:
-        """See `BoundaryMesh`: those of `smooth_normals` on curved panels, (n, 3)."""
+        """As in `BoundaryMesh`; on curved panels they are those of `smooth_normals`, (n, 3)."""
         normal = self.normal.copy()
         curved = [group for group in self._groups.values() if isinstance(group, CurvedPanels)]
         for group, found in zip(curved, smooth_normals(curved), strict=True):
@@ -118,24 +120,26 @@ class SurfaceMesh(Collocated):
 
     @property
     def unit_length(self) -> float:
-        """A quarter of the edge of the cube with as large a surface [length]."""
+        """A quarter of the edge of the cube with the same surface [length]."""
         return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
 
     def reordered(self, elements: Index) -> SurfaceMesh:
-        """The mesh of the panels `elements`, in their order."""
+        """Return the mesh of the panels `elements`, in this order."""
         corners, middles = self.corners[elements], self.middles[elements]
         return SurfaceMesh(
             corners, self.order[elements], self.part[elements], self.part_names, middles
         )
 
     def tangents(self, nodes: Index) -> Array:
-        """Orthonormal tangents at nodes, (m, 2, 3)."""
+        """Return orthonormal tangents at nodes, (m, 2, 3)."""
         return self.tangents_to(self.normal[nodes])
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:
-        """Orthonormal tangents (m, 2, 3) to unit vectors: near the two coordinate axes that they
-        are farthest from."""
+        """Return orthonormal tangents (m, 2, 3) to unit vectors.
+
+        They are near the two coordinate axes that are farthest from the vector.
+        """
         away = np.abs(normal).argmax(axis=1)
         axes = np.eye(3)
         i, j = np.where(away == 0, 1, 0), np.where(away == 2, 1, 2)
@@ -147,12 +151,12 @@ class SurfaceMesh(Collocated):
         return np.asarray(np.stack([first, second], axis=1) + 0.0)
 
     def variables(self, nodes: Index) -> dict[str, Array]:
-        """What expressions may name at nodes, (m,) each."""
+        """Return the variables of expressions at nodes, (m,) each."""
         (x, y, z), (nx, ny, nz) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "z": z, "nx": nx, "ny": ny, "nz": nz}
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """What expressions may name at local coordinates (q, 2) of panels (q,)."""
+        """Return the variables of expressions at local coordinates (q, 2) of panels (q,)."""
         panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {
@@ -178,7 +182,7 @@ class SurfaceMesh(Collocated):
         return result
 
     def batches(self) -> list[Batch]:
-        """All panels, grouped by shape and order."""
+        """Return all panels, grouped by shape and order."""
         return [
             Batch(
                 panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel()
@@ -187,13 +191,13 @@ class SurfaceMesh(Collocated):
         ]
 
     def faces(self, *parts: str) -> tuple[Index, PanelFaces]:
-        """Numbers of the panels of parts, and these as panels that may be faced."""
+        """Return the numbers of the panels of parts, and these panels for contact search."""
         numbers = self.elements_of(*parts)
         return numbers, PanelFaces.of(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
-        """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q,
-        n)."""
+        """Return the sparse matrix (q, n) from nodal values to values at local coordinates (q, 2)
+        of panels (q,)."""
         rows, columns, entries = (
             [np.empty(0, dtype=np.int64)],
             [np.empty(0, dtype=np.int64)],
@@ -219,17 +223,19 @@ class SurfaceMesh(Collocated):
         return result
 
     def elements(self, numbers: Index) -> Panels | CurvedPanels:
-        """The kernels' view of panels of one kind."""
+        """Return panels of one kind as the kernels need them."""
         group = self._groups[int(self.kind[numbers[0]])]
         return group.take(np.searchsorted(group.index, numbers))
 
     def targets(self, nodes: Index | slice) -> Array:
-        """The kernels' view of collocation nodes."""
+        """Return collocation nodes as the kernels need them."""
         return self.x[nodes]
 
     def triangles(self) -> Array:
-        """Flat triangles (t, 3, 3) that stand for the panels, those of curved ones between all
-        their points [length]."""
+        """Return flat triangles (t, 3, 3) that stand for the panels [length].
+
+        Curved panels have triangles between all their points.
+        """
         points = np.concatenate([self.corners, self.middles], axis=1)
         triangle, curved = self.kind & TRIANGLE > 0, self.kind & CURVED > 0
         return np.concatenate(
@@ -241,11 +247,11 @@ class SurfaceMesh(Collocated):
         )
 
     def points(self, x: Array) -> Array:
-        """The kernels' view of points (m, 3) that are nodes of no element."""
+        """Return points (m, 3) that are no nodes, as the kernels need them."""
         return x
 
 
 def as_surface(mesh: object) -> SurfaceMesh:
-    """The mesh of a body in space."""
+    """Return the mesh of a body in space, with its type."""
     assert isinstance(mesh, SurfaceMesh)
     return mesh

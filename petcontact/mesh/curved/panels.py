@@ -1,5 +1,5 @@
-"""Curved panels of order 0 to 3 in space: quadratic cells, with polynomials of the reference
-element as bases."""
+"""Curved panels of order 0 to 3 in space: quadratic cells with polynomial bases in reference
+coordinates."""
 
 from __future__ import annotations
 
@@ -15,32 +15,31 @@ from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, reference_po
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
-"""Gauss points in each direction for the integrals of the basis: the area factor is no
+"""Gauss points in each direction for the integrals of the basis; the area factor is no
 polynomial."""
 
 
 @functools.cache
 def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]:
-    """Points (q, 2) and weights (q,) of a tensor Gauss rule on a reference element."""
+    """Return points (q, 2) and weights (q,) of a tensor Gauss rule on a reference element."""
     local, weight = rule_points(REFERENCE[corners][None], points)
     return local[0], weight[0]
 
 
 @frozen
 class CurvedPanels(QuadraticCells):
-    """Quadratic panels of one shape and order; local coordinates are those of the reference
-    element.
+    """Quadratic panels of one shape and order, with the reference element's coordinates.
 
     Attributes
     ----------
     points : (n, 6 or 9, 3) array
-        As of `QuadraticCells`.
+        Points as in `QuadraticCells`.
     order : int
         p, 0 to 3.
     index : (n,) int array
         Number of each panel in the mesh.
     found : dict of (n, ...) arrays
-        What was found out about each panel, by name, that need not be found again of some of them.
+        Stored results for each panel, by name; `take` keeps those of the chosen panels.
     """
 
     order: int
@@ -49,12 +48,12 @@ class CurvedPanels(QuadraticCells):
 
     @property
     def n_nodes(self) -> int:
-        """Nodes a panel."""
+        """Number of nodes of a panel."""
         return len(self.exponents)
 
     @property
     def exponents(self) -> Array:
-        """Of the basis' monomials, (k, 2)."""
+        """Exponents of the basis' monomials, (k, 2)."""
         return reference_nodes(self.n_corners, self.order)[1]
 
     @property
@@ -79,7 +78,7 @@ class CurvedPanels(QuadraticCells):
 
     @functools.cached_property
     def chord(self) -> Panels:
-        """Flat panels through the corners, which say where a panel is and how large."""
+        """Flat panels through the corners, which give the position and size of a panel."""
         return make_panels(self.corners, 0, self.index)[0]
 
     @functools.cached_property
@@ -104,7 +103,7 @@ class CurvedPanels(QuadraticCells):
         return np.asarray(np.linalg.norm(away, axis=2).max(axis=1))
 
     def take(self, chosen: Index | slice) -> CurvedPanels:
-        """Some of the panels."""
+        """Return some of the panels."""
         found = {name: values[chosen] for name, values in self.found.items()}
         return CurvedPanels(self.points[chosen], self.order, self.index[chosen], found)
 
@@ -135,8 +134,11 @@ class CurvedPanels(QuadraticCells):
         return self.each(reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:
-        """Of one point a panel, (n, 3): local coordinates (n, 2) of the nearest point, its distance
-        [length], and how far inside the panel that is, in local coordinates."""
+        """Return the nearest point of each panel to one point, for points (n, 3).
+
+        The result is its local coordinates (n, 2), its distance [length], and how far inside the
+        panel it lies, in local coordinates.
+        """
         walls, bounds = WALLS[self.n_corners]
         local, distance = self.nearest(x)
         return (
@@ -155,7 +157,7 @@ def _coefficients(corners: int, order: int) -> Array:
 def make_curved_panels(
     points: Array, order: int, index: Index
 ) -> tuple[CurvedPanels, Array, Array, Array]:
-    """Panels through given points, their nodes, and the weights and normals of these.
+    """Return panels through given points, their nodes, and the nodes' weights and normals.
 
     Parameters
     ----------

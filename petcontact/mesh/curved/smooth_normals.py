@@ -1,8 +1,8 @@
 """Normals of the smooth surfaces that curved panels stand for, at their nodes.
 
-A quadratic panel follows a surface to h⁴, its normal to h³ only, and neighbours meet at small
-angles. Here each panel is a height over the plane of its corners: a polynomial of degree 4 that has
-the panel's points and, in these, the mean of the normals of the panels that meet there.
+A quadratic panel follows a surface to order h⁴, its normal only to h³, so that neighbours meet at
+small angles. Here each panel is a height over the plane of its corners. The height is a polynomial
+of degree 4. It has the panel's points, and in these the mean normals of the panels that meet there.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from ..panels import monomial_slopes, monomials
 from .panels import CurvedPanels
 
 SMOOTH = 0.9
-"""Least cosine between normals of panels that meet on a smooth surface; beyond that they meet in an
+"""Least cosine between normals of panels that meet on a smooth surface; a smaller one is an
 edge."""
 QUADRATIC, HEIGHT = (
     np.array([(a, b) for a in range(d + 1) for b in range(d + 1 - a)]) for d in (2, 4)
 )
-"""Exponents of heights."""
+"""Exponents of the heights of degree 2 and 4."""
 
 
 def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
-    """Unit normals at the nodes of all curved panels of a body, (n, k, 3) of each group.
+    """Return unit normals at the nodes of all curved panels of a body, (n, k, 3) for each group.
 
-    Normals at the panels' points are those of the panels, or of quadratic heights, which suit
-    spheres: whichever differ less from panel to panel.
+    Normals at the panels' points are those of the panels, or those of quadratic heights, which suit
+    spheres. Those that differ less between panels are taken.
 
     Examples
     --------
@@ -45,7 +45,7 @@ def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
     if not groups:
         return []
     points = [_local(group, group.points) for group in groups]
-    found = (
+    candidates = (
         [group.normals(group.each(group.places)) for group in groups],
         [
             _normals(group, at, _through(at), QUADRATIC)
@@ -53,7 +53,7 @@ def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
         ],
     )
     pairs = _pairs(groups)
-    flat = [np.concatenate([normal.reshape(-1, 3) for normal in each]) for each in found]
+    flat = [np.concatenate([normal.reshape(-1, 3) for normal in each]) for each in candidates]
     kinks = [np.sum((each[pairs[0]] - each[pairs[1]]) ** 2) for each in flat]
     mean = _mean(groups, flat[int(np.argmin(kinks))], pairs)
     means = np.split(mean, np.cumsum([group.points[..., 0].size for group in groups])[:-1])
@@ -69,7 +69,7 @@ def smooth_normals(groups: Sequence[CurvedPanels]) -> list[Array]:
 
 
 def _local(panels: CurvedPanels, x: Array) -> Array:
-    """Points (n, q, 3) in the frames of the panels' corners, over their size."""
+    """Return points (n, q, 3) in the frames of the panels' corners, over their size."""
     chord = panels.chord
     return np.asarray(
         np.einsum("nij,nqj->nqi", chord.frame, x - chord.centre[:, None])
@@ -78,14 +78,15 @@ def _local(panels: CurvedPanels, x: Array) -> Array:
 
 
 def _through(at: Array) -> Array:
-    """Coefficients (n, 6) of quadratic heights through points (n, q, 3), by least squares."""
+    """Return coefficients (n, 6) of quadratic heights through points (n, q, 3), by least
+    squares."""
     return np.asarray(
         np.einsum("ncq,nq->nc", np.linalg.pinv(monomials(at[..., :2], QUADRATIC)), at[..., 2])
     )
 
 
 def _normals(panels: CurvedPanels, at: Array, height: Array, exponents: Array) -> Array:
-    """Unit normals (n, q, 3) at points of heights with coefficients (n, c)."""
+    """Return unit normals (n, q, 3) at points of heights with coefficients (n, c)."""
     slope = np.einsum("nc,nqci->nqi", height, monomial_slopes(at[..., :2], exponents))
     local = np.concatenate([-slope, np.ones_like(slope[..., :1])], axis=2)
     return np.asarray(
@@ -96,8 +97,7 @@ def _normals(panels: CurvedPanels, at: Array, height: Array, exponents: Array) -
 
 
 def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
-    """Numbers, among the points of all panels, of those that coincide where panels meet
-    smoothly."""
+    """Return the numbers of coinciding points of panels that meet smoothly."""
     x = np.concatenate([group.points.reshape(-1, 3) for group in groups])
     normal = np.concatenate(
         [group.normals(group.each(group.places)).reshape(-1, 3) for group in groups]
@@ -109,8 +109,10 @@ def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
 
 
 def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Index]) -> Array:
-    """Unit mean of the normals (q, 3) at the same point; a panel counts by 1/h³, as its error is
-    h³."""
+    """Return the unit mean of the normals (q, 3) at the same point.
+
+    The weight of a panel is 1/h³, since its error is of order h³.
+    """
     share = (
         np.concatenate([np.repeat(group.chord.size, group.points.shape[1]) for group in groups])[
             :, None
@@ -124,7 +126,8 @@ def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Ind
 
 
 def _height(panels: CurvedPanels, at: Array, normal: Array) -> Array:
-    """Coefficients (n, c) of the heights with points (n, q, 3) and normals, by least squares."""
+    """Return coefficients (n, c) of the heights with given points (n, q, 3) and normals, by least
+    squares."""
     local = np.einsum("nij,nqj->nqi", panels.chord.frame, normal)
     # two panels meet in the middle of a side only: it weighs less than corners
     weight = np.where(np.arange(at.shape[1]) < panels.n_corners, 1.0, 0.3)

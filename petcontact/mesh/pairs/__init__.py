@@ -1,2 +1,1 @@
-"""Two parts that may touch: meshes that match, who faces whom, and what passes between their
-nodes."""
+"""Pairs of parts in contact: matching meshes, facing points, and maps between their nodes."""

@@ -1,5 +1,4 @@
-"""Grid lines on the faces of boxes, and how they are projected from one face to another that is
-parallel."""
+"""Grid lines on the faces of boxes, and their projection onto a parallel face."""
 
 from __future__ import annotations
 
@@ -16,38 +15,41 @@ from .common_breakpoints import SideMesh
 
 
 def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
-    """The grid lines along both axes of each face of a mesh of the box, twelve sides; none where a
-    face is no grid."""
+    """Return the grid lines along both axes of each face of a box mesh, twelve sides.
+
+    The list is empty if a face has no grid.
+    """
     result: list[SideMesh] = []
     for number, face in enumerate(BOX_PARTS.values()):
-        mine = np.flatnonzero(mesh.part == number)
+        panels = np.flatnonzero(mesh.part == number)
         first = len(result)
         for axis in face_axes(*face):
-            lines = np.unique(mesh.corners[mine, :, axis])
+            lines = np.unique(mesh.corners[panels, :, axis])
             breaks = (lines - box.lower[axis]) / (box.upper - box.lower)[axis]
             result.append(
-                SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[mine[0]]), TOLERANCE)
+                SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[panels[0]]), TOLERANCE)
             )
-        if len(result[first].order) * len(result[first + 1].order) != len(mine):
+        if len(result[first].order) * len(result[first + 1].order) != len(panels):
             return []
     return result
 
 
 def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
-    """The mesh of the box with these grid lines."""
+    """Return the mesh of the box with these grid lines."""
     return box_of_lines(box, [side.breaks for side in sides], [side.order for side in sides])
 
 
 @frozen
 class FaceProjection:
-    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of the
-    secondary's `partner[k]`.
+    """The `Projection` between two parallel faces.
+
+    Side k of the primary has the axis of the secondary's `partner[k]`.
 
     Attributes
     ----------
     start, size : two (2,) arrays each
-        Where the axes of the secondary and of the primary begin, the primary moved onto the
-        secondary, and their lengths.
+        Starts of the axes of the secondary and of the primary, and their lengths. The primary is
+        moved onto the secondary.
     """
 
     secondary: tuple[int, Index]
@@ -57,18 +59,18 @@ class FaceProjection:
     size: tuple[Array, Array]
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Places of a side of the secondary on the primary: side (-1 beyond it) and fraction of
-        it."""
-        other = self.partner.index(side)
+        """Return the side (-1 beyond it) and fractions on the primary of points on the
+        secondary."""
+        facing_side = self.partner.index(side)
         place = self.start[0][side] + self.size[0][side] * fractions
-        return _within(other, place, self.start[1][other], self.size[1][other])
+        return _within(facing_side, place, self.start[1][facing_side], self.size[1][facing_side])
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Places of a side of the primary on the secondary: side (-1 beyond it) and fraction of
-        it."""
-        other = self.partner[side]
+        """Return the side (-1 beyond it) and fractions on the secondary of points on the
+        primary."""
+        facing_side = self.partner[side]
         place = self.start[1][side] + self.size[1][side] * fractions
-        return _within(other, place, self.start[0][other], self.size[0][other])
+        return _within(facing_side, place, self.start[0][facing_side], self.size[0][facing_side])
 
 
 def _within(side: int, place: Array, start: float, size: float) -> tuple[Index, Array]:
@@ -82,10 +84,12 @@ def face_projection(
     primary: tuple[int, BoxSurface, str],
     direction: Array | None,
 ) -> FaceProjection | None:
-    """Of two faces, each given by the number of its body, the box, and its name; None where they do
-    not face one another."""
-    (a, one, part), (b, two, other) = secondary, primary
-    (axis, side), (across, opposite) = BOX_PARTS[part], BOX_PARTS[other]
+    """Return the projection between two faces, or None if they do not face one another.
+
+    Each face is given by the number of its body, the box, and its name.
+    """
+    (a, one, part), (b, two, facing_part) = secondary, primary
+    (axis, side), (across, opposite) = BOX_PARTS[part], BOX_PARTS[facing_part]
     own, theirs = face_axes(axis, side), face_axes(across, opposite)
     way = np.eye(3)[axis] * (2 * side - 1) if direction is None else direction
     if axis != across or side == opposite or way[axis] * (2 * side - 1) <= 0.0:
@@ -95,7 +99,7 @@ def face_projection(
     first, second = list(own), list(theirs)
     return FaceProjection(
         (a, 2 * list(BOX_PARTS).index(part) + np.arange(2)),
-        (b, 2 * list(BOX_PARTS).index(other) + np.arange(2)),
+        (b, 2 * list(BOX_PARTS).index(facing_part) + np.arange(2)),
         (own.index(theirs[0]), own.index(theirs[1])),
         (one.lower[first], moved[second]),
         ((one.upper - one.lower)[first], (two.upper - two.lower)[second]),

@@ -1,5 +1,7 @@
-"""Intersections of polygons in the plane, and quadrature on them; polygons are padded by their last
-corner."""
+"""Intersections of polygons in the plane, and quadrature on them.
+
+Polygons are padded by repeating their last corner.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 def clip(subject: Array, clipper: Array) -> Array:
-    """What convex polygons share (Sutherland and Hodgman, CACM 17, 1974).
+    """Return the intersections of convex polygons (Sutherland and Hodgman, CACM 17, 1974).
 
     Parameters
     ----------
@@ -26,7 +28,7 @@ def clip(subject: Array, clipper: Array) -> Array:
     Returns
     -------
     (n, v + w, 2) array
-        Corners of the intersections; of those without an area all in one place.
+        Corners of the intersections. All corners of an empty intersection coincide.
 
     Examples
     --------
@@ -89,8 +91,11 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
 
 
 def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
-    """The corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and slivers with
-    signs, 0 for none."""
+    """Return the corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and their
+    slivers.
+
+    The slivers have signs, 0 for none.
+    """
     found = [(lines[:, :, 0], np.ones(len(lines)))]
     for side in range(lines.shape[1]):
         sliver = lines[:, side]
@@ -102,7 +107,7 @@ def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
 
 
 def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
-    """The part of each polygon (n, v, 2) to the left of a line, (n, v + 1, 2)."""
+    """Return the part of each polygon (n, v, 2) to the left of a line, (n, v + 1, 2)."""
     n, v, _ = polygon.shape
     side = cross(along, polygon - start)
     # a corner on the line, and a line through two places that are one
@@ -122,13 +127,13 @@ def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
 
 
 def area(polygon: Array) -> Array:
-    """Of polygons (n, v, 2), (n,); positive where counter-clockwise."""
+    """Return the areas (n,) of polygons (n, v, 2), positive if counter-clockwise."""
     away = polygon - polygon[:, :1]
     return np.asarray(0.5 * cross(away[:, :-1], away[:, 1:]).sum(axis=1))
 
 
 def fan_rule(polygon: Array, points: int) -> tuple[Array, Array]:
-    """A Gauss rule on convex polygons, on each triangle of the fan about their first corner.
+    """Return a Gauss rule on convex polygons, on each triangle of the fan about their first corner.
 
     Parameters
     ----------
@@ -140,7 +145,7 @@ def fan_rule(polygon: Array, points: int) -> tuple[Array, Array]:
     -------
     x : (n, (v - 2) q², 2) array
     weight : (n, (v - 2) q²) array
-        That sum to the area.
+        Their sum is the area.
     """
     xi, w = gauss(points - 1)
     s = 0.5 * (1.0 + xi)

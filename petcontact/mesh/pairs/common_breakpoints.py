@@ -1,8 +1,7 @@
-"""Joints that two facing parts have in common: the primary takes those of the secondary, and gives
-back its corners.
+"""Common joints of two facing parts.
 
-Whatever is cut into elements along a line is a side: the sides of an outline, the two directions of
-a box's face.
+The primary takes the joints of the secondary, and gives its corners to the secondary. A side is
+whatever is cut into elements along a line: a side of an outline, or a direction of a box's face.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from ...arrays import Array, Index, Mask
 from ...geometry.same_place import distinct
 
 GROWTH = 2.5
-"""Ratio of neighbouring elements of the primary from where the secondary ends."""
+"""Ratio of neighbouring elements of the primary beyond the end of the secondary [-]."""
 
 
 @dataclass
@@ -30,7 +29,7 @@ class SideMesh:
     order : (n,) array
         Orders of its elements.
     within : float
-        Distance within which joints are one, as a fraction of the side.
+        Distance within which joints count as one, as a fraction of the side.
     """
 
     breaks: Array
@@ -39,12 +38,12 @@ class SideMesh:
 
 
 class Projection(Protocol):
-    """Which joints of the two parts of a pair face one another.
+    """Projection of joints between the two parts of a pair.
 
     Attributes
     ----------
     secondary, primary : (int, array)
-        Number of the body, and of those of its sides that belong to the part.
+        Number of the body, and numbers of its sides that belong to the part.
     """
 
     @property
@@ -53,24 +52,26 @@ class Projection(Protocol):
     def primary(self) -> tuple[int, Index]: ...
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Which of the primary's sides joints of one of the secondary's meet, -1 for none, and at
-        which fractions."""
+        """Return the primary's sides and fractions that joints of a side of the secondary meet, -1
+        for none."""
         ...
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """From which of the secondary's sides joints of one of the primary's come."""
+        """Return the secondary's sides and fractions from which joints of the primary come."""
         ...
 
 
 Imposed = dict[tuple[int, int], Array]
-"""Fractions that a side, by the numbers of body and side, has to have."""
+"""Fractions that a side must have, by the numbers of its body and of the side."""
 
 
 def match(
     meshes: list[list[SideMesh]], pairs: list[Projection], imposed: Imposed | None = None
 ) -> None:
-    """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do
-    without, and those imposed on it, go back."""
+    """Give the primaries the joints of their secondaries, in place.
+
+    Joints that a primary needs, and those imposed on it, are given to the secondary.
+    """
     imposed = {} if imposed is None else imposed
     for _ in range(4):
         before = [side for sides in meshes for side in sides]
@@ -88,20 +89,20 @@ def match(
 
 
 def joints_within(body: int, own: list[SideMesh], cut: list[SideMesh], chosen: Mask) -> Imposed:
-    """Joints that a body's sides have of their own inside the chosen elements of all sides that are
-    cut in another way."""
-    found, first = dict[tuple[int, int], Array](), 0
+    """Return a body's own joints inside the chosen elements of all its sides, which are cut
+    otherwise."""
+    kept_joints, first = dict[tuple[int, int], Array](), 0
     for side, (old, new) in enumerate(zip(own, cut, strict=True)):
-        mine = chosen[first : first + len(new.order)]
+        on_side = chosen[first : first + len(new.order)]
         first += len(new.order)
         inside = np.searchsorted(new.breaks, old.breaks[1:-1]) - 1
-        if (kept := old.breaks[1:-1][mine[inside]]).size:
-            found[body, side] = kept
-    return found
+        if (kept := old.breaks[1:-1][on_side[inside]]).size:
+            kept_joints[body, side] = kept
+    return kept_joints
 
 
 def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:
-    """Corners of the primary, and what other pairs impose on it, become joints of the secondary."""
+    """Add corners of the primary, and joints imposed on it, to the secondary."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     for k, side in enumerate(b_sides):
         needed = np.union1d([0.0, 1.0], imposed.get((b, int(side)), np.empty(0)))
@@ -118,7 +119,7 @@ def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
 
 
 def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:
-    """The joints of the secondary become those of the primary where they face one another."""
+    """Add the joints of the secondary to the primary where they face one another."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     hits = [pair.to_primary(j, meshes[a][side].breaks) for j, side in enumerate(a_sides)]
     met, fractions = (np.concatenate(values) for values in zip(*hits, strict=True))
@@ -142,8 +143,10 @@ def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
 
 
 def _filled(breaks: Array, own: Array, faced: Mask, within: float) -> Array:
-    """Stretches that nothing faces keep their own joints, graded from the size of the faced element
-    beside them."""
+    """Return joints in which intervals without an opposite side keep their own ones.
+
+    These are graded from the size of the neighbouring matched element.
+    """
     size = np.where(faced, np.diff(breaks), np.inf)
     pieces = [breaks]
     for k in np.flatnonzero(~faced):
@@ -160,8 +163,10 @@ def _filled(breaks: Array, own: Array, faced: Mask, within: float) -> Array:
 
 
 def _growing(first: float, length: float, largest: float) -> Array:
-    """Distances from an end at which elements that grow from the size `first` meet, in the nearer
-    half of `length`."""
+    """Return distances from an end to the ends of elements that grow from the size `first`.
+
+    They fill the nearer half of `length`.
+    """
     steps, size, reach = list[float](), GROWTH * first, 0.0
     while size < 0.7 * largest and reach + size < 0.5 * length:
         reach += size
@@ -171,7 +176,7 @@ def _growing(first: float, length: float, largest: float) -> Array:
 
 
 def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
-    """Elements of the primary take the order of the one that they face."""
+    """Give elements of the primary the order of the opposite element."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     for k, side in enumerate(b_sides):
         mesh = meshes[b][side]
@@ -184,7 +189,8 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
 
 
 def with_joints(side: SideMesh, needed: Array) -> SideMesh:
-    """A side with further joints; its own give way where they are close, but not its ends."""
+    """Return a side with further joints; its own ones, except its ends, give way if they are
+    close."""
     old = side.breaks
     size = np.minimum(np.append(np.diff(old), np.inf), np.insert(np.diff(old), 0, np.inf))
     around = np.concatenate([[-np.inf], np.sort(needed), [np.inf]])
@@ -196,12 +202,12 @@ def with_joints(side: SideMesh, needed: Array) -> SideMesh:
 
 
 def _recut(side: SideMesh, breaks: Array) -> SideMesh:
-    """The side with other joints, and the orders that it had there."""
+    """Return the side with other joints and its orders there."""
     return SideMesh(breaks, _orders_at(side, 0.5 * (breaks[1:] + breaks[:-1])), side.within)
 
 
 def _orders_at(side: SideMesh, middle: Array) -> Index:
-    """Orders (n,) of a side's elements at the middles of others (n,)."""
+    """Return the orders (n,) of a side's elements at given positions (n,)."""
     return np.asarray(
         side.order[np.clip(np.searchsorted(side.breaks, middle) - 1, 0, len(side.order) - 1)]
     )

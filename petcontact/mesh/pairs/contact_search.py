@@ -1,8 +1,8 @@
-"""Two parts that may touch: gap, directions, and the maps between their nodes, in any dimension.
+"""Gap, directions and maps between the nodes of two parts that may touch, in any dimension.
 
-A point x of the secondary faces the point of the primary that the line from x along the direction n
-meets (n: the secondary's outward normal, or one that is given). Action is reaction: the maps of
-values and of tractions are adjoint.
+A point x of the secondary faces the point of the primary on the line from x along n. Here n is the
+secondary's outward normal or a given direction. The maps of values and of tractions are adjoint, so
+that action equals reaction.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from .ray_casting import Faces, Segments, along
 from .sag import sag
 
 NEAR = 0.1
-"""Distance, over the size of the secondary, within which elements have to match."""
+"""Distance over the size of the secondary within which elements should match [-]."""
 CLOSE = 0.01
-"""The same, within which it matters that the secondary ends within an element."""
+"""Distance over the size of the secondary within which its end inside an element matters [-]."""
 
 
 @frozen
 class Facing:
-    """What a pair needs to know of two meshes, m nodes of the secondary and k of the primary.
+    """How two meshes face one another: m nodes of the secondary, k nodes of the primary.
 
     Attributes
     ----------
@@ -35,10 +35,10 @@ class Facing:
     normal : (m, d) array
         n, from the secondary to the primary.
     distance : (m,) array
-        To the primary along n, infinite where it is not met [length].
+        Distance to the primary along n, infinite where n does not meet it [length].
     values : (m, k) sparse array
-        V: values at the primary's nodes to values at the points that the secondary's nodes face
-        (see `mortar`).
+        V, from values at the primary's nodes to values at the points that the secondary's nodes
+        face (see `mortar`).
     loads : (k, m) sparse array
         W_B⁻¹ Vᵀ W_A, W the nodes' weights: traction at the secondary's nodes to J times it at the
         primary's nodes, J being the ratio of arc lengths, in space areas, of the secondary and the
@@ -75,15 +75,18 @@ class Facing:
 def face(
     secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, direction: Array | None
 ) -> Facing:
-    """How the nodes of a part face another part, along a direction or the secondary's normals."""
+    """Return how the nodes of a part face another part, along a direction or the secondary's
+    normals."""
     a, b = secondary.nodes_of(part), primary.nodes_of(other)
     elements, own = secondary.faces(part)
-    others, opposite = primary.faces(other)
+    opposite_elements, opposite = primary.faces(other)
     normal = np.array(along(direction, secondary.smooth_normal[a]))
     there = opposite.cast(secondary.x[a], normal)
-    segments = own.segments(opposite, secondary.order[elements], primary.order[others], direction)
+    segments = own.segments(
+        opposite, secondary.order[elements], primary.order[opposite_elements], direction
+    )
     y = opposite.at(segments.other, segments.opposite)[0]
-    values = projection(secondary, elements, primary, others, segments, y)[a][:, b]
+    values = projection(secondary, elements, primary, opposite_elements, segments, y)[a][:, b]
     # what looks past the other part carries nothing, though its element may face some of it
     met = (there.face >= 0) & (np.diff(values.indptr) > 0)
     values.data *= np.repeat(met, np.diff(values.indptr))
@@ -98,7 +101,7 @@ def face(
     near, close = segments.take(far < NEAR * size), np.unique(segments.other[far < CLOSE * size])
     measure = [
         np.asarray(np.bincount(mesh.element, mesh.measure), dtype=float)[some]
-        for mesh, some in ((secondary, elements), (primary, others))
+        for mesh, some in ((secondary, elements), (primary, opposite_elements))
     ]
     couples = _couples(near, measure[0])
     sides = [np.unique(numbers) for numbers in couples.T]
@@ -132,8 +135,7 @@ def face(
 
 
 def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array | None) -> bool:
-    """Whether some points within one of the primary's elements face the secondary, and others do
-    not."""
+    """Return whether an element of the primary faces the secondary only in part."""
     line = (np.arange(opposite.SAMPLES) + 0.5) / opposite.SAMPLES
     share = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     number = np.repeat(numbers, len(share))
@@ -144,7 +146,8 @@ def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array |
 
 
 def _couples(segments: Segments, size: Array) -> Index:
-    """Which faces of the secondary, of sizes (n,), and of the primary face one another, (k, 2)."""
+    """Return the facing pairs of faces of the secondary, of sizes (n,), and of the primary, (k,
+    2)."""
     many = int(segments.other.max(initial=0)) + 1
     couples, number = np.unique(segments.face * many + segments.other, return_inverse=True)
     couples = couples[

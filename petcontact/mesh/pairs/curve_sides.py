@@ -1,4 +1,4 @@
-"""Joints along the sides of outlines, and how they are projected from one part to another."""
+"""Joints along the sides of outlines, and their projection from one part to another."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ from .ray_casting import along
 
 @functools.singledispatch
 def as_meshed(boundary: Any, mesh: Any) -> Any:
-    """The boundary whose sides a mesh was cut from: graded meshes join sides that go on straight or
-    along one circle."""
+    """Return the boundary with the sides from which a mesh was cut.
+
+    Graded meshes join sides that continue straight or along one circle.
+    """
     return boundary
 
 
@@ -34,7 +36,7 @@ def _(boundary: Outline, mesh: CurveMesh) -> Outline:
 
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
-    """The joints of each side of a mesh of the outline."""
+    """Return the joints of each side of a mesh of the outline."""
     result, first, within = [], 0, TOLERANCE * outline.diameter
     for side in outline.sides:
         last = first + 1 + int(np.argmax((mesh.end[first:] == side.end).all(axis=1)))
@@ -46,14 +48,14 @@ def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
 
 
 def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
-    """The boundary mesh with these joints."""
+    """Return the boundary mesh with these joints."""
     return build_mesh(outline, [side.breaks for side in sides], [side.order for side in sides])
 
 
 @frozen
 class CurveProjection:
-    """The sides of two parts that face one another (see `joints.Projection`) as curves, and the
-    direction if given."""
+    """The `Projection` between the sides of two parts, with their curves and a direction, if
+    given."""
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]
@@ -62,13 +64,13 @@ class CurveProjection:
     direction: Array | None
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Along the secondary's outward normals, or the direction."""
+        """Project along the secondary's outward normals, or along the direction."""
         x, normal = self.own.at(np.full(len(fractions), side), fractions)
         hits = self.other.cast(x, along(self.direction, normal))
         return hits.face, hits.place
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """By perpendiculars, or against the direction."""
+        """Project by perpendiculars, or against the direction."""
         x, normal = self.other.at(np.full(len(fractions), side), fractions)
         hits = self.own.comes_from(x, normal, self.direction)
         return hits.face, hits.place
@@ -77,22 +79,25 @@ class CurveProjection:
 def curve_projection(
     secondary: tuple[int, Outline, str], primary: tuple[int, Outline, str], direction: Array | None
 ) -> CurveProjection:
-    """Of two parts, each given by the number of its body, the outline, and its name."""
+    """Return the projection between two parts.
+
+    Each part is given by the number of its body, the outline, and its name.
+    """
     numbers = [
         np.array([k for k, side in enumerate(outline.sides) if side.part == part])
         for _, outline, part in (secondary, primary)
     ]
-    own, other = (
+    own, opposite = (
         sides_of(outline, chosen)
         for (_, outline, _), chosen in zip((secondary, primary), numbers, strict=True)
     )
     return CurveProjection(
-        (secondary[0], numbers[0]), (primary[0], numbers[1]), own, other, direction
+        (secondary[0], numbers[0]), (primary[0], numbers[1]), own, opposite, direction
     )
 
 
 def sides_of(outline: Outline, numbers: Index) -> Curves:
-    """Some sides of an outline."""
+    """Return some sides of an outline as curves."""
     sides = [outline.sides[k] for k in numbers]
     return Curves(
         np.array([s.start for s in sides]),

@@ -1,5 +1,4 @@
-"""Where rays and perpendiculars from points meet straight sides and arcs, and the segments that
-face one another."""
+"""Intersections of rays and perpendiculars with straight sides and arcs, and facing segments."""
 
 from __future__ import annotations
 
@@ -16,10 +15,10 @@ from ..basis import gauss
 from .ray_casting import TOGETHER, Faces, Hits, Segments, along
 
 FEW, BLOCK = 512, 64
-"""Curves from which on those that points may meet are sorted out first, for so many points at a
-time."""
+"""Number of curves from which those that points may meet are selected first (`FEW`), and number of
+points for which this is done at once (`BLOCK`)."""
 MARGIN = 1.0 + 1e-6
-"""Of lengths by which that is done."""
+"""Factor on the lengths of this selection, against round-off."""
 
 
 @frozen
@@ -40,7 +39,7 @@ class Curves(Faces):
     SAMPLES: ClassVar[int] = 17
 
     def at(self, number: Index, fraction: Array) -> tuple[Array, Array]:
-        """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some
+        """Return points (k, 2) and outward normals (k, 2) at fractions of the arc length of
         curves."""
         start, end, bend = self.start[number], self.end[number], self.curvature[number]
         return on_arcs(
@@ -77,7 +76,7 @@ class Curves(Faces):
     def _nearest(
         self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array
     ) -> Hits:
-        """Of all meetings within the curves the one with the smallest distance, either way."""
+        """Return the meeting within the curves with the smallest distance in either direction."""
         face, place, far = np.full(len(x), -1), np.zeros(len(x)), np.full(len(x), np.inf)
         for k, number, distance, fraction in self._met(meet, x, vector):
             if not len(number):
@@ -95,33 +94,38 @@ class Curves(Faces):
     def _met(
         self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array
     ) -> Iterator[tuple[int, Index, Array, Array]]:
-        """For some points after others: the number of the first, curves (n,) that they may meet,
-        increasing, and distances and fractions (m, n)."""
+        """Yield for blocks of points: the number of the first point, the curves (n,) that they may
+        meet, and distances and fractions (m, n).
+
+        The numbers of curves increase.
+        """
         every = np.arange(len(self))
         step = max(1, TOGETHER // max(1, len(self))) if len(self) <= FEW else BLOCK
         for k in range(0, len(x), step):
-            here, along = x[k : k + step], vector[k : k + step]
+            points, along = x[k : k + step], vector[k : k + step]
             number = (
-                every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](here, along, self))
+                every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](points, along, self))
             )
             yield (
                 k,
                 number,
                 *meet(
-                    here,
+                    points,
                     along,
                     Curves(self.start[number], self.end[number], self.curvature[number]),
                 ),
             )
 
     def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where points x with outward normals (m, 2) are faced: the nearest foot of a
-        perpendicular, or against a direction. The distance is along the curve's normal, or the
-        direction."""
+        """Return the points of the curves that face given points x with outward normals (m, 2).
+
+        They are the nearest feet of perpendiculars, or lie against a direction. The distance is
+        along the curve's normal, or along the direction.
+        """
         if direction is None:
             return self._nearest(_feet, x, normal)
         hits = self.cast(x, -along(direction, normal))
-        # what looks away is met through the body
+        # faces that look away would be met through the body
         seen = normal @ direction < 0.0
         return Hits(
             np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf)
@@ -130,7 +134,7 @@ class Curves(Faces):
     def segments(
         self, other: Curves, order: Index, opposite: Index, direction: Array | None
     ) -> Segments:
-        """See `Faces.segments`: each curve is cut where one of the others begins or ends."""
+        """See `Faces.segments`: each curve is cut where an opposite one begins or ends."""
         number, low, high = self._cut(other, direction)
         middle = self.at(number, 0.5 * (low + high))
         met = other.cast(middle[0], along(direction, middle[1])).face
@@ -140,11 +144,11 @@ class Curves(Faces):
         size = arc_lengths(chord, half_angles(chord, self.curvature))
         parts = []
         for points in np.unique(count).tolist():
-            mine = np.flatnonzero(count == points)
+            pieces = np.flatnonzero(count == points)
             xi, weight = gauss(points - 1)
-            width = (high - low)[mine, None]
-            place = (low[mine, None] + 0.5 * (1.0 + xi) * width).ravel()
-            face = np.repeat(number[mine], points)
+            width = (high - low)[pieces, None]
+            place = (low[pieces, None] + 0.5 * (1.0 + xi) * width).ravel()
+            face = np.repeat(number[pieces], points)
             x, normal = self.at(face, place)
             hits = other.cast(x, along(direction, normal))
             facing = (hits.face >= 0) & (
@@ -155,13 +159,17 @@ class Curves(Faces):
         return Segments.joined(parts)
 
     def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
-        """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions
-        (k,) at either end."""
+        """Return pieces of these curves between the points that face ends of the opposite curves.
+
+        A piece has the number (k,) of its curve and the fractions (k,) at both ends.
+        """
         x, normal = other.at(*other.rims()[:2])
         numbers, fractions = ([part] for part in self.rims()[:2])
         away = along(direction, normal)
-        found = self._met(_feet, x, away) if direction is None else self._met(_crossings, x, -away)
-        for _, number, _, fraction in found:
+        meetings = (
+            self._met(_feet, x, away) if direction is None else self._met(_crossings, x, -away)
+        )
+        for _, number, _, fraction in meetings:
             inside = (fraction > WRITTEN) & (fraction < 1.0 - WRITTEN)
             numbers.append(number[np.nonzero(inside)[1]])
             fractions.append(fraction[inside])
@@ -175,8 +183,11 @@ class Curves(Faces):
 
 
 def _crossings(x: Array, direction: Array, curves: Curves) -> tuple[Array, Array]:
-    """Distances and fractions (m, n) where lines meet curves whose normals point against them, else
-    not a number."""
+    """Return distances and fractions (m, n) at which lines meet curves whose normals point against
+    them.
+
+    They are NaN elsewhere.
+    """
     chord = curves.end - curves.start
     away = curves.start[None] - x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -209,7 +220,7 @@ def _cast_on_arcs(x: Array, direction: Array, curves: Curves, bent: Index) -> tu
 
 
 def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
-    """Fractions of points given by their offsets (m, k, 2) from the centres."""
+    """Return the fractions of points with given offsets (m, k, 2) from the centres."""
     first = (curves.start - curves.centre)[bent]
     size = np.hypot(*(curves.end - curves.start)[bent].T)
     whole = 2.0 * half_angles(size, curves.curvature[bent])
@@ -221,8 +232,11 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
 
 
 def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
-    """Distances along the curves' normals and fractions (m, n) of the feet of perpendiculars from
-    points that face them."""
+    """Return distances and fractions (m, n) of the feet of perpendiculars from points that face the
+    curves.
+
+    The distances are along the curves' normals.
+    """
     chord = curves.end - curves.start
     length = np.hypot(*chord.T)
     away = x[:, None] - curves.start[None]
@@ -240,7 +254,7 @@ def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
 
 
 def _on_lines(x: Array, direction: Array, curves: Curves) -> Mask:
-    """Which curves (n,) lines through points may cross; few others."""
+    """Return the curves (n,) that lines through points may cross, with few others."""
     centre, middle, size = _around(x, curves)
     direction = direction / np.hypot(*direction.T)[:, None]
     mean = direction.mean(axis=0)
@@ -253,21 +267,23 @@ def _on_lines(x: Array, direction: Array, curves: Curves) -> Mask:
     )
 
 
-def _beside(x: Array, normal: Array, curves: Curves) -> Mask:
-    """Which curves (n,) perpendiculars from points may stand on: arcs, and straight ones beside
-    which points are."""
+def _under_feet(x: Array, normal: Array, curves: Curves) -> Mask:
+    """Return the curves (n,) on which perpendiculars from points may stand.
+
+    They are all arcs, and straight curves whose extent the points overlap.
+    """
     centre, middle, size = _around(x, curves)
     chord, offset = curves.end - curves.start, centre[0] - middle
     length = np.hypot(*chord.T)
-    beside = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= MARGIN * length * (
-        centre[1] + size
-    )
-    return np.asarray(beside | (curves.curvature != 0.0))
+    overlaps = np.abs(
+        offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]
+    ) <= MARGIN * length * (centre[1] + size)
+    return np.asarray(overlaps | (curves.curvature != 0.0))
 
 
 def _around(x: Array, curves: Curves) -> tuple[tuple[Array, float], Array, Array]:
-    """Centre and radius of some points; middles of chords (n, 2), and lengths (n,) within which
-    curves are around these."""
+    """Return bounding circles: the centre and radius of points, and the centres (n, 2) and radii
+    (n,) of curves."""
     centre, chord = x.mean(axis=0), curves.end - curves.start
     length = np.hypot(*chord.T)
     size = arc_lengths(length, half_angles(length, curves.curvature))
@@ -278,6 +294,6 @@ MAY_MEET: dict[
     Callable[[Array, Array, Curves], tuple[Array, Array]], Callable[[Array, Array, Curves], Mask]
 ] = {
     _crossings: _on_lines,
-    _feet: _beside,
+    _feet: _under_feet,
 }
-"""What may be met, by how."""
+"""Function that selects curves, for each function that meets them."""

@@ -1,4 +1,4 @@
-"""Meshes of several bodies whose elements match where parts face one another, by the kind of their
+"""Meshes of several bodies whose elements match on facing parts, by the kind of their
 boundaries."""
 
 from __future__ import annotations
@@ -24,14 +24,16 @@ KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., An
     TwistedMeridian: (side_meshes, mesh_of_sides, curve_projection),
     BoxSurface: (grid_lines, mesh_of_lines, face_projection),
 }
-"""Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep
-their elements."""
+"""Functions for the joints of a mesh, the mesh with given joints, and the projection of a pair.
+Other boundaries keep their elements."""
 
 
 @frozen
 class PairParts:
-    """Two parts that face one another, (body, part) each, and the direction if it is given; or of
-    which one is the other of the same body moved along."""
+    """Two parts that face one another, (body, part) each, and their direction, if it is given.
+
+    In a periodic pair one part is the other part of the same body, translated.
+    """
 
     secondary: tuple[int, str]
     primary: tuple[int, str]
@@ -45,16 +47,15 @@ def matched(
     pairs: Sequence[PairParts],
     too_long: Callable[[BoundaryMesh], Mask] | None = None,
 ) -> list[BoundaryMesh]:
-    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut
-    anew.
+    """Return the meshes with matching joints, if the boundaries can be cut again.
 
-    A primary keeps its own joints, and gives them to the secondary, where that leaves it elements
-    that are `too_long`: a thin ring on a massive core.
+    A primary takes the joints of the secondary. If its elements would be `too_long`, it keeps its
+    own joints and gives them to the secondary. An example is a thin ring on a massive core.
 
     Raises
     ------
     InputError
-        If periodic parts are not one the other moved along.
+        If periodic parts are not translations of one another.
     """
     boundaries = [
         as_meshed(boundary, mesh) for boundary, mesh in zip(boundaries, meshes, strict=True)
@@ -74,10 +75,10 @@ def matched(
             for kind, boundary, sides, mesh in zip(kinds, boundaries, own, meshes, strict=True)
         ]
 
-    found = agreed({})
+    agreeing = agreed({})
     primaries = {projection.primary[0] for projection in projections}
-    imposed = _kept(boundaries, found, joints, primaries, too_long) if too_long else {}
-    return agreed(imposed) if imposed else found
+    imposed = _kept(boundaries, agreeing, joints, primaries, too_long) if too_long else {}
+    return agreed(imposed) if imposed else agreeing
 
 
 def _kept(
@@ -87,7 +88,7 @@ def _kept(
     primaries: set[int],
     too_long: Callable[[BoundaryMesh], Mask],
 ) -> Imposed:
-    """Joints of their own that primaries need where their elements are too long."""
+    """Return the own joints that primaries need where their elements would be too long."""
     imposed: Imposed = {}
     for b in primaries:
         if isinstance(mesh := meshes[b], CurveMesh) and (over := too_long(mesh)).any():
@@ -98,15 +99,17 @@ def _kept(
 def _projections(
     boundaries: Sequence[Boundary], joints: Sequence[Any], pairs: Sequence[PairParts]
 ) -> list[Any]:
-    """Of the pairs whose two sides can be cut anew."""
-    kinds, found = [KINDS.get(type(boundary)) for boundary in boundaries], []
+    """Return the projections of the pairs both of whose sides can be cut again."""
+    kinds, projections = [KINDS.get(type(boundary)) for boundary in boundaries], []
     for pair in pairs:
-        (a, part), (b, other) = pair.secondary, pair.primary
+        (a, part), (b, partner) = pair.secondary, pair.primary
         kind = kinds[a]
         if pair.periodic:
-            found.append(translated_sides(a, as_outline(boundaries[a], "periodic"), part, other))
-        elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
-            found.append(
-                kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction)
+            projections.append(
+                translated_sides(a, as_outline(boundaries[a], "periodic"), part, partner)
             )
-    return [projection for projection in found if projection is not None]
+        elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
+            projections.append(
+                kind[2]((a, boundaries[a], part), (b, boundaries[b], partner), pair.direction)
+            )
+    return [projection for projection in projections if projection is not None]

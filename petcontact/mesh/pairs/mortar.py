@@ -1,11 +1,10 @@
-"""The mortar projection: displacement of the primary as polynomials of the secondary's elements, in
-any dimension.
+"""The mortar projection of the primary's displacement onto the secondary's polynomials.
 
-On each element of the secondary, u_B at the points that are faced is projected in L2, segment by
-segment, onto the element's polynomials: V = M_A⁻¹ C with M_A = ∫ L_A L_A and C = ∫ L_A L_B
-(Bernardi, Maday and Patera, 1994; Puso and Laursen, CMAME 193, 2004). V keeps constants and
-positions across the direction; the transpose, weighted, therefore hands on force and moment of the
-normal tractions exactly.
+It works in any dimension. On each element of the secondary, u_B at the opposite points is projected
+in L2 onto the element's polynomials, segment by segment. V = M_A⁻¹ C with M_A = ∫ L_A L_A and C = ∫
+L_A L_B (Bernardi, Maday and Patera, 1994; Puso and Laursen, CMAME 193, 2004). V is exact for
+constants and for positions across the direction. Therefore its weighted transpose transmits force
+and moment of the normal tractions exactly.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from .ray_casting import Segments
 from .sag import SMOOTH
 
 LARGEST = 1.0
-"""Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees
-stays where it is."""
+"""Largest change of an entry of V, over the sum of all, that moves the centre of a node's values
+[-]. With a larger one the centre is not moved."""
 
 
 def projection(
@@ -34,8 +33,9 @@ def projection(
     segments: Segments,
     y: Array,
 ) -> scipy.sparse.csr_array:
-    """V, (n_A, n_B): values at the nodes of the primary to values at those of the secondary that
-    face it, else no entries.
+    """Return V, (n_A, n_B), from values at the primary's nodes to values at the secondary's.
+
+    Nodes of the secondary that face nothing have no entries.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def projection(
         Numbers of the elements that the faces of `segments` are.
     segments : Segments
     y : (q, d) array
-        Points that are faced [length].
+        Opposite points [length].
     """
     order = np.argsort(segments.face, kind="stable")
     element = elements[segments.face[order]]
@@ -64,7 +64,7 @@ def projection(
         if len(start)
         else np.zeros(0, dtype=bool)
     )
-    # elements alike are projected at once, those that face something in part one by one
+    # equal elements are projected together, those that face something only in part one by one
     signed = np.minimum.reduceat(weight, start) < 0.0 if len(start) else whole
     alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
     rows, columns, entries = (
@@ -78,7 +78,7 @@ def projection(
         node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
         factor = root[place][:, :, None] * basis[place][:, :, :p]
         if negative:
-            found = np.stack(
+            inverse = np.stack(
                 [
                     _signed(
                         inside,
@@ -92,12 +92,12 @@ def projection(
             )
         else:
             trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
-            found = trial @ np.linalg.pinv(factor @ trial)
-        found *= root[place][:, None, :]
-        kept = found.any(axis=(1, 2))
-        rows.append(np.broadcast_to(node[kept, :, None], found[kept].shape).ravel())
-        columns.append(np.broadcast_to(place[kept, None], found[kept].shape).ravel())
-        entries.append(found[kept].ravel())
+            inverse = trial @ np.linalg.pinv(factor @ trial)
+        inverse *= root[place][:, None, :]
+        kept = inverse.any(axis=(1, 2))
+        rows.append(np.broadcast_to(node[kept, :, None], inverse[kept].shape).ravel())
+        columns.append(np.broadcast_to(place[kept, None], inverse[kept].shape).ravel())
+        entries.append(inverse[kept].ravel())
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
     project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
     seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
@@ -105,13 +105,15 @@ def projection(
 
 
 def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
-    """The inverse (p, q) of a factor (q, p) in least squares with signs (q,), of the first trial
-    functions (p, r) that they determine; zero where nothing is: what lies beside the other side,
-    but for slivers that cancel."""
+    """Return the least-squares inverse (p, q) of a factor (q, p) with signs (q,).
+
+    It is taken on the first trial functions (p, r) that the factor determines. It is zero if none
+    is: then the element lies next to the opposite side, except for slivers that cancel.
+    """
     for trial in trials:
         along, size, across = np.linalg.svd(factor @ trial, full_matrices=False)
-        known = size > SOLVED * size[0]
-        along, across = along[:, known], across[known].T / size[known]
+        determined = size > SOLVED * size[0]
+        along, across = along[:, determined], across[determined].T / size[determined]
         gram = along.T @ (sign[:, None] * along)
         # polynomials that pieces determine worse are left out
         if np.linalg.eigvalsh(gram)[0] >= 0.02:
@@ -120,10 +122,11 @@ def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
 
 
 def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.sparse.csr_array:
-    """Nodal values of the primary to values at points x (q, d) of its elements, (q, n).
+    """Return the matrix (q, n) from nodal values of the primary to values at points x (q, d) of its
+    elements.
 
-    Constant elements are given the slopes that their neighbours suggest, so that they, too, know
-    linear functions; their means stay what they are.
+    Constant elements get slopes from their neighbours, so that they reproduce linear functions.
+    Their means do not change.
     """
     values = mesh.basis_at(element, place)
     constant = np.unique(element[mesh.order[element] == 0])
@@ -136,14 +139,16 @@ def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.s
 
 
 def _slopes(mesh: BoundaryMesh, nodes: Index) -> list[scipy.sparse.csr_array]:
-    """Derivatives (n, n) along the axes at some of the nodes, tangential ones, from values at their
-    nearest neighbours."""
+    """Return matrices (n, n) of the tangential derivatives along the axes at some nodes.
+
+    They use values at the nearest neighbours.
+    """
     n, d = mesh.x.shape
     same = np.flatnonzero(np.isin(mesh.node_part, mesh.node_part[nodes]))
     tree = scipy.spatial.cKDTree(mesh.x[same])
     near = same[tree.query(mesh.x[nodes], k=min(4 * d - 5, len(same)))[1].reshape(len(nodes), -1)]
     away = mesh.x[near] - mesh.x[nodes, None]
-    # neighbours round a corner are none
+    # nodes beyond a corner are no neighbours
     smooth = np.einsum("mkd,md->mk", mesh.normal[near], mesh.normal[nodes]) > SMOOTH
     tangent = mesh.tangents(nodes)
     inverse = np.linalg.pinv(
@@ -161,7 +166,7 @@ def _slopes(mesh: BoundaryMesh, nodes: Index) -> list[scipy.sparse.csr_array]:
 
 
 def _blocks(mesh: BoundaryMesh, element: Index, place: Array) -> Array:
-    """The basis (q, k) of the elements that points lie on, k being the most nodes of one."""
+    """Return the basis (q, k) of the elements at points, with k for the element with most nodes."""
     values = mesh.basis_at(element, place)
     result = np.zeros((len(element), int(np.diff(mesh.first_node).max())))
     row = np.repeat(np.arange(len(element)), np.diff(values.indptr))
@@ -170,7 +175,7 @@ def _blocks(mesh: BoundaryMesh, element: Index, place: Array) -> Array:
 
 
 def _affine(x: Array) -> Array:
-    """Nodal values (k, r) of the affine functions along an element, by its nodes (k, d)."""
+    """Return nodal values (k, r) of the affine functions along an element with nodes (k, d)."""
     away = x - x.mean(axis=0)
     along, size, _ = np.linalg.svd(away / (np.abs(away).max() or 1.0), full_matrices=False)
     return np.column_stack(
@@ -181,12 +186,10 @@ def _affine(x: Array) -> Array:
 def balanced(
     values: scipy.sparse.csr_array, x: Array, faced: Array, tangent: Array, weight: Array
 ) -> scipy.sparse.csr_array:
-    """V with the centre of the points that it takes its values from where it belongs, across the
-    direction.
+    """Return V, changed so that each node's values come from the right centre across the direction.
 
-    On curved elements, and on constant ones that face something in part, that centre lies beside
-    the line along which a node looks: the smallest change of V, by linear functions, moves it
-    there.
+    On curved elements, and on constant ones that face something only in part, this centre lies off
+    the line from the node. The smallest change of V, by linear functions, moves it there.
 
     Parameters
     ----------
@@ -197,27 +200,27 @@ def balanced(
     faced : (m, d) array
         Points that the nodes of the secondary face [length].
     tangent : (m, d-1, d) array
-        Across the directions.
+        Directions across the given ones.
     """
     off = np.einsum("mtd,md->mt", tangent, values @ x - faced)
     entries = values.data.copy()
     for i in np.flatnonzero(
         (np.abs(off).max(axis=1) > SOLVED * np.abs(x).max()) & (np.diff(values.indptr) > 0)
     ):
-        mine = slice(values.indptr[i], values.indptr[i + 1])
-        nodes = values.indices[mine]
+        row = slice(values.indptr[i], values.indptr[i + 1])
+        nodes = values.indices[row]
         share = weight[nodes] / weight[nodes].sum()
         away = (x[nodes] - share @ x[nodes]) @ tangent[i].T
         spread = away.T * share @ away
         change = share * (away @ np.linalg.lstsq(spread, -off[i], rcond=1e-10)[0])
-        # nodes that lie behind one another have no centre to move
+        # the centre of nodes that lie on one line along the direction cannot be moved
         if np.abs(change).max() < LARGEST:
-            entries[mine] += change
+            entries[row] += change
     return scipy.sparse.csr_array((entries, values.indices, values.indptr), shape=values.shape)
 
 
 def rounded(values: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
-    """V with entries that are 0 or 1 to round-off made so."""
+    """Return V with entries that are 0 or ±1 up to round-off set to these values."""
     whole = np.rint(values.data)
     values.data = np.where(
         (np.abs(values.data - whole) < SOLVED) & (np.abs(whole) <= 1.0), whole, values.data

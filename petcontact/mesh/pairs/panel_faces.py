@@ -1,4 +1,4 @@
-"""Where rays from points meet panels, flat or curved, and the polygons in which panels face one
+"""Intersections of rays with flat or curved panels, and the polygons in which panels face one
 another."""
 
 from __future__ import annotations
@@ -20,13 +20,14 @@ from .clipping import area, cross, fan_rule, shared
 from .ray_casting import TOGETHER, Faces, Hits, Segments, along
 
 BENT = 1e-2
-"""Distance over the size of a curved panel within which two lie beside one another: shadows have
-straight sides."""
+"""Distance over the size of a curved panel up to which two coincide; shadows have straight sides
+[-]."""
 PIECES, THIN = 6, 3
-"""Straight pieces of a curved side, and points of the rule on what lies between it and its chord,
-along each direction."""
+"""`PIECES` is the number of straight pieces of a curved side. `THIN` is the number of points, along
+each direction, of the rule between a side and its chord."""
 STEPS, BEYOND = 20, 0.5
-"""Newton's steps to where a line meets a curved panel, and how far they may leave it."""
+"""`STEPS` is the number of Newton's steps to a line's intersection with a curved panel. `BEYOND` is
+how far they may leave the panel, in local coordinates."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
 
 
@@ -130,7 +131,8 @@ class PanelFaces(Faces):
     def segments(
         self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
     ) -> Segments:
-        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
+        """See `Faces.segments`: opposite panels, projected onto the plane of each panel, clip
+        it."""
         found = self._clipped(other, order, opposite, direction)
         found = self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
         x, normal = self.at(found.face, found.place)
@@ -144,7 +146,7 @@ class PanelFaces(Faces):
     def _clipped(
         self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
     ) -> Segments:
-        """`segments` of panels, whatever lies between."""
+        """Return `segments` of panels, also where other panels lie between."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
         outward, against = (
@@ -186,8 +188,10 @@ class PanelFaces(Faces):
         return Segments.joined(parts)
 
     def _rim(self, pieces: int) -> Array:
-        """Points (n, 4, pieces + 1, 3) along the sides; curved ones enclose as much with their
-        chord as the curve does."""
+        """Return points (n, 4, pieces + 1, 3) along the sides.
+
+        Pieces of a curved side enclose the same area with its chord as the curve.
+        """
         start, end = (
             corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1))
         )
@@ -205,8 +209,10 @@ class PanelFaces(Faces):
     def _one_to_one(
         self, i: Index, j: Index, rim: Array, shadow: Array
     ) -> tuple[Index, Index, Array, Array]:
-        """Couples with their sides and shadows; curved panels that match face one another whole,
-        and nothing else."""
+        """Return couples with their sides and shadows.
+
+        Curved panels that match face one another completely, and no other panel.
+        """
         middle = rim.shape[2] // 2
         if middle == 0:
             return i, j, rim, shadow
@@ -220,7 +226,8 @@ class PanelFaces(Faces):
         return i[kept], j[kept], rim[kept], shadow[kept]
 
     def _degree(self, order: Index) -> Index:
-        """Total degree of the basis: of triangles the order, of quadrilaterals twice that."""
+        """Return the total degree of the basis: the order on triangles, twice that on
+        quadrilaterals."""
         return np.where(np.all(self.polygon[:, 2] == self.polygon[:, 3], axis=1), order, 2 * order)
 
     def _met(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
@@ -240,7 +247,7 @@ class PanelFaces(Faces):
         return place, distance
 
     def _pierced(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
-        """`_met` of curved panels."""
+        """Return `_met` of curved panels."""
         place, distance = np.empty((len(x), 2)), np.empty(len(x))
         arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
         _meet(
@@ -256,7 +263,7 @@ class PanelFaces(Faces):
         return place, distance
 
     def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:
-        """Own local coordinates (k, 2) and areas (k,) of points and weights in the planes of some
+        """Return local coordinates (k, 2) and areas (k,) of points and weights in the planes of
         panels' corners."""
         weight, place = weight * self.size[number] ** 2, np.array(local)
         bent = np.flatnonzero(self.bent[number])
@@ -274,8 +281,10 @@ class PanelFaces(Faces):
         return np.where(kept[:, None], place, 0.0), np.where(kept, weight, 0.0)
 
     def _near_lines(self, x: Array, direction: Array, radius: Array) -> tuple[Index, Index]:
-        """Lines through points (m, 3), thick by radii (m,), and panels that they may meet from
-        outside, (k,) and (k,)."""
+        """Return pairs of lines and panels that may meet from outside, (k,) and (k,).
+
+        The lines pass through points (m, 3) and have a thickness, with radii (m,).
+        """
         found = [(np.empty(0, dtype=np.int64),) * 2]
         step = max(1, TOGETHER // max(1, len(self)))
         middle = self.centre.mean(axis=0)
@@ -335,7 +344,8 @@ class PanelFaces(Faces):
     def _nearest_only(
         self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None
     ) -> Segments:
-        """Without the points that lie behind other panels of the part, seen from the panel."""
+        """Return the segments without points behind other panels of the part, seen from the
+        panel."""
         x, y = self.at(found.face, found.place)[0], other.at(found.other, found.opposite)[0]
         distance = np.linalg.norm(y - x, axis=1)
         own = area(self.outline) * self.size**2
@@ -361,5 +371,5 @@ class PanelFaces(Faces):
 
 
 def _four(polygon: Array) -> Array:
-    """Corners (n, 4, 2), the last one of triangles twice."""
+    """Return corners (n, 4, 2), the last one of triangles twice."""
     return np.pad(polygon, ((0, 0), (0, 4 - polygon.shape[1]), (0, 0)), mode="edge")

@@ -1,5 +1,4 @@
-"""Sides of one outline of which one is the other moved along: their joints, and which nodes belong
-together."""
+"""Sides of one outline that are translations of one another: their joints and their nodes."""
 
 from __future__ import annotations
 
@@ -15,14 +14,16 @@ from ..boundary_mesh import BoundaryMesh
 
 @frozen
 class TranslatedSides:
-    """A `Projection` from the sides of a part to those of its partner, which the body lies on the
-    other side of."""
+    """The `Projection` from the sides of a part to those of its partner.
+
+    The body lies on opposite sides of the two.
+    """
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Sides and fractions are counted from the other end."""
+        """Return sides and fractions, counted from the opposite end."""
         count = len(self.secondary[1])
         return np.full(len(fractions), count - 1 - side), 1.0 - np.asarray(fractions)
 
@@ -30,12 +31,12 @@ class TranslatedSides:
 
 
 def translated_sides(number: int, outline: Outline, part: str, partner: str) -> TranslatedSides:
-    """The sides of a part of a body and of its partner.
+    """Return the projection from a part of a body to its partner.
 
     Raises
     ------
     InputError
-        If one is not the other moved along.
+        If one is not a translation of the other.
     """
     own, other = (
         [k for k, side in enumerate(outline.sides) if side.part == name] for name in (part, partner)
@@ -57,8 +58,10 @@ def translated_sides(number: int, outline: Outline, part: str, partner: str) -> 
 
 
 def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
-    """The nodes of the partner in the order of those of the part, which the same elements carry
-    from the other end."""
+    """Return the partner's nodes in the order of the part's nodes.
+
+    The partner has the same elements, in reverse order.
+    """
     own, other = mesh.nodes_of(part), mesh.nodes_of(partner)
     order = np.argsort(mesh.variables(own)["s"]), np.argsort(-mesh.variables(other)["s"])
     result = np.empty_like(own)

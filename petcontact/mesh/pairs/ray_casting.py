@@ -1,5 +1,5 @@
-"""Where rays from points meet the faces of a part, and segments: what curves and panels have in
-common."""
+"""Intersections of rays with the faces of a part, and segments in which two parts face one
+another."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from ...frozen import frozen
 from ...round_off import WRITTEN
 
 TOGETHER = 1 << 18
-"""Pairs of a point and a face that are looked at together."""
+"""Number of pairs of a point and a face that are examined at once."""
 
 
 def along(direction: Array | None, normal: Array) -> Array:
-    """The direction at points with outward normals (m, d): these, or the one that is given."""
+    """Return the directions at points with outward normals (m, d): the normals, or the given
+    one."""
     return (
         normal
         if direction is None
@@ -28,16 +29,16 @@ def along(direction: Array | None, normal: Array) -> Array:
 
 @frozen
 class Hits:
-    """Where m points meet the faces of a part.
+    """Intersections of lines through m points with the faces of a part.
 
     Attributes
     ----------
     face : (m,) array
-        Number of the face, -1 where none is met.
+        Number of the face, -1 for none.
     place : (m,) or (m, 2) array
         Fraction of the arc length of a curve, or local coordinates of a panel.
     distance : (m,) array
-        Along the direction, negative behind the point; infinite where none is met [length].
+        Distance along the direction, negative behind the point, infinite for none [length].
     """
 
     face: Index
@@ -47,17 +48,18 @@ class Hits:
 
 @frozen
 class Segments:
-    """Quadrature points on a part where it faces another one; each segment lies on one face of
-    either.
+    """Quadrature points on a part where it faces another one.
+
+    A segment lies on one face of each part.
 
     Attributes
     ----------
     face, other : (q,) arrays
-        Numbers of the face that a point lies on, and of the one of the other part that it faces.
+        Number of the face with the point, and of the opposite face.
     place, opposite : (q,) or (q, 2) arrays
-        Places of the point, and of the one that is faced, as in `Hits`.
+        Positions of the point and of the opposite point, as in `Hits`.
     weight : (q,) array
-        On the part that faces the other [length, in space area].
+        Weight on the first part [length, in space area].
     """
 
     face: Index
@@ -67,12 +69,12 @@ class Segments:
     weight: Array
 
     def take(self, chosen: Mask) -> Segments:
-        """The points with these numbers."""
+        """Return the points with these numbers."""
         return Segments(*(getattr(self, key)[chosen] for key in Segments.__annotations__))
 
     @staticmethod
     def joined(parts: list[Segments]) -> Segments:
-        """All points of some lists, at least one."""
+        """Return all points of the given lists, of which there is at least one."""
         return Segments(
             *(
                 np.concatenate([getattr(part, key) for part in parts])
@@ -82,45 +84,47 @@ class Segments:
 
 
 class Faces(ABC):
-    """Curves or panels of a part that points of another one face, with the body behind them."""
+    """Curves or panels of a part that points of another part face, with the body behind them."""
 
     @abstractmethod
     def __len__(self) -> int: ...
 
     @abstractmethod
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
-        """Points (k, d) and outward normals (k, d) at places of some faces."""
+        """Return points (k, d) and outward normals (k, d) at positions on faces."""
 
     SAMPLES: ClassVar[int]
-    """Points along each direction at which a face is looked at between its nodes."""
+    """Points along each direction of a face at which it is examined between its nodes."""
 
     @abstractmethod
     def spread(self, number: Index, share: Array) -> Array:
-        """Places, as in `Hits`, of some faces (k,) at shares (k, d-1) of their directions, from 0
-        to 1 of each."""
+        """Return positions, as in `Hits`, on faces (k,) at shares (k, d-1) from 0 to 1 of their
+        directions."""
 
     @abstractmethod
     def rims(self) -> tuple[Index, Array, Array]:
-        """Numbers of the faces and places where the sides of panels begin and end; the ends of
-        curves, twice."""
+        """Return the numbers of faces, and the positions at which their sides begin and end.
+
+        Curves have their ends, twice each.
+        """
 
     @abstractmethod
     def segments(
         self, other: Any, order: Index, opposite: Index, direction: Array | None
     ) -> Segments:
-        """Where these faces, of orders (n,), face those of another part of the same kind, of orders
+        """Return where these faces, of orders (n,), face those of another part, of orders
         `opposite`.
 
-        Along the outward normals, or a direction; products of the two polynomials are integrated
-        exactly where the faces are straight or flat.
+        Both parts are of one kind. They are seen along the outward normals, or along a direction.
+        Products of the two polynomials are integrated exactly if the faces are straight or flat.
         """
 
     def cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting of the lines x + t·direction with faces whose outward normal points
-        against it.
+        """Return the nearest intersection of lines x + t·direction with faces whose normals point
+        against them.
 
-        It lies behind a point only where the body overlaps it: the far side of a body is no face
-        that meets it.
+        An intersection behind a point counts only if the body overlaps the point there, and not on
+        the far side of a body.
 
         Parameters
         ----------
@@ -140,8 +144,10 @@ class Faces(ABC):
         )
 
     def beyond(self, x: Array, direction: Array, distance: Array) -> Mask:
-        """Which of the meetings at some distances (m,) lie behind a point and beyond another face,
-        which looks its way."""
+        """Return which intersections at distances (m,) lie behind a point and beyond another face.
+
+        That face looks towards the point.
+        """
         result = distance < 0.0
         behind = np.flatnonzero(result)
         half = 0.5 * distance[behind, None] * direction[behind]
@@ -150,9 +156,12 @@ class Faces(ABC):
         return result
 
     def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:
-        """Which of some faces are turned along a direction somewhere, or nearly so, and are smaller
-        than some depth: of a line that meets one twice, outward and inward, or touches it, only one
-        meeting is found."""
+        """Return which faces turn along a direction somewhere, or nearly, and are smaller than a
+        depth.
+
+        A line that enters and leaves such a face, or touches it, has only one recorded
+        intersection.
+        """
         d = direction.shape[1]
         corners = np.array(list(itertools.product((0.0, 1.0), repeat=d - 1)))
         place = self.spread(np.repeat(number, len(corners)), np.tile(corners, (len(number), 1)))
@@ -165,4 +174,4 @@ class Faces(ABC):
 
     @abstractmethod
     def _cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting, wherever it is."""
+        """Return the nearest intersection in either direction."""

@@ -1,4 +1,4 @@
-"""How far straight elements and flat panels stay below the curved faces that they stand for."""
+"""Height of curved faces above the straight elements and flat panels that stand for them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,14 @@ from ...round_off import SINGLE
 from .ray_casting import Faces
 
 SMOOTH = 0.5
-"""Least cosine between the normals of neighbours on one curved face; beyond that they meet in an
-edge."""
+"""Least cosine between the normals of neighbours on one curved face; a smaller one is an edge."""
 
 
 def sag(faces: Faces) -> Array:
-    """h²/(8R) = hθ/8 of each face, (n,), θ being the largest angle to a neighbour of about the
-    length h [length].
+    """Return h²/(8R) = hθ/8 of each face, (n,) [length].
 
-    Elements that follow the curve meet their neighbours smoothly: of these it is 0. Neighbours are
-    found where whole sides coincide.
+    θ is the largest angle to a neighbour of about the length h. For elements that follow the curve
+    it is 0, since neighbours meet smoothly. Neighbours are recognised by coinciding sides.
 
     Examples
     --------
@@ -32,8 +30,8 @@ def sag(faces: Faces) -> Array:
     0.00308
     """
     number, start, end = faces.rims()
-    place = 0.5 * (start + end)
-    x, normal = faces.at(number, place)
+    middle = 0.5 * (start + end)
+    x, normal = faces.at(number, middle)
     count = np.bincount(number, minlength=len(faces))
     centre = np.column_stack([np.bincount(number, column, len(faces)) / count for column in x.T])
     reach = np.linalg.norm(x - centre[number], axis=1)
@@ -47,7 +45,7 @@ def sag(faces: Faces) -> Array:
     height = np.where(
         smooth, (reach[i] + reach[j]) * np.arccos(np.clip(cosine, -1.0, 1.0)) / 8.0, 0.0
     )
-    # the arc cosine knows small angles to 1e-8 only
+    # the arc cosine has an error of 1e-8 at small angles
     height[cosine > 1.0 - 1e-14] = 0.0
     result = np.zeros(len(faces))
     for side in (i, j):
