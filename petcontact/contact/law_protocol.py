@@ -1,4 +1,4 @@
-"""What a contact law is: v and σ on Γ_C satisfy a projection equation like (2.9).
+"""Contact laws: v and σ on Γ_C satisfy a projection equation like (2.9).
 
 A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ > 0. Write your own with
 the members of `ContactLaw` and give it to any contact method; those of `LimitedLaw` and `bound_at`
@@ -126,8 +126,8 @@ def friction_bound(law: ContactLaw, sigma: Array) -> Array:
 
 
 def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) -> Array:
-    """R_ρ(v, σ) = σ + Π(ρv - σ) [stress], (m, k), equation (2.10): zero exactly where the law
-    holds.
+    """Return R_ρ(v, σ) = σ + Π(ρv - σ) [stress], (m, k), equation (2.10): zero exactly where the
+    law holds.
 
     Parameters
     ----------
@@ -171,8 +171,8 @@ limits relative to max|σ|."""
 
 
 def bound_excess(law: ContactLaw, sigma: Array) -> float:
-    """How far σ (m, k) lies outside of what the law allows whatever the displacement, relative to
-    the bound of each node.
+    """Return how far σ (m, k) exceeds the limits of the law, relative to the bound of each node
+    [-].
 
     The bound is |Π(-σ)_t|, the σ_t that is allowed beside σ_n; what is outside along the normal is
     relative to max|σ|.

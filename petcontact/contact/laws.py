@@ -18,9 +18,9 @@ _RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
 _COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
 STEEP = 1e3
-"""Coefficient of friction in the place of none where contact may open with a friction bound: at the
-edge of contact the shear is anything up to it. A bound that falls to 0 at once leaves problems
-without a solution; a thousandth of it is the pressure that reaches it."""
+"""Coefficient of friction that replaces an infinite one where unilateral contact has a friction
+bound. At the edge of contact the shear could be anything up to the bound. A bound that falls to 0
+at once leaves problems without a solution; here a thousandth of it as pressure reaches it."""
 
 
 @frozen
@@ -53,11 +53,11 @@ class Tresca:
         return (slice(0, self.k),)
 
     def project(self, tau: Array) -> Array:
-        """Projection [τ]_g on the ball of radius g, (m, k) [stress]."""
+        """Return the projection [τ]_g on the ball of radius g, (m, k) [stress]."""
         return project_ball(tau, self.bound)
 
     def linearise(self, tau: Array) -> Array:
-        """Derivative of [τ]_g."""
+        """Return the derivative of [τ]_g."""
         return ball_derivative(tau, self.bound)[0]
 
     def linearised(self, tau: Array) -> Linearisation | None:
@@ -74,7 +74,7 @@ class Tresca:
         )
 
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
-        """σ + Π(ρv - σ), (m, k) [stress]."""
+        """Return σ + Π(ρv - σ), (m, k) [stress]."""
         tau = rho * v - sigma
         if type(self) is not Tresca or tau.shape[1] > 1:
             return np.asarray(sigma + self.project(tau))
@@ -86,12 +86,12 @@ class Tresca:
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
 
     def admissible(self) -> Admissible:
-        """The limits |σ_t| <= g."""
+        """Return the limits |σ_t| <= g."""
         none = np.full(len(self.bound), np.inf)
         return Admissible(self.bound, none, np.zeros(len(self.bound)), none, none)
 
     def bound_at(self, sigma: Array) -> Array:
-        """The bound g, (m,) [stress]."""
+        """Return the bound g, (m,) [stress]."""
         return self.bound
 
 
@@ -143,7 +143,7 @@ class SignoriniCoulomb:
         return slice(0, self.k - 1), slice(self.k - 1, self.k)
 
     def radius(self, pressure: Array) -> Array:
-        """Bound r(p) of the shear at a pressure, (m,) [stress]."""
+        """Return the bound r(p) of the shear at a pressure, (m,) [stress]."""
         limit = np.abs(pressure)
         if self._all_coulomb:
             limit *= self.coefficient
@@ -154,19 +154,19 @@ class SignoriniCoulomb:
         return np.where(self.unilateral & (pressure <= 0.0), 0.0, np.minimum(limit, self.bound))
 
     def project(self, tau: Array) -> Array:
-        """Projection Π(τ) on what the law allows, (m, k) [stress]."""
+        """Return the projection Π(τ) on the tractions that the law allows, (m, k) [stress]."""
         result = np.empty(tau.shape)
         self._fill(tau, projection=result)
         return result
 
     def linearise(self, tau: Array) -> Array:
-        """Derivative of Π: the ball's, and how its radius follows the pressure."""
+        """Return the derivative of Π: that of the ball, and that of its radius by the pressure."""
         derivative = np.empty((len(tau), self.k, self.k))
         self._fill(tau, derivative=derivative)
         return derivative
 
     def states(self, tau: Array) -> States:
-        """0 stick, 1 slip, 2 open."""
+        """Return 0 stick, 1 slip, 2 open."""
         states = np.empty(len(tau), dtype=np.int8)
         self._fill(tau, states=states)
         return states
@@ -188,7 +188,7 @@ class SignoriniCoulomb:
         )
 
     def bound_at(self, sigma: Array) -> Array:
-        """The bound r(p) of the shear, (m,) [stress]."""
+        """Return the bound r(p) of the shear, (m,) [stress]."""
         return self.radius(-sigma[:, -1])
 
     @cached_property
@@ -221,7 +221,7 @@ class SignoriniCoulomb:
         return Linearisation(tau, constant, derivative, active, stick, states)
 
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
-        """σ + Π(ρv - σ), (m, k) [stress]."""
+        """Return σ + Π(ρv - σ), (m, k) [stress]."""
         rho = np.asarray(rho, dtype=float)
         if type(self) is not SignoriniCoulomb or rho.ndim == 2:
             return np.asarray(sigma + self.project(rho * v - sigma))

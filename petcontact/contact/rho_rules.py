@@ -35,7 +35,7 @@ class Fixed:
     """The rule that leaves ρ as it is: ρ_{k+1} = ρ_k."""
 
     def update(self, rho: float, balance: float) -> float:
-        """ρ_k, unchanged."""
+        """Return ρ_k, unchanged."""
         return rho
 
 
@@ -66,7 +66,7 @@ class SelfAdaptive:
     growth: float = 0.0
 
     def update(self, rho: float, balance: float) -> float:
-        """The next ρ_{k+1} by equation (4.2)."""
+        """Return the next ρ_{k+1} by equation (4.2)."""
         self.growth = self._next_growth(rho, balance)
         if balance > (1.0 + self.tau) * rho:
             return (1.0 + self.growth) * rho  # (4.2), first line
@@ -78,7 +78,7 @@ class SelfAdaptive:
         return rho
 
     def _next_growth(self, rho: float, balance: float) -> float:
-        """s_k, and c_{k+1} counted on the way."""
+        """Return s_k, and update the count c_{k+1}."""
         tested = balance / rho if self.change_test == "ratio" else balance
         if 1.0 / (1.0 + self.tau) <= tested <= 1.0 + self.tau:
             return 0.0
@@ -116,7 +116,7 @@ class ModifiedSafeguarded(Modified):
     step: int = 0
 
     def update(self, rho: float, balance: float) -> float:
-        """(4.3), clipped to [ρ_k/(1+s_k), (1+s_k)ρ_k]."""
+        """Return ρ_{k+1} of (4.3), clipped to [ρ_k/(1+s_k), (1+s_k)ρ_k]."""
         wanted = super().update(rho, balance)
         bound = (
             self.tau

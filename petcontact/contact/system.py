@@ -195,7 +195,7 @@ class Surrogate(Protocol):
 
 
 class ContactSystem(Protocol):
-    """What a method may ask; anything that answers is solved, bodies or not.
+    """Interface between contact methods and bodies, or any other system with these members.
 
     Attributes
     ----------

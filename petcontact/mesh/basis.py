@@ -14,7 +14,7 @@ COINCIDE = 1e-7
 
 @functools.cache
 def gauss(order: int) -> tuple[Array, Array]:
-    """Collocation nodes of an element of order p and their weights on [-1, 1].
+    """Return the collocation nodes of an element of order p and their weights on [-1, 1].
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def gauss(order: int) -> tuple[Array, Array]:
 
 
 def legendre(order: int, s: Array) -> Array:
-    """Legendre polynomials P_0 ... P_p at points s, (p+1, len(s))."""
+    """Return the Legendre polynomials P_0 ... P_p at points s, (p+1, len(s))."""
     values = np.ones((order + 1, len(s)))
     if order > 0:
         values[1] = s
@@ -52,7 +52,8 @@ def legendre(order: int, s: Array) -> Array:
 
 @functools.cache
 def lagrange_coefficients(order: int) -> Array:
-    """Legendre coefficients of the Lagrange polynomials, (p+1, p+1): L_b = Σ_k c[b, k] P_k.
+    """Return the Legendre coefficients of the Lagrange polynomials, (p+1, p+1): L_b = Σ_k c[b, k]
+    P_k.
 
     c[b, k] = (2k+1)/2 ∫ L_b P_k, where the p+1 Gauss points integrate exactly (degree 2p).
     """
@@ -61,7 +62,7 @@ def lagrange_coefficients(order: int) -> Array:
 
 
 def lagrange(order: int, s: Array) -> Array:
-    """Values of the Lagrange polynomials through the Gauss points of an element.
+    """Return values of the Lagrange polynomials through the Gauss points of an element.
 
     Parameters
     ----------

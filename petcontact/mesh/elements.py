@@ -1,4 +1,4 @@
-"""Elements and targets as the kernels see them."""
+"""Elements and targets as the kernels need them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Elements:
     index: Index
 
     def take(self, chosen: Index) -> Elements:
-        """The elements with these numbers."""
+        """Return the elements with these numbers."""
         return Elements(
             self.start[chosen],
             self.end[chosen],
@@ -53,7 +53,7 @@ class Elements:
 
 @frozen
 class Targets:
-    """Points at which the potentials of elements are wanted.
+    """Points at which the potentials of elements are computed.
 
     Attributes
     ----------

@@ -24,8 +24,8 @@ _TRIANGLE_ORBITS = {
 
 @functools.cache
 def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
-    """Nodes of the square [-1, 1]² or of the triangle with corners (0, 0), (1, 0), (0, 1), and
-    exponents of its monomials.
+    """Return the nodes of the square [-1, 1]² or of the triangle with corners (0, 0), (1, 0), (0,
+    1), and exponents of its monomials.
 
     Parameters
     ----------
@@ -66,13 +66,13 @@ def reference_nodes(corners: int, order: int) -> tuple[Array, Array]:
 
 
 def monomials(points: Array, exponents: Array) -> Array:
-    """ξ^a η^b at points (..., 2), (..., k)."""
+    """Return ξ^a η^b at points (..., 2), (..., k)."""
     powers = np.stack([points**k for k in range(int(exponents.max(initial=0)) + 1)], axis=-1)
     return np.asarray(powers[..., 0, exponents[:, 0]] * powers[..., 1, exponents[:, 1]])
 
 
 def monomial_slopes(points: Array, exponents: Array) -> Array:
-    """Derivatives of ξ^a η^b by both at points (..., 2), (..., k, 2)."""
+    """Return derivatives of ξ^a η^b by both at points (..., 2), (..., k, 2)."""
     lowered = np.maximum(exponents[None] - np.eye(2, dtype=int)[:, None], 0)
     return np.stack([exponents[:, c] * monomials(points, lowered[c]) for c in range(2)], axis=-1)
 
@@ -151,7 +151,7 @@ class Panels:
         return np.pad(ends, ((0, 0), (0, 0), (0, 1)))
 
     def take(self, chosen: Index | slice) -> Panels:
-        """The panels with these numbers."""
+        """Return the panels with these numbers."""
         return Panels(
             self.corners[chosen],
             self.order,
@@ -164,11 +164,12 @@ class Panels:
         )
 
     def basis(self, local: Array) -> Array:
-        """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
+        """Return values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.transpose(0, 2, 1))
 
     def mapped(self, reference: Array) -> Array:
-        """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
+        """Return local coordinates (n, q, 2) of places (q, 2) of the reference square or
+        triangle."""
         return _mapped(self.polygon, reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:
@@ -187,21 +188,21 @@ class Panels:
         return local, np.abs(np.sum(away * self.frame[:, 2], axis=1)), inside.min(axis=1)
 
     def basis_slopes(self, local: Array) -> Array:
-        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q,
-        2)."""
+        """Return derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n,
+        q, 2)."""
         return np.asarray(
             np.einsum("nqmc,nbm->nqbc", monomial_slopes(local, self.exponents), self.coefficients)
         )
 
     def tangent_vectors(self, local: Array) -> Array:
-        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2)
-        [length]."""
+        """Return derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q,
+        2) [length]."""
         vectors = self.size[:, None, None] * self.frame[:, :2]
         return np.broadcast_to(vectors[:, None], (*local.shape[:2], 2, 3))
 
     def rule(self, points: tuple[int, int]) -> tuple[Array, Array]:
-        """A tensor Gauss rule on each panel, a triangle being a quadrilateral with two corners in
-        one.
+        """Return a tensor Gauss rule on each panel, a triangle being a quadrilateral with two
+        corners in one.
 
         Parameters
         ----------
@@ -223,7 +224,8 @@ class Panels:
 
 
 def rule_points(polygon: Array, points: tuple[int, int]) -> tuple[Array, Array]:
-    """Points (n, q, 2) and weights (n, q) of a tensor Gauss rule on polygons (n, 3 or 4, 2)."""
+    """Return points (n, q, 2) and weights (n, q) of a tensor Gauss rule on polygons (n, 3 or 4,
+    2)."""
     (xi, wx), (eta, wy) = gauss(points[0] - 1), gauss(points[1] - 1)
     s, t = (c.ravel() for c in np.meshgrid(xi, eta, indexing="ij"))
     a, b, c, d = (polygon[:, min(k, polygon.shape[1] - 1), None] for k in range(4))
@@ -289,7 +291,7 @@ def make_panels(corners: Array, order: int, index: Index) -> tuple[Panels, Array
 
 
 def _mapped(polygon: Array, nodes: Array) -> Array:
-    """Reference nodes in local coordinates, (n, k, 2): bilinear on quadrilaterals, affine on
+    """Return reference nodes in local coordinates, (n, k, 2): bilinear on quadrilaterals, affine on
     triangles."""
     return np.asarray(np.einsum("cq,ncj->nqj", linear_shapes(nodes, polygon.shape[1]), polygon))
 

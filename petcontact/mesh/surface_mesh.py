@@ -157,7 +157,7 @@ class SurfaceMesh(Collocated):
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
         """Return the variables of expressions at local coordinates (q, 2) of panels (q,)."""
-        panels = PanelFaces.of(list(self._groups.values()), element)
+        panels = PanelFaces.from_groups(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {
             **dict(zip("xyz", x.T, strict=True)),
@@ -193,7 +193,7 @@ class SurfaceMesh(Collocated):
     def faces(self, *parts: str) -> tuple[Index, PanelFaces]:
         """Return the numbers of the panels of parts, and these panels for contact search."""
         numbers = self.elements_of(*parts)
-        return numbers, PanelFaces.of(list(self._groups.values()), numbers)
+        return numbers, PanelFaces.from_groups(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Return the sparse matrix (q, n) from nodal values to values at local coordinates (q, 2)

@@ -117,7 +117,7 @@ def test_lines_meet_curved_panels_from_outside_only(corners: int) -> None:
         size=(8, len(points), 3)
     )
     curved = make_curved_panels(caps, 1, np.arange(8))[0]
-    faces, number = PanelFaces.of([curved], np.arange(8)), random.integers(0, 8, n)
+    faces, number = PanelFaces.from_groups([curved], np.arange(8)), random.integers(0, 8, n)
     share = random.random((n, 2)) * (1.0 if corners == 4 else [1.0, 0.5])
     place = faces.spread(number, share)
     y, normal = faces.at(number, place)

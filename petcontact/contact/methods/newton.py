@@ -135,7 +135,7 @@ def _first_guess(
 
 
 class _Run:
-    """One run: attempts from several sets, one history."""
+    """One run of the method: attempts from several sets, with one history."""
 
     def __init__(
         self,

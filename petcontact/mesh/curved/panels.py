@@ -108,29 +108,30 @@ class CurvedPanels(QuadraticCells):
         return CurvedPanels(self.points[chosen], self.order, self.index[chosen], found)
 
     def basis(self, local: Array) -> Array:
-        """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
+        """Return values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.T)
 
     def basis_slopes(self, local: Array) -> Array:
-        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q,
-        2)."""
+        """Return derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n,
+        q, 2)."""
         return np.asarray(
             np.swapaxes(monomial_slopes(local, self.exponents), -1, -2) @ self.coefficients.T
         ).swapaxes(-1, -2)
 
     def tangent_vectors(self, local: Array) -> Array:
-        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2)
-        [length]."""
+        """Return derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q,
+        2) [length]."""
         return self.at(local)[1]
 
     def normals(self, local: Array) -> Array:
-        """Outward unit normals (n, q, 3) at points (n, q, 2) of local coordinates."""
+        """Return outward unit normals (n, q, 3) at points (n, q, 2) of local coordinates."""
         along = self.tangent_vectors(local)
         normal = np.cross(along[:, :, 0], along[:, :, 1])
         return np.asarray(normal / np.linalg.norm(normal, axis=2, keepdims=True))
 
     def mapped(self, reference: Array) -> Array:
-        """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
+        """Return local coordinates (n, q, 2) of places (q, 2) of the reference square or
+        triangle."""
         return self.each(reference)
 
     def feet(self, x: Array) -> tuple[Array, Array, Array]:

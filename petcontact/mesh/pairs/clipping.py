@@ -13,7 +13,7 @@ from ..basis import gauss
 
 
 def cross(a: Array, b: Array) -> Array:
-    """a_1 b_2 - a_2 b_1 of vectors (..., 2)."""
+    """Return a_1 b_2 - a_2 b_1 of vectors (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
@@ -46,7 +46,7 @@ def clip(subject: Array, clipper: Array) -> Array:
 
 
 def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
-    """What quadrilaterals with curved sides share, as convex polygons with signs.
+    """Return the intersections of quadrilaterals with curved sides, as convex polygons with signs.
 
     A curved side bounds the straight quadrilateral and the sliver between them, which is added or
     taken away.

@@ -63,8 +63,9 @@ class PanelFaces(Faces):
     SAMPLES: ClassVar[int] = 3
 
     @staticmethod
-    def of(groups: Sequence[Panels | CurvedPanels], numbers: Index) -> PanelFaces:
-        """Some panels of a mesh, in the order of their numbers, from its groups of one kind."""
+    def from_groups(groups: Sequence[Panels | CurvedPanels], numbers: Index) -> PanelFaces:
+        """Return some panels of a mesh, in the order of their numbers, from its groups of one
+        kind."""
         index = np.concatenate([group.index for group in groups])
         order = np.argsort(index)
         chosen = order[np.searchsorted(index[order], numbers)]
@@ -81,7 +82,8 @@ class PanelFaces(Faces):
         return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
 
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
-        """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
+        """Return points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some
+        panels."""
         x = self.centre[number] + self.size[number, None] * np.einsum(
             "kc,kcd->kd", place, self.frame[number, :2]
         )
@@ -231,8 +233,8 @@ class PanelFaces(Faces):
         return np.where(np.all(self.polygon[:, 2] == self.polygon[:, 3], axis=1), order, 2 * order)
 
     def _met(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
-        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their
-        continuation, and distances (k,).
+        """Return the local coordinates (k, 2) where lines through points (k, 3) meet panels or
+        their continuation, and distances (k,).
 
         NaN and infinity where they do not, or meet a curved panel from behind.
         """
@@ -327,8 +329,8 @@ class PanelFaces(Faces):
         return np.where(self.bent, away.max(axis=1), self.size)
 
     def _projected(self, number: Index, x: Array, direction: Array) -> Array:
-        """Local coordinates (..., 2) where lines through points (..., 3) meet planes of panels, not
-        finite if parallel."""
+        """Return the local coordinates (..., 2) where lines through points (..., 3) meet planes of
+        panels, not finite if parallel."""
         plane, away = self.frame[number, 2], x - self.centre[number]
         with np.errstate(divide="ignore", invalid="ignore"):
             away = (
