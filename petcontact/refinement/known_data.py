@@ -217,7 +217,7 @@ def gap_slope(gap: Value, side: Side, offset: float, at: float, way: float) -> f
     It is that of a parabola through three points, which is exact to fourth order for an even gap.
     """
     here = functools.partial(variables, side, offset)
-    # round-off and the fourth-order term leave errors of 1e-9 over so much of a side
+    # with this distance, errors by round-off and by the fourth-order term are 1e-9
     step = 1e-3
     fractions = np.concatenate([at + way * step * np.arange(3), np.linspace(0.0, 1.0, 17)])
     values = _values([gap], "gap", here, False, fractions)[:, 0]

@@ -321,7 +321,7 @@ def _at_end(body: Body, number: int, line: ContactLine | None, place: int) -> fl
     """Largest element at an end of a side, which is singular [length]."""
     if line is not None:
         return 0.3 * slip_at_end(line, place == -1)
-    # small enough to show how the traction grows towards the end
+    # the elements resolve the growth of the traction towards the end
     return 0.015 * body.scale if body.contact[number] else np.inf
 
 

@@ -201,7 +201,7 @@ def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
         elements = np.flatnonzero(side_of_element == k)
         fractions = np.concatenate([[0.0], np.cumsum(mesh.length[elements])]) / side.length
         fractions[-1] = 1.0
-        half = len(elements) // 4 * 2 + 1  # behind the first half, in pairs
+        half = len(elements) // 4 * 2 + 1  # the end of the first half, in pairs
         chosen = np.unique([*range(0, half, 2), *range(len(elements), len(elements) - half, -2)])
         breaks.append(fractions[chosen])
         orders.append(mesh.order[elements[chosen[:-1]]])

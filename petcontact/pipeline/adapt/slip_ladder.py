@@ -116,7 +116,7 @@ class Slip:
             begins = np.maximum.accumulate([zone.start for zone in own_zones])
             s = as_curve(problem.discrete.meshes[side.body]).arc_length[interface.nodes]
             ways.append(np.array([zone.sign for zone in own_zones])[np.searchsorted(begins[1:], s)])
-        # where all components are looked for none but the tangential one has zones
+        # only the tangential component has zones, also if all components are unknowns
         direction = np.zeros((problem.system.size, problem.system.k))
         direction[:, 0] = np.concatenate(ways)
         return float(np.abs(contact.u_t).max()) * direction, -BEYOND * float(

@@ -62,7 +62,7 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
         closed = [
             float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs
         ]
-        # where nothing touches, the smallest gap is what facets may hide
+        # without contact, the height of the facets is compared with the smallest gap
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
         near = interface.gap <= NEXT * approach
         sag = 0.0 if interface.sag is None else float(interface.sag[near].max(initial=0.0))

@@ -85,7 +85,7 @@ def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -
     def values(share: float, fractions: Array) -> Array:
         return evaluate(value, at(share, fractions), len(fractions), "", otherwise=0.0)
 
-    # multiples of the golden section: no figure is the same on two of them but by a line across
+    # multiples of the golden section: only a line across has equal kinks at two of them
     every = [
         kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0

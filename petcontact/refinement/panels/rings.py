@@ -133,7 +133,7 @@ def _inside(
         near = [edge + width / (1.0 - radius) * (disc - edge) for width in NARROW]
         curves, orders = [core, *near], [2] + (len(near) - 1) * [1]
     curves += _graded(curves[-1], disc, rings)[1:]
-    # one ring outside of the zone has order 2: jumps of u beside narrow panels cause pressures
+    # one ring outside of the zone has order 2: jumps of u next to narrow panels cause pressures
     return np.array([*curves, disc]), [*orders, *(rings + 1) * [2]]
 
 
