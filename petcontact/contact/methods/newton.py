@@ -123,11 +123,11 @@ def _first_guess(
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        return (
-            next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0],
-            sigma,
-            v,
-        )
+        tau = tau_of(law, v, sigma)
+        # v of a solution that sticks is round-off; without tractions only v says what is closed
+        if sigma.any():
+            tau = next_tau(Linearisation.at(law, tau), law, sigma, v, 0.0)[0]
+        return tau, sigma, v
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v

@@ -7,6 +7,7 @@ import numpy as np
 from ...arrays import Array
 from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
+from ...contact.law_protocol import friction_bound
 from ...contact.state import ContactState
 from ...results.report import Finding
 from ..judge.findings import new_finding
@@ -95,7 +96,8 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
             f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh "
             f"only: what they come to, up to {moving[rough].max():.2g}, means nothing"
         )
-        advice = "friction would hold them"
+        has_friction = np.nanmax(friction_bound(law, outcome.sigma), initial=0.0) > 0.0
+        advice = "" if has_friction else "friction would hold them"
         findings.append(new_finding("rough motion", text, where, advice=advice, limit=ROUGH))
     if (values <= LOOSE).any():
         text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"

@@ -18,7 +18,7 @@ from petcontact.contact.active_set.pivots import box_problem, pivots
 from petcontact.contact.active_set.solvers import DenseActiveSetSolver
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
-from petcontact.contact.laws import Tresca
+from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.system import Modes
@@ -43,6 +43,13 @@ class System:
 
     def apply(self, sigma):
         return self.matrix @ sigma
+
+
+class Springs(System):
+    """Of vectors (m, k)."""
+
+    def apply(self, sigma):
+        return (self.matrix @ sigma.ravel()).reshape(sigma.shape)
 
 
 def restricted(matrix, base):
@@ -128,6 +135,17 @@ def test_pieces_of_hand_made_states():
         == [False, True, False, False]
     )
     assert linearised.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
+
+
+def test_a_start_without_tractions_says_by_its_overlaps_what_is_closed():
+    each = np.ones(6)
+    law = SignoriniCoulomb(0.3 * each, np.inf * each, each > 0.0, 2)
+    overlaps = np.column_stack([0.01 * each, [1.0, 2.0, 3.0, -1.0, -2.0, -3.0]])
+    system = Springs(np.eye(12), overlaps)
+    iteration = Iteration(Criterion(1e-10), 50, start=(overlaps, 0.0 * overlaps))
+    state = SemismoothNewton(False)(system, law, iteration)
+    assert state.converged and state.history.exchanged == [0]
+    assert np.allclose(state.sigma[:, 1], np.minimum(-overlaps[:, 1], 0.0))
 
 
 @pytest.mark.parametrize("number", [1, 2])
