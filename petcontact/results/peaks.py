@@ -270,8 +270,10 @@ class _Samples:
             away = np.linalg.norm(self._x - place.x, axis=1)
             rows = np.flatnonzero(away < self._reach)
             rows = rows[np.argsort(away[rows])]
-            ends = np.searchsorted(away[rows], np.outer([0.5, 2.0], away[rows]))
-            around = [known[rows[first:end]].max() for first, end in ends.T]
+            distances = away[rows]  # 0 of a sample on the place itself
+            first = np.searchsorted(distances, 0.5 * distances)
+            end = np.searchsorted(distances, 2.0 * distances, side="right")
+            around = [known[rows[a:b]].max() for a, b in zip(first, end, strict=True)]
             least = np.minimum.accumulate(around)
             reached[rows[values[rows] <= (1.0 + UPHILL) * least]] = True
         return reached

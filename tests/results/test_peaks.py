@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,14 @@ def test_a_clamped_corner_is_named_and_does_not_hide_the_rest(block):
         assert [0.0, 4.0] in corners and [8.0, 4.0] not in corners
         assert min(math.dist(peaks.surface.place, corner) for corner in corners) >= 0.4
     assert "stress has no bound at " in block.verdict()
+
+
+def test_a_sample_may_lie_on_a_place_without_a_bound(block):
+    (body,) = block.meshes
+    places = unbounded_places(block, block.last)[body]
+    sample = block.boundary_state(body, block.last)[1].x[0]
+    moved = [replace(place, x=sample) for place in places]
+    assert stress_peaks(block, [(block.last, {body: moved})]).keys() == stress_peaks(block).keys()
 
 
 def test_what_is_left_does_not_depend_on_the_mesh(block):
