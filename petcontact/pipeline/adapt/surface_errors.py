@@ -33,7 +33,7 @@ x, the displacement near the edges of loaded faces: its Legendre coefficients fa
 SECOND = 9.2
 """Error of u_t on linear contact elements over the square of `OF_SLIP` times its tail, all relative
 to u_t [-]. The error falls as h², the tail as h."""
-BESIDE = 0.41
+OTHER_FACES = 0.41
 """Error of u_t over the error of u on other faces, before it fades with the distance [-]."""
 HELD = 0.085
 """Error of u_t over the displacement of a half-space under the tails of tractions on other faces
@@ -286,7 +286,7 @@ class TailErrors:
         )
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
         of_others = (
-            BESIDE**2 * faded(mesh, contact) * of_u
+            OTHER_FACES**2 * faded(mesh, contact) * of_u
             + (HELD * compliance * self._sizes[0]) ** 2 * of_t
         )
         linear, higher = contact & (mesh.order == 1), contact & (mesh.order > 1) & ~sticks

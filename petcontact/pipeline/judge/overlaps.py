@@ -106,7 +106,7 @@ def overlaps(
         if share > max(worst, limit_of("overlap on the way")) and position is not None:
             finding = new_finding(
                 "overlap on the way",
-                f"surfaces overlap between nodes: {_told(interface, between, depth, position)}",
+                f"surfaces overlap between nodes: {_text(interface, between, depth, position)}",
                 measured=share,
             )
         worst, deepest = max((worst, deepest), (share, depth))
@@ -115,11 +115,11 @@ def overlaps(
                 outcome.v[where, -1], interface.gap, outcome.states[where], NEGLIGIBLE * scale, True
             )
             if (share := _share(depth, scale)) > pressed and position is not None:
-                pressed, pressed_text = share, _told(interface, between, depth, position)
+                pressed, pressed_text = share, _text(interface, between, depth, position)
     return Overlap(at_nodes, worst, deepest, scale, finding, pressed, pressed_text)
 
 
-def _told(
+def _text(
     interface: Interface, between: Places, depth: float, position: tuple[Index, Array]
 ) -> str:
     point = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*position))
