@@ -297,8 +297,10 @@ def _mapped(polygon: Array, nodes: Array) -> Array:
 
 
 def linear_shapes(nodes: Array, corners: int) -> Array:
-    """Shape functions (c, k) of the corners of an element at reference nodes (k, 2): bilinear on
-    quadrilaterals, linear on triangles."""
+    """Return the shape functions (c, k) of an element's corners at reference nodes (k, 2).
+
+    They are bilinear on quadrilaterals and linear on triangles.
+    """
     s, t = nodes.T
     if corners < 4:
         return np.stack([1.0 - s - t, s, t])

@@ -293,8 +293,7 @@ def marks_for(
 def _marks_inside(
     body: Body, number: int, resolved: float, line: ContactLine | None
 ) -> Iterator[tuple[float, float]]:
-    """Given points, transition points and kinks inside of a side, with the sizes of the smallest
-    elements there [length]."""
+    """Yield the marked points inside a side, and the smallest elements there [length]."""
     # errors at transition points fall with the square of the size (measured on the paper's
     # examples), and with the size itself where slip changes its sign
     fall = (resolved / 1e-4) ** 0.5
@@ -318,7 +317,7 @@ def _marks_inside(
 
 
 def _at_end(body: Body, number: int, line: ContactLine | None, place: int) -> float:
-    """Largest element at an end of a side, which is singular [length]."""
+    """Return the largest accepted size of elements at a singular end of a side [length]."""
     if line is not None:
         return 0.3 * slip_at_end(line, place == -1)
     # the elements resolve the growth of the traction towards the end

@@ -124,7 +124,7 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
 
 @functools.singledispatch
 def _first_sizes(boundary: Any, one: Problem, touching: list[str]) -> dict[str, Any]:
-    """Options for the size of the first panels."""
+    """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}
     usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)

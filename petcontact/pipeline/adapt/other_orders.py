@@ -94,7 +94,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
 
 
 def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
-    """The change of all orders that is solved for, 1 or -1; 0 where none is worth it."""
+    """Return the change of all orders for another solve: 1, -1, or 0 if none is worth its cost."""
     if max(map(_next_nodes, meshes)) <= FEW and max(mesh.order.max() for mesh in meshes) < 3:
         return 1
     small = max(mesh.n_nodes for mesh in meshes) <= MOST
@@ -104,8 +104,10 @@ def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
 def _changed_by(
     solution: Solution, other: Solution, name: str, ends: tuple[StepResult, StepResult]
 ) -> float:
-    """What the other solution changes at the end of a step: u_t of a body in bilateral contact,
-    else its u, over its size."""
+    """Return the relative L2 difference of two solutions on a body at the end of a step [-].
+
+    It is that of u_t in bilateral contact, else that of u.
+    """
     both = [
         (as_surface(each.meshes[name]), end.bodies[name].u)
         for each, end in zip((solution, other), ends, strict=True)
