@@ -9,6 +9,7 @@ import pydantic
 from ...geometry.cad.part import LARGEST as LARGEST_CAD
 from ...geometry.cad.part import CadSurface, cad_surface, is_cad
 from ...geometry.gmsh import gmsh_outline, read_msh
+from ...geometry.gmsh_bodies import body_of
 from ...geometry.gmsh_surface import gmsh_surface, is_surface
 from ...geometry.outline import Outline
 from ...geometry.superelement import LARGEST, CondensedSurface, read_superelement
@@ -55,12 +56,16 @@ class Gmsh(Shape):
         keep their own.
     solid : str or int, optional, in 3D
         Of a CAD file with several solids: name or number of the one that is meant.
+    surface : str, optional
+        Of a .msh file with several bodies: name of the physical surface (3D: volume, of tetrahedra)
+        that is this body.
     """
 
     shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)
     file: str = pydantic.Field(min_length=1)
     parts: dict[PartName, tuple[SurfaceNumber, ...]] | None = None
     solid: SolidName | SurfaceNumber | None = None
+    surface: PartName | None = None
 
     @pydantic.model_validator(mode="after")
     def _keys_of_cad(self) -> Gmsh:
@@ -70,6 +75,8 @@ class Gmsh(Shape):
                     f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical "
                     f"surfaces"
                 )
+        if self.surface is not None and is_cad(self.file):
+            raise ValueError("surface: is for .msh files; a CAD file has solids")
         numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
         for number in numbers:
             if numbers.count(number) > 1:
@@ -89,6 +96,8 @@ class Gmsh(Shape):
         if is_cad(self.file):
             return cad_surface(str(regular_file(self.file, LARGEST_CAD)), self.parts, self.solid)
         mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
+        if self.surface is not None:
+            mesh = body_of(mesh, self.file, self.surface)
         if is_surface(mesh):
             return gmsh_surface(mesh, self.file)
         return gmsh_outline(mesh, self.file, axial)

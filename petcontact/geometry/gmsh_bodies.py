@@ -1,0 +1,100 @@
+"""One body of a Gmsh mesh that has several, by its physical surface, in space its physical
+volume."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Index, Mask
+from ..errors import InputError
+from .gmsh_surface import is_surface
+
+FLAT = ("triangle", "quad")
+"""Beginnings of the types of plane cells."""
+
+
+def body_of(mesh: Any, file: str, name: str) -> Any:
+    """Return the mesh of one body: in the plane lines and the cells of its physical surface, in
+    space the surface cells around the tetrahedra of its physical volume.
+
+    Raises
+    ------
+    InputError
+        If the file has no such physical group, or nothing is in it.
+
+    Examples
+    --------
+    >>> import meshio
+    >>> cells = [("line", [[0, 1]]), ("triangle", [[0, 1, 2], [1, 3, 2]])]
+    >>> tags = {"gmsh:physical": [np.array([1]), np.array([5, 6])]}
+    >>> names = {"side": np.array([1, 1]), "left": np.array([5, 2]), "right": np.array([6, 2])}
+    >>> mesh = meshio.Mesh(np.zeros((4, 3)), cells, cell_data=tags, field_data=names)
+    >>> [block.data.tolist() for block in body_of(mesh, "two.msh", "right").cells]
+    [[[0, 1]], [[1, 3, 2]]]
+    """
+    in_space = is_surface(mesh)
+    what = "volume" if in_space else "surface"
+    groups = {
+        str(group): int(tag)
+        for group, (tag, dimension) in mesh.field_data.items()
+        if dimension == 2 + in_space
+    }
+    if name not in groups:
+        known = ", ".join(sorted(groups)) or "none"
+        raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {known}")
+    inside = [np.asarray(tag) == groups[name] for tag in mesh.cell_data["gmsh:physical"]]
+    inside = _around(mesh, inside) if in_space else inside
+    if not np.concatenate(inside).any():
+        raise InputError(f"{file}: surface: nothing is in the physical {what} {name!r}")
+    return _kept(
+        mesh,
+        [
+            own if block.type.startswith(FLAT) else np.full(len(own), "line" in block.type)
+            for block, own in zip(mesh.cells, inside, strict=True)
+        ],
+    )
+
+
+def _kept(mesh: Any, kept: list[Mask]) -> Any:
+    """Return the mesh of some cells, with their tags."""
+    import meshio
+
+    blocks = [
+        (block.type, block.data[own], np.asarray(tag)[own])
+        for block, own, tag in zip(mesh.cells, kept, mesh.cell_data["gmsh:physical"], strict=True)
+        if own.any()
+    ]
+    return meshio.Mesh(
+        mesh.points,
+        [(kind, cells) for kind, cells, _ in blocks],
+        cell_data={"gmsh:physical": [tag for _, _, tag in blocks]},
+        field_data=mesh.field_data,
+    )
+
+
+def _around(mesh: Any, inside: list[Mask]) -> list[Mask]:
+    """Return which cells are triangles with exactly one of some tetrahedra behind them."""
+    corners = [
+        block.data[own][:, :4]
+        for block, own in zip(mesh.cells, inside, strict=True)
+        if block.type.startswith("tetra")
+    ]
+    every = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
+    sides = np.concatenate([every[:, list(three)] for three in combinations(range(4), 3)])
+    sides, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
+    rim = {tuple(side) for side in sides[count == 1].tolist()}
+    return [
+        np.array([tuple(side) in rim for side in _triangles(block.data)], dtype=bool)
+        if block.type.startswith("triangle")
+        else np.zeros(len(block.data), dtype=bool)
+        for block in mesh.cells
+    ]
+
+
+def _triangles(cells: Index) -> list[list[int]]:
+    """Return the sorted corners of triangles."""
+    sides: list[list[int]] = np.sort(cells[:, :3], axis=1).tolist()
+    return sides
