@@ -183,6 +183,13 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     return np.take_along_axis(vectors, order[:, :, None], axis=1), np.argsort(order, axis=1)
 
 
+def _at_rest(rows: Array) -> Array:
+    """Amplitudes (r, s) of the motions that leave components, rows of them (k, r), at rest."""
+    _, strengths, ways = np.linalg.svd(rows, full_matrices=True)
+    strengths = np.append(strengths, np.zeros(len(ways) - len(strengths)))
+    return np.asarray(ways[strengths <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T)
+
+
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
     """Known displacements without the rigid motion that they have in common, where that costs
     digits.
@@ -206,11 +213,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     along = data.components(modes)
     contact = np.zeros(mesh.n_nodes, dtype=bool)
     contact[data.contact_nodes] = True
-    _, strengths, ways = np.linalg.svd(along[given & contact[:, None]], full_matrices=True)
-    free = ways[
-        np.append(strengths, np.zeros(len(ways) - len(strengths)))
-        <= 1e-12 * max(1.0, strengths.max(initial=0.0))
-    ].T
+    free = _at_rest(along[given & contact[:, None]])
     elsewhere = given & ~contact[:, None]
     amplitudes = (
         free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]

@@ -68,9 +68,8 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
             ]
             shown = np.isfinite(most)
             axes[1].plot(levels[shown], np.array(most)[shown], ".-", color=f"C{number}")
-    where = "arc length along the part" if plane else "x"
     axes[0].set(
-        xlabel=label(where, units.length),
+        xlabel=label("arc length along the part" if plane else "x", units.length),
         ylabel=label(plain(result.parameter), _unit(result.parameter, units)),
         title="on the surface",
     )

@@ -9,13 +9,15 @@ normal stress along the surface in the direction of δ. Then F1 = max |σ_t| δ 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..fields.boundary.places import nodal_places
 from ..results.data import SolutionData
-from ..results.records import StepResult
+from ..results.records import PairResult, StepResult
 from .cycle import Sites
 from .smallest_ball import smallest_ball
 
@@ -40,6 +42,29 @@ def friction_work(slip: Array, shear: Array) -> Array:
     )
 
 
+def _directions(vectors: Array) -> Array:
+    """Unit vectors (k, m, 3) along others (k, m, d), 0 where these are."""
+    size = lengths(vectors.reshape(-1, vectors.shape[2])).reshape(vectors.shape[:2])[..., None]
+    unit = np.divide(vectors, size, out=np.zeros_like(vectors), where=size > 0.0)
+    return np.pad(unit, ((0, 0), (0, 0), (0, 3 - vectors.shape[2])))
+
+
+def _both_sides(
+    solution: SolutionData, pair: PairResult, name: str
+) -> Iterator[tuple[str, str, Index, Array, Index]]:
+    """Body, part, elements and places on both sides of an interface, and the nodes they belong
+    to."""
+    (body, part), nodes = solution.sides[name], solution.nodes[name]
+    mesh = solution.meshes[body]
+    yield body, part, mesh.element[nodes], nodal_places(mesh)[1][nodes], np.arange(len(nodes))
+    owner, _, other = solution.primaries.get(name, "").partition(".")
+    if owner:
+        numbers, faces = solution.meshes[owner].faces(other)
+        hits = faces.cast(pair.x, pair.normal)
+        met = np.flatnonzero(hits.face >= 0)
+        yield owner, other, numbers[hits.face[met]], hits.place[met], met
+
+
 def ruiz_sites(
     solution: SolutionData, increments: list[StepResult], name: str
 ) -> list[tuple[Sites, Array, Array]]:
@@ -47,27 +72,11 @@ def ruiz_sites(
 
     On the primary these are the places that the secondary's nodes face.
     """
-    pairs = [step.pairs[name] for step in increments]
-    slip, shear = (
-        np.array([pair.slip for pair in pairs]),
-        np.array([pair.sigma_t for pair in pairs]),
-    )
-    way = np.einsum("kmt,mtc->kmc", slip_from_the_middle(slip), pairs[0].tangent)
-    size = lengths(way.reshape(-1, way.shape[2])).reshape(way.shape[:2])
-    way = np.divide(way, size[..., None], out=np.zeros_like(way), where=size[..., None] > 0.0)
-    way = np.pad(way, ((0, 0), (0, 0), (0, 3 - way.shape[2])))
-    work = friction_work(slip, shear)
-    body, part = solution.sides[name]
-    mesh = solution.meshes[body]
-    nodes, found = solution.nodes[name], []
-    sides = [(body, part, mesh.element[nodes], nodal_places(mesh)[1][nodes], np.arange(len(nodes)))]
-    owner, _, other = solution.primaries.get(name, "").partition(".")
-    if owner:
-        numbers, faces = solution.meshes[owner].faces(other)
-        hits = faces.cast(pairs[0].x, pairs[0].normal)
-        met = np.flatnonzero(hits.face >= 0)
-        sides.append((owner, other, numbers[hits.face[met]], hits.place[met], met))
-    for owner, part, element, place, rows in sides:
+    pairs, found = [step.pairs[name] for step in increments], []
+    slip = np.array([pair.slip for pair in pairs])
+    way = _directions(np.einsum("kmt,mtc->kmc", slip_from_the_middle(slip), pairs[0].tangent))
+    work = friction_work(slip, np.array([pair.sigma_t for pair in pairs]))
+    for owner, part, element, place, rows in _both_sides(solution, pairs[0], name):
         states = [
             solution.body_fields(owner, step).on_boundary(element, place) for step in increments
         ]

@@ -251,6 +251,14 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
         apart = np.where(beside[side][:, owner], np.inf, squares(cloud, points))
         limits = np.sqrt(apart.min(axis=1))
         return [limits[a:b] for a, b in bounds]
+    limits = _to_other_sides(cloud, side, owner, before, after)
+    return [limits[a:b] for a, b in bounds]
+
+
+def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, after: Index) -> Array:
+    """Distances of the first points of a cloud from those that are neither of their side nor of the
+    ones next to it [length]; `owner` has the side of each point."""
+    points = cloud[: len(side)]
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until
     # one is of another
@@ -267,4 +275,4 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
             away = points[left[seen]] - cloud[near[seen, np.argmax(other[seen], axis=1)]]
             limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
             left = left[~seen] if k < len(cloud) else left[:0]
-    return [limits[a:b] for a, b in bounds]
+    return limits

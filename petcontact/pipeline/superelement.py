@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
 from ..contact.laws import Tresca
 from ..errors import InputError
@@ -17,6 +18,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
 from ..model.hints import among
+from ..model.problem import Problem
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.petsc import options
@@ -140,34 +142,43 @@ def condensed_body(
         raise InputError(f"no body {name!r}{among(name, bodies, 'bodies are')}")
     number, mesh = bodies.index(name), solution.meshes[name]
     ends = [end for interface in problem.interfaces for end in interface.ends]
-    touching = [part for owner, part in ends if owner == number]
-    parts = [part for part in mesh.part_names if part in touching]
+    parts = [part for part in mesh.part_names if (number, part) in ends]
     if not parts:
         raise InputError(f"body {name!r} is in no contact")
     faces = [_free_face(mesh, number, part) for part in parts]
     meshes = list(solution.meshes.values())
     data = [boundary_data(problem, b, other, faces) for b, other in enumerate(meshes)]
-    for step in range(2, len(problem.step) + 1):
-        known = boundary_data(problem, number, mesh, faces, step).traction_known
-        if not np.array_equal(known, data[number].traction_known):
-            raise InputError(
-                f"body {name!r}: step {step} holds what is free before, or the other way round; a "
-                "superelement has one compliance: condense the problem of one of the steps"
-            )
-    data = add_volume_loads(problem, meshes, data)
-    law, nothing = Tresca(np.zeros(0), mesh.components - 1), np.zeros(0)
-    discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], nothing)
+    _check_steps(problem, number, mesh, faces, data[number])
+    data, law = add_volume_loads(problem, meshes, data), Tresca(np.zeros(0), mesh.components - 1)
+    discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else world())
-    chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
     assert body.compliance is not None
-    arrays = _faces(mesh, chosen, parts) | {
+    arrays = _faces(mesh, parts) | {
         "compliance": body.compliance,
         "u_0": body.u_0,
         "modes": body.modes[body.contact],
         "resultant": body.resultant,
     }
     return CondensedBody(name, mesh.x[body.contact], mesh.weight[body.contact], arrays)
+
+
+def _check_steps(
+    problem: Problem,
+    number: int,
+    mesh: BoundaryMesh,
+    faces: list[Interface],
+    first: BoundaryData,
+) -> None:
+    """Refuse a body of which a later step holds or frees other components than the first one."""
+    for step in range(2, len(problem.step) + 1):
+        known = boundary_data(problem, number, mesh, faces, step).traction_known
+        if not np.array_equal(known, first.traction_known):
+            raise InputError(
+                f"body {problem.body[number].name!r}: step {step} holds what is free before, or "
+                "the other way round; a superelement has one compliance: condense the problem of "
+                "one of the steps"
+            )
 
 
 def _free_face(mesh: BoundaryMesh, body: int, part: str) -> Interface:
@@ -178,8 +189,9 @@ def _free_face(mesh: BoundaryMesh, body: int, part: str) -> Interface:
     return Interface(part, body, nodes, normal, directions, np.zeros(len(nodes)))
 
 
-def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any]:
-    """Some elements of a mesh, as a superelement's file has them."""
+def _faces(mesh: BoundaryMesh, parts: list[str]) -> dict[str, Any]:
+    """The elements of some parts, as a superelement's file has them."""
+    chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
     corners, more = _corners(mesh, chosen)
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)

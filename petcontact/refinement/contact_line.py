@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from dataclasses import field
 
 import numpy as np
@@ -254,18 +255,22 @@ def transition(line: ContactLine, k: int) -> float:
         return border
     scale = float(r[chosen].max())
     fit = _fitted(r[chosen] / scale, np.abs(line.u_t[nodes][chosen]) ** (2.0 / 3.0), degree)
+    root = _root_near_zero(fit)
+    # an extrapolation that contradicts the states of the nodes is not used
+    return border + direction * root * scale if abs(root) < 1.0 else border
+
+
+def _root_near_zero(coefficients: list[float]) -> float:
+    """Return the root that Newton's method finds from 0, nan where the polynomial does not grow."""
     root = 0.0
     for _ in range(8):
         value = steepness = 0.0
-        for coefficient in fit:
+        for coefficient in coefficients:
             value, steepness = value * root + coefficient, steepness * root + value
         if steepness <= 0.0:
-            return border
+            return math.nan
         root -= value / steepness
-    # an extrapolation that contradicts the states of the nodes is not used
-    if not abs(root) < 1.0:
-        return border
-    return border + direction * root * scale
+    return root
 
 
 def grading_points(line: ContactLine) -> list[tuple[float, bool]]:

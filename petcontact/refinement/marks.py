@@ -270,8 +270,8 @@ def marks_for(
     lines, marks = iter(shown or []), []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        begin, end = (body.corner_size(exponent, resolved) for exponent in body.exponents[k])
-        every = [(0.0, begin), *_marks_inside(body, k, resolved, line), (side.length, end)]
+        ends = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
+        every = [(0.0, ends[0]), *_marks_inside(body, k, resolved, line), (side.length, ends[1])]
         every.sort(key=operator.itemgetter(0))
         kept = [
             mark

@@ -209,6 +209,15 @@ def _inside(
     )
 
 
+def _places(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
+    """Points and normals (m, d) at places of elements."""
+    at = mesh.variables_at(element, place)
+    x, normal = (
+        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
+    )
+    return x, normal
+
+
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
     """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from
     the stress on the boundary and those at two points below, by a parabola along the normal. Where
@@ -218,10 +227,7 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)
     rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
-    at = mesh.variables_at(element[rows], place[rows])
-    foot, normal = (
-        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
-    )
+    foot, normal = _places(mesh, element[rows], place[rows])
     depth = layer[element[rows], None]
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
     met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - SINGLE) * layer)[0]

@@ -93,9 +93,9 @@ def run_sweep(
     costs = _costs(sweep, groups, world, team) if len(to_do) else []
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
-        here = list(map(costs.__getitem__, np.unique(groups.of_case[to_do])))
-        counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
-        for line in [*describe(sweep, here, counts, team.count, ranks_per_case), *remarks]:
+        own = list(map(costs.__getitem__, np.unique(groups.of_case[to_do])))
+        counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(own))
+        for line in [*describe(sweep, own, counts, team.count, ranks_per_case), *remarks]:
             say(line)
     path = place.logs / f"{name}-{world.Get_rank():05d}.log"
     worker = _Worker(sweep, groups, costs, team, Log(path), identity, more)

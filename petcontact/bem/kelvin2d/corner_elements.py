@@ -59,8 +59,7 @@ def corner_columns(
         stress, displacement = r ** (power - 1.0), r**power
         # the force next to the corner, whose centroid is closer to it than any node
         stress[0] = 0.0
-        nearest = ends[1] / own
-        force = own * float(mesh.length[number]) * nearest**power / power
+        force = own * float(mesh.length[number]) * (ends[1] / own) ** power / power
         place = ends[1] * power / (1.0 + power)
         at = mesh.on_element(number, np.array([_xi(mesh, number, place)]))[0]
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]

@@ -59,11 +59,7 @@ def _contracted(
 ) -> Array:
     """Stress (3, 3, n) along the axes of panels by traction and displacement: coefficients (2, q,
     3, n) of the monomials."""
-    nu, scale, one_2nu = (
-        poisson_ratio,
-        1.0 / (8.0 * np.pi * (1.0 - poisson_ratio)),
-        1.0 - 2.0 * poisson_ratio,
-    )
+    nu, one_2nu = poisson_ratio, 1.0 - 2.0 * poisson_ratio
     axes, result = range(3), np.empty((3, 3, len(w)))
 
     @functools.cache
@@ -77,10 +73,8 @@ def _contracted(
         return np.asarray(values * w ** indices.count(2))
 
     force, jump = functools.partial(of, 0), functools.partial(of, 1)
-    bulk_force, bulk_jump = (
-        sum(some(k, power, k, *more) for k in axes)
-        for some, power, more in ((force, 3, ()), (jump, 5, (2,)))
-    )
+    bulk_force = sum(force(k, 3, k) for k in axes)
+    bulk_jump = sum(jump(k, 5, k, 2) for k in axes)
     bend = [sum(jump(k, 5, j, k) for k in axes) for j in axes]
     for i, j in COMPONENTS[3]:
         pushed = one_2nu * (force(i, 3, j) + force(j, 3, i)) + 3.0 * sum(
@@ -94,8 +88,8 @@ def _contracted(
         if i == j:
             pushed = pushed - one_2nu * bulk_force
             moved = moved + 3.0 * one_2nu * bulk_jump - (1.0 - 4.0 * nu) * jump(2, 3)
-        result[i, j] = result[j, i] = scale * (pushed - moved)
-    return result
+        result[i, j] = result[j, i] = pushed - moved
+    return result * (1.0 / (8.0 * np.pi * (1.0 - nu)))
 
 
 def _near_moments(

@@ -9,11 +9,17 @@ product of T. It converges for 0 < ω < 2 if the law has a potential.
 
 from __future__ import annotations
 
+from ...arrays import Array
 from ...errors import InputError
 from ...frozen import frozen
 from ...model.solver_options import Method
 from ..active_set.pivots import box_problem
-from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
+from ..active_set.solvers import (
+    DenseActiveSetSolver,
+    KrylovActiveSetSolver,
+    SurrogateActiveSetSolver,
+    active_set_solver,
+)
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..law_protocol import ContactLaw
@@ -48,32 +54,29 @@ class OperatorRobin:
         InputError
             If the system has no T.
         """
-        surrogate, modes = system.surrogate(), system.modes
+        surrogate = system.surrogate()
         if surrogate is None:
             raise InputError(
                 "method.name: operator-robin needs a surrogate for S, and there is none (in space "
                 "up to 1000 "
                 "nodes of a side have one); use semismooth-newton"
             )
-        criterion, base = iteration.criterion, system.u_0
+        criterion = iteration.criterion
         inner = SurrogateActiveSetSolver(surrogate)
         solver = active_set_solver(system, surrogate)
         sigma, v = first_guess(system, surrogate, solver)
         if iteration.start is not None:
             sigma = iteration.start[1]
-            v = base + solver.apply(sigma)
-        tau, stuck = everywhere(base, law, 0.0), Linearisation.all_stick(base)
+            v = system.u_0 + solver.apply(sigma)
+        tau, stuck = everywhere(system.u_0, law, 0.0), Linearisation.all_stick(system.u_0)
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
                 step = box_problem(inner, law, v - surrogate.apply(sigma), tau, sigma)
                 tau, old = step.linearised.tau, (v, sigma)
-                dsigma, dalpha = solver.sum_solve(
-                    -self.omega * surrogate.apply(sigma - step.sigma), stuck, modes, sigma
+                dsigma, dv = _change(
+                    solver, -self.omega * surrogate.apply(sigma - step.sigma), stuck, system, sigma
                 )
-                dv = solver.apply(dsigma)
-                if modes is not None:
-                    dv = dv + modes.motion @ dalpha
                 sigma, v = sigma + dsigma, v + dv
                 change, _ = recorder.step(
                     old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations
@@ -98,3 +101,16 @@ class OperatorRobin:
 def build(options: Method, rule: Rule | None) -> OperatorRobin:
     """Return the method that the options describe."""
     return OperatorRobin(options.omega)
+
+
+def _change(
+    solver: DenseActiveSetSolver | KrylovActiveSetSolver,
+    r: Array,
+    stuck: Linearisation,
+    system: ContactSystem,
+    sigma: Array,
+) -> tuple[Array, Array]:
+    """δσ and δv of (T + S) δσ + M δα = r."""
+    dsigma, dalpha = solver.sum_solve(r, stuck, system.modes, sigma)
+    dv = solver.apply(dsigma)
+    return dsigma, dv if system.modes is None else dv + system.modes.motion @ dalpha

@@ -41,9 +41,8 @@ class CurveSlopes:
         self._linear = linear
         if linear.any():
             values = np.hstack([values, x])
-        runs_on = _runs_on(mesh, label, after)
-        joined_before, joined_after = runs_on[before], runs_on
-        joined_before &= before != np.arange(mesh.n_elements)
+        joined_after = _runs_on(mesh, label, after)
+        joined_before = joined_after[before] & (before != np.arange(mesh.n_elements))
         count, half = mesh.n_elements, 0.5 * mesh.length
         self._s = np.full((count, MOST + 2 * BEYOND), np.nan)
         self._slope = np.zeros((*self._s.shape, values.shape[1]))
@@ -52,11 +51,9 @@ class CurveSlopes:
         slope = np.zeros((2, count, BEYOND, values.shape[1]))
         for order in np.unique(mesh.order).tolist():
             mine, z = np.flatnonzero(mesh.order == order), best_slopes(order)
-            nodes = mesh.first_node[mine][:, None] + np.arange(order + 1)
-            found = (
-                np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), values[nodes])
-                / half[mine, None, None]
-            )
+            nodal = values[mesh.first_node[mine][:, None] + np.arange(order + 1)]
+            found = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), nodal)
+            found /= half[mine, None, None]
             found = self._with_linear(found, *np.broadcast_arrays(mine[:, None], 0.5 * (1.0 + z)))
             self._s[mine, :order], self._slope[mine, :order] = z * half[mine, None], found
             near = min(order, BEYOND)

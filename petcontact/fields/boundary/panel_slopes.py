@@ -94,14 +94,10 @@ class PanelSlopes:
             [of[~small], of[small][np.unique(cube, axis=0, return_index=True)[1]]]
         )
 
-    def _fit(
-        self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int
-    ) -> Index:
-        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the
-        panels that these do not determine."""
-        exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
-        count = min(len(of), int(np.ceil(SAMPLES * len(exponents))))
-        # the nearest ones, in the lengths of the panel, out of four times as many
+    def _nearest(self, mine: Index, of: Index, count: int) -> tuple[Index, Array, Array]:
+        """The samples next to each panel, (n, count), their places in the panel's coordinates, and
+        their distances in its lengths, inf on other faces."""
+        # out of four times as many by the distance itself
         near = scipy.spatial.cKDTree(self._x[of]).query(
             self._middle[mine], k=min(len(of), 4 * count)
         )[1]
@@ -112,9 +108,20 @@ class PanelSlopes:
         # panels on one smooth face have normals that turn by less
         distance[np.less(facing, 0.7)] = np.inf
         chosen = np.argsort(distance, axis=1, kind="stable")[:, :count]
-        weight = (SOFT + np.take_along_axis(distance, chosen, axis=1)) ** -2
-        local = np.take_along_axis(local, chosen[:, :, None], axis=1)
-        samples = self._sample[np.take_along_axis(near, chosen, axis=1)]
+        near, distance = (np.take_along_axis(a, chosen, axis=1) for a in (near, distance))
+        return near, np.take_along_axis(local, chosen[:, :, None], axis=1), distance
+
+    def _fit(
+        self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int
+    ) -> Index:
+        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the
+        panels that these do not determine."""
+        exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
+        near, local, distance = self._nearest(
+            mine, of, min(len(of), int(np.ceil(SAMPLES * len(exponents))))
+        )
+        weight = (SOFT + distance) ** -2
+        samples = self._sample[near]
         u, size, v = np.linalg.svd(
             weight[:, :, None] * _powers(local, exponents), full_matrices=False
         )
@@ -135,7 +142,7 @@ class PanelSlopes:
             :, 0
         ]
         fitted = np.einsum(
-            "qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*chosen.shape, -1))[panel]
+            "qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*near.shape, -1))[panel]
         )
         result[rows] = self._with_linear(
             fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 
@@ -131,6 +132,12 @@ class Curves(Faces):
             np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf)
         )
 
+    @functools.cached_property
+    def _length(self) -> Array:
+        """Arc length of each curve [length]."""
+        chord = np.hypot(*(self.end - self.start).T)
+        return arc_lengths(chord, half_angles(chord, self.curvature))
+
     def segments(
         self, other: Curves, order: Index, opposite: Index, direction: Array | None
     ) -> Segments:
@@ -140,8 +147,6 @@ class Curves(Faces):
         met = other.cast(middle[0], along(direction, middle[1])).face
         beyond = np.where(met >= 0, opposite[met], opposite.max(initial=0))
         count = np.maximum(order[number], beyond) + 1
-        chord = np.hypot(*(self.end - self.start).T)
-        size = arc_lengths(chord, half_angles(chord, self.curvature))
         parts = []
         for points in np.unique(count).tolist():
             pieces = np.flatnonzero(count == points)
@@ -154,7 +159,7 @@ class Curves(Faces):
             facing = (hits.face >= 0) & (
                 np.sum(along(direction, normal) * normal, axis=1) > WRITTEN
             )
-            weights = (0.5 * weight * width).ravel() * size[face]
+            weights = (0.5 * weight * width).ravel() * self._length[face]
             parts.append(Segments(face, place, hits.face, hits.place, weights).take(facing))
         return Segments.joined(parts)
 

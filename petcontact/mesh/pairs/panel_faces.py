@@ -301,15 +301,7 @@ class PanelFaces(Faces):
         panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
         for k in range(0, len(x), step):
             way, point = direction[k : k + step], x[k : k + step]
-            past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
-            thick, pairs = (
-                np.sqrt(1.0 + WRITTEN) * radius[k : k + step],
-                np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b],
-            )
-            shifted = 2.0 * (past[:, None] * way - point)
-            lines = np.column_stack(
-                [shifted, np.ones(len(way)), -2.0 * thick, far - past**2 - thick**2, -pairs]
-            )
+            lines, far = _line_rows(way, point, np.sqrt(1.0 + WRITTEN) * radius[k : k + step])
             # the squares cancel to round-off of the farthest
             i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
             outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -WRITTEN)
@@ -370,6 +362,17 @@ class PanelFaces(Faces):
             distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
         )
         return found.take(kept)
+
+
+def _line_rows(way: Array, point: Array, thick: Array) -> tuple[Array, Array]:
+    """What lines have in the product of `PanelFaces._near_lines`, (k, 12), and the squared
+    distances of their points from the origin, (k,)."""
+    a, b = np.triu_indices(3)
+    past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
+    shifted = 2.0 * (past[:, None] * way - point)
+    pairs = np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b]
+    rest = far - past**2 - thick**2
+    return np.column_stack([shifted, np.ones(len(way)), -2.0 * thick, rest, -pairs]), far
 
 
 def _four(polygon: Array) -> Array:

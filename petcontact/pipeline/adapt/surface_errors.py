@@ -162,22 +162,20 @@ class TailErrors:
         bodies.
         """
         solution, ends = self.solution, step_ends(self.solution.steps)
-        every = [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))]
-        worst, even, unseen = np.max([(0.0, 0.0, 0.0), *every], axis=0).tolist()
+        worst, even, unseen = np.max(
+            [(0.0, 0.0, 0.0)]
+            + [self._of_pressure(step, n) for step in ends for n in range(len(self._sides))],
+            axis=0,
+        ).tolist()
         uneven = max(
             (float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps),
             default=0.0,
         )
         if solution.kind != "bilateral":
             # an overlap between nodes in contact means that p and the forces are too small
-            pressed = max(
-                (step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)),
-                default=0.0,
-            )
-            lacks, bending = (
-                pressed if pressed > limit_of("overlap under pressure") else 0.0,
-                max(map(bending_error, self.meshes)),
-            )
+            lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
+            lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
+            bending = max(map(bending_error, self.meshes))
             of_resultants = worst**2 + uneven + EVENLY * even + bending + unseen
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
@@ -284,15 +282,16 @@ class TailErrors:
         of_t = np.bincount(
             mesh.element, mesh.weight * tails.errors(body.traction, (1.0,), 1.0) ** 2
         )
-        compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
+        kernel = kernel_for(mesh, solution.problem.body[0].material)
         of_others = (
             OTHER_FACES**2 * faded(mesh, contact) * of_u
-            + (HELD * compliance * self._sizes[0]) ** 2 * of_t
+            + (HELD * kernel.half_space_compliance * self._sizes[0]) ** 2 * of_t
         )
         linear, higher = contact & (mesh.order == 1), contact & (mesh.order > 1) & ~sticks
         of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
         if higher.any():
-            last, two = (area[higher] * tails.left(body.u, less)[higher] ** 2 for less in (1, 2))
+            last = area[higher] * tails.left(body.u, 1)[higher] ** 2
+            two = area[higher] * tails.left(body.u, 2)[higher] ** 2
             least = np.array(LEAST)[np.minimum(mesh.order[higher], 3) - 2]
             of_u[higher] = last * np.maximum(last.sum() / max(two.sum(), TINY), least**2)
         return np.where(contact, of_u, share * of_others)

@@ -342,14 +342,8 @@ class PanelTails:
             result[side.body] |= marked[side.body] & long & ends
         return result
 
-    def _cut(
-        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
-    ) -> tuple[list[SurfaceMesh], list[Index]]:
-        """Return meshes cut along marked coordinates, and the number of each panel's parent.
-
-        Panels that face cut panels, and panels that are too large next to the contact, are cut,
-        too.
-        """
+    def _with_opposite(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
+        """Return the marks with those of panels of primaries that face marked, smaller ones."""
         vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
         lengths = [np.linalg.norm(each, axis=2) for each in vectors]
         for side in self._sides:
@@ -362,9 +356,21 @@ class PanelTails:
                     marked[side.body][own] & (length > FINER * lengths[side.body][own])
                 )
                 marked[b][opposite[k], axis[k, a]] = True
+        return marked
+
+    def _cut(
+        self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]
+    ) -> tuple[list[SurfaceMesh], list[Index]]:
+        """Return meshes cut along marked coordinates, and the number of each panel's parent.
+
+        Panels that face cut panels, and panels that are too large next to the contact, are cut,
+        too.
+        """
         marked = [
             mask | too_large(mesh, contact)
-            for mask, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)
+            for mask, mesh, contact in zip(
+                self._with_opposite(meshes, marked), meshes, self._touching(meshes), strict=True
+            )
         ]
         for thin, multiple in self._first.thin.items():
             marked[thin] |= slender(meshes[thin], multiple)

@@ -91,13 +91,11 @@ class Places:
             an element. Their approach is the mean one of the other nodes, or `MOVED`.
         """
         faced = np.isfinite(gap)
-        unknown = (
-            float(np.mean(v_n[faced] + gap[faced]))
-            if faced.any()
-            else MOVED * float(np.ptp(self.mesh.x))
-        )
-        closer = np.full(self.mesh.n_nodes, unknown)
-        closer[self.nodes[faced]] = v_n[faced] + gap[faced]
+        approach = v_n[faced] + gap[faced]
+        closer = np.full(self.mesh.n_nodes, MOVED * float(np.ptp(self.mesh.x)))
+        if faced.any():
+            closer[:] = np.mean(approach)
+            closer[self.nodes[faced]] = approach
         share, values, distance, adjacent = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[
@@ -111,8 +109,7 @@ class Places:
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
         worst, reach = 0.0, 1.0 / (self.across - 1)
         for _ in range(ROUNDS):
-            each, best = np.arange(len(asked)), over.argmax(axis=1)
-            deepest = over[each, best]
+            best, deepest = over.argmax(axis=1), over.max(axis=1)
             least = np.where(np.isfinite(over) & adjacent[best], over, np.inf).min(axis=1)
             k = int(deepest.argmax())
             if deepest[k] > worst:
@@ -123,7 +120,7 @@ class Places:
             around = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0
             asked, share = (
                 asked[room],
-                np.clip(share[each, best][room, None] + reach * around, 0.0, 1.0),
+                np.clip(share[room, best[room], None] + reach * around, 0.0, 1.0),
             )
             values, distance = self._looked_at(
                 np.repeat(asked, len(around)), share.reshape(-1, share.shape[2])

@@ -51,6 +51,19 @@ class Overlap(NamedTuple):
     pressed_where: str = ""
 
 
+def _noise(bodies: BodiesSystem, system: ContactSystem, outcome: ContactState) -> Array:
+    """Return the round-off of overlaps at nodes, (M,) [length]."""
+    both = outcome.v - system.u_0
+    moved = both if system.modes is None else system.apply(outcome.sigma)
+    sizes = (
+        np.abs(system.u_0[:, -1])
+        + np.abs((both - moved)[:, -1])
+        + np.abs(moved).max(initial=0.0)
+        + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
+    )
+    return np.asarray((WRITTEN if is_monolithic(system) else CHAINED) * sizes)
+
+
 def overlaps(
     bodies: BodiesSystem,
     system: ContactSystem,
@@ -67,15 +80,7 @@ def overlaps(
     """
     if bodies.k < bodies.components:
         return Overlap()
-    both = outcome.v - system.u_0
-    moved = both if system.modes is None else system.apply(outcome.sigma)
-    rigid = both - moved
-    noise = (WRITTEN if is_monolithic(system) else CHAINED) * (
-        np.abs(system.u_0[:, -1])
-        + np.abs(rigid[:, -1])
-        + np.abs(moved).max(initial=0.0)
-        + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
-    )
+    noise = _noise(bodies, system, outcome)
     # R_ρ/ρ is the forbidden part of v plus σ/ρ; ρ is so large that σ/ρ is below round-off
     least = noise.min(initial=np.inf)
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0

@@ -49,17 +49,13 @@ def boundary_data(
         If data are not finite, or have another number of components than the body has dimensions.
     """
     body, conditions = problem.body[number], problem.conditions(number)
-    n, d = mesh.n_nodes, mesh.components
+    d = mesh.components
     frame, known, contact, places = _components(problem, number, mesh, interfaces, step)
-    value = np.zeros((len(conditions) + 1, n, d))
+    value = np.zeros((len(conditions) + 1, mesh.n_nodes, d))
     points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim), body, mesh)
-    forces = [
-        np.zeros((len(points), d)),
-        *(
-            np.array([f.force for f in state]).reshape(-1, d)
-            for state in forces_by_step(problem, number)
-        ),
-    ]
+    forces = [np.zeros((len(points), d))]
+    for state in forces_by_step(problem, number):
+        forces.append(np.array([f.force for f in state]).reshape(-1, d))
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
         for part, condition in of_step.items():
@@ -74,8 +70,9 @@ def boundary_data(
     for face in interfaces if directions.shape[1] < d else ():
         if face.body == number:
             value[:, face.nodes, places[np.searchsorted(contact, face.nodes), -1]] = face.gap
-    data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
-    return without_rigid_motion(data, mesh)
+    return without_rigid_motion(
+        BoundaryData(frame, known, value, contact, directions, points, np.array(forces)), mesh
+    )
 
 
 def _components(

@@ -355,19 +355,10 @@ class Increment:
     def after(self, outcome: ContactState) -> IncrementState:
         """Return the state after this increment."""
         system, before = self.problem.system, self.before
-        alpha, taken = amplitudes(self.system, outcome), system.modes.shape[1]
-        positions, loads, free_of_bodies = (
-            before.positions.copy(),
-            before.loads.copy(),
-            alpha[:taken],
+        free_of_bodies, free_of_obstacles = np.split(
+            amplitudes(self.system, outcome), [system.modes.shape[1]]
         )
-        for k, motion in enumerate(self.obstacles):
-            position, load = motion.at(self.target)
-            count = int(motion.free.sum())
-            position[motion.free] = alpha[taken : taken + count]
-            taken += count
-            feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
-            positions[k], loads[k] = position, np.where(motion.free, load, -feels)
+        positions, loads = self._obstacles_after(outcome, free_of_obstacles)
         slip = before.slip + outcome.v[:, : system.components - 1]
         worn = (
             before.worn
@@ -384,6 +375,20 @@ class Increment:
         return IncrementState(
             slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend
         )
+
+    def _obstacles_after(self, outcome: ContactState, free: Array) -> tuple[Array, Array]:
+        """Return positions and loads (o, q) of the obstacles, from the amplitudes of their free
+        motions."""
+        system, taken = self.problem.system, 0
+        positions, loads = self.before.positions.copy(), self.before.loads.copy()
+        for k, motion in enumerate(self.obstacles):
+            positions[k], load = motion.at(self.target)
+            count = int(motion.free.sum())
+            positions[k][motion.free] = free[taken : taken + count]
+            taken += count
+            feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
+            loads[k] = np.where(motion.free, load, -feels)
+        return positions, loads
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:

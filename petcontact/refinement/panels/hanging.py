@@ -144,16 +144,21 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
     for ends in (first, last):
         np.minimum.at(short, ends, length)
     asked = scipy.spatial.cKDTree(places).query(middle)[0] <= length
-    a, m, b, number = start[asked], middle[asked], stop[asked], panel[asked]
-    quarters = np.stack(
-        [np.einsum("i,inc->nc", QUARTER, np.stack(ends)) for ends in ((a, b, m), (b, a, m))], axis=1
-    )
-    off = np.linalg.norm(surface.onto(mesh.part[number], quarters) - quarters, axis=2).max(
-        axis=1, initial=0.0
-    )
+    panel, k = panel[asked], k[asked]
+    off = _off(surface, mesh.part[panel], start[asked], stop[asked], middle[asked])
     over = off > np.minimum(share * short[at[asked]], most)
-    result[number[over], k[asked][over] % 2] = True
+    result[panel[over], k[over] % 2] = True
     return result
+
+
+def _off(surface: Boundary, part: Index, a: Array, b: Array, middle: Array) -> Array:
+    """Return the distance (n,) of quadratic sides from the surface, at both quarters [length]."""
+    quarters = np.stack(
+        [np.einsum("i,inc->nc", QUARTER, np.stack(e)) for e in ((a, b, middle), (b, a, middle))],
+        axis=1,
+    )
+    away = np.linalg.norm(surface.onto(part, quarters) - quarters, axis=2)
+    return np.asarray(away.max(axis=1, initial=0.0))
 
 
 def numbered(points: Array) -> Index:

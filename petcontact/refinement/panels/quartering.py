@@ -44,17 +44,7 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> Surf
     kinds = np.column_stack([triangle, curved, along | triangle[:, None]])
     for three, bent, *halved in np.unique(kinds[marked], axis=0).tolist():
         panels = np.flatnonzero(marked & np.all(kinds == (three, bent, *halved), axis=1))
-        corners = 3 if three else 4
-        given = [
-            mesh.corners[panels, :corners],
-            *([mesh.middles[panels, : 2 * corners - 3]] if bent else []),
-        ]
-        pieces = np.einsum(
-            "pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1)
-        )
-        piece = np.full((*pieces.shape[:2], 9, 3), np.nan)
-        piece[:, :, :corners] = pieces[:, :, :corners]
-        piece[:, :, 4 : 4 + pieces.shape[2] - corners] = pieces[:, :, corners:]
+        piece = _cut_alike(mesh, panels, 3 if three else 4, bent, halved)
         if surface is not None:
             piece = surface.onto(mesh.part[panels], piece.reshape(len(panels), -1, 3)).reshape(
                 piece.shape
@@ -66,6 +56,23 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: Boundary | None = None) -> Surf
     old, new = numbers[order], np.concatenate(points)[order]
     finer = SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:])
     return closed(finer if exact is None else with_half_way_middles(finer, exact))
+
+
+def _cut_alike(
+    mesh: SurfaceMesh, panels: Index, corners: int, bent: bool, halved: list[bool]
+) -> Array:
+    """Return the points of the pieces of panels of one kind, (n, 2 or 4, 9, 3) [length]."""
+    given = [
+        mesh.corners[panels, :corners],
+        *([mesh.middles[panels, : 2 * corners - 3]] if bent else []),
+    ]
+    pieces = np.einsum(
+        "pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1)
+    )
+    result = np.full((*pieces.shape[:2], 9, 3), np.nan)
+    result[:, :, :corners] = pieces[:, :, :corners]
+    result[:, :, 4 : 4 + pieces.shape[2] - corners] = pieces[:, :, corners:]
+    return result
 
 
 def parents(mesh: SurfaceMesh, along: Mask) -> Index:
