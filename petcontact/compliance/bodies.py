@@ -1,10 +1,11 @@
-"""Bodies and rigid obstacles composed on the nodes of all contact interfaces: v = v_0 + S σ + M α,
+"""Bodies and rigid obstacles, reduced to the nodes of all contact interfaces: v = v_0 + S σ + M α,
 E σ + f = 0.
 
-σ at the secondary's nodes is the traction on the secondary along k directions: d-1 tangents τ and,
-unless all interfaces hold their normals, n. The primary carries -J times it. v is the relative
-displacement of the secondary along the same directions, v_n less the initial gap. Of a rigid
-obstacle S = 0; its displacement opposite a node is taken at the node.
+σ is the traction on the secondary at its nodes, along k directions. These are d-1 tangents τ and
+the normal n; if all interfaces hold their normals, the tangents alone. The primary carries -Jσ,
+see `Interface.loads`. v is the displacement of the secondary relative to the primary along the same
+directions; v_n is reduced by the initial gap. A rigid obstacle has S = 0. Its displacement is taken
+at the secondary's node.
 """
 
 from __future__ import annotations
@@ -40,17 +41,18 @@ class BodiesSystem:
     ----------
     bodies : sequence of ElasticBody
     interfaces : sequence of Interface
-        Their normals are held on all of them or on none.
+        Either all of them hold their normals or none does.
     x : sequence of (m, d) arrays
         Nodes of each interface [length].
     centres : sequence of (d,) arrays
-        Of the obstacles [length].
+        Centres of the obstacles [length].
     comm : PETSc.Comm
     cases : int
-        How many Robin problems will be solved: several may share more than one would.
+        Number of contact problems that will be solved. Several problems can share one reduction
+        of S (`hessenberg`).
     join : callable, optional
-        Makes of bodies, interfaces, maps and communicator what solves all equations together, where
-        a storage needs that.
+        Returns a `Joint` from bodies, interfaces, maps and communicator. It is given if the
+        storage needs all equations to be solved together.
 
     Attributes
     ----------
@@ -58,25 +60,26 @@ class BodiesSystem:
     slices : list of slices
         The nodes of each interface among all M.
     components : int
-        Of displacements: one more than tangents.
+        Number of displacement components at a node, one more than that of tangents.
     k : int
-        Directions a node.
+        Number of contact directions at a node.
     motions : Motions
-        The rigid motions of such bodies and obstacles.
+        Rigid motions of bodies and obstacles of this kind.
     weight : (M,) array
-        Node weights of the secondaries [length, in space and of rings area].
+        Node weights of the secondaries [length; area in space and for rings].
     gap : (M,) array
+        Initial gap [length].
     operator : ContactCompliance
-        S, component c of node i being k i + c, tangential first.
+        S. Component c of node i has number k i + c; the tangential ones come first.
     base : (K, k M) array
-        v in each load state without contact tractions and gap.
+        v in each load state, without contact tractions and gap [length].
     modes, balance : (k M, r), (r, k M) arrays
         M and E of the free motions of all bodies.
     resultant : (K, r) array
         f of the bodies in each load state.
     obstacle_modes : list of (k M, q) arrays
-        v for unit displacements along the axes and unit rotations of each obstacle (see
-        `Motions.every`); E is their transpose, weighted.
+        v for unit displacements and unit rotations of each obstacle (see `Motions.every`). E is
+        their transpose times the weights.
     """
 
     def __init__(
@@ -120,7 +123,7 @@ class BodiesSystem:
         self.operator = self._composed(comm, cases)
 
     def _load(self) -> None:
-        """What loads, gaps and jumps come to."""
+        """Compute gap, base and resultant from the loads, gaps and jumps."""
         states = self.bodies[0].data.states
         self.gap = np.concatenate([np.zeros(0), *(i.gap for i in self.interfaces)])
         self.base = np.zeros((states, self.k * self.size))
@@ -137,19 +140,21 @@ class BodiesSystem:
     def loaded(
         self, data: Sequence[BoundaryData], interfaces: Sequence[Interface]
     ) -> BodiesSystem | None:
-        """The same S under other known values, gaps and jumps; it is closed with this one.
+        """Return a system with the same S under other known values, gaps and jumps.
+
+        Both share their PETSc objects; closing one closes both.
 
         Parameters
         ----------
         data : sequence of BoundaryData
-            One a body; of one that is loaded as here the same object.
+            One for each body. A body whose data do not change has the same object as here.
         interfaces : sequence of Interface
-            That differ from those here in gaps and jumps only.
+            They may differ from those here in gaps and jumps only.
 
         Returns
         -------
         BodiesSystem or None
-            None where a body must be eliminated once more for it.
+            None if a body must be eliminated again.
         """
         bodies = [
             body if new is body.data else body.with_data(new)
@@ -198,15 +203,25 @@ class BodiesSystem:
     def at(
         self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None
     ) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,),
-        and a `layer` (M,) that gives way to pressure [length/stress]."""
+        """Return the contact system of one increment.
+
+        Parameters
+        ----------
+        u_0 : (M, k) array
+            v for σ = 0 [length].
+        modes : Modes
+        shares : (K,) array
+            Weights of the load states.
+        layer : (M,) array, optional
+            Compliance of a layer that yields to pressure [length/stress].
+        """
         operator = self.operator if layer is None or not layer.any() else self._with(layer)
         if self._joint is not None:
             return self._joint.system(u_0, self.weight, modes, shares, operator)
         return ComposedSystem(u_0, self.weight, modes, operator)
 
     def _with(self, layer: Array) -> ContactCompliance:
-        """S with a layer; the last one is kept."""
+        """Return S with a layer; the last result is stored."""
         if self._softened is None or not np.array_equal(self._softened[0], layer):
             if self._softened is not None:
                 self._softened[1].close()
@@ -218,15 +233,18 @@ class BodiesSystem:
         return places(self.bodies[0], self.interfaces)
 
     def _apply(self, sigma: Array) -> Array:
-        """S σ, (M, k), body by body. Collective."""
+        """Return S σ (M, k) as the sum over bodies. Collective."""
         flat, result = sigma.ravel(), np.zeros(sigma.size)
         for body, maps in zip(self.bodies, self._maps, strict=True):
             result += maps.seen(body.apply(maps.carried(flat)))
         return result.reshape(sigma.shape)
 
     def surrogate(self) -> Surrogate | None:
-        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on
-        surfaces half spaces, where there are not too many nodes."""
+        """Return the unscaled surrogate T in all directions, or None.
+
+        On curves T is made of the layers of both bodies at each interface. On surfaces it is made
+        of half spaces, if there are at most `LARGEST` nodes.
+        """
         if not self._layer:
             if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
                 measure = np.concatenate(
@@ -263,16 +281,17 @@ class BodiesSystem:
         return found
 
     def weighted(self, modes: Array) -> Array:
-        """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (q, k M)."""
+        """Return E = MᵀW (q, k M) of an obstacle; E σ is the resultant of the tractions on it."""
         return np.ascontiguousarray((modes * np.repeat(self.weight, self.k)[:, None]).T)
 
     @property
     def takes_several(self) -> bool:
-        """Whether `boundary` of all bodies takes several increments at once."""
+        """Whether `boundary` of all bodies accepts several increments at once."""
         return all(body.takes_several for body in self.bodies)
 
     def tractions(self, number: int, sigma: Array) -> Array:
-        """Tractions (..., m_c, k) in the contact directions of a body for σ (..., M, k)."""
+        """Return the tractions (..., m_c, k) along a body's contact directions, from σ (..., M, k)
+        [stress]."""
         lead = sigma.shape[:-2]
         return (
             self._maps[number]
@@ -281,12 +300,12 @@ class BodiesSystem:
         )
 
     def motion(self, number: int, alpha: Array) -> Array:
-        """The part of α (..., r) that belongs to one body."""
+        """Return the part of α (..., r) that belongs to one body."""
         ends = np.cumsum([0, *(body.modes.shape[2] for body in self.bodies)])
         return alpha[..., ends[number] : ends[number + 1]]
 
     def describe(self) -> str:
-        """Storage of the bodies, and the KSP of Robin solves."""
+        """Return a text that names the storage of the bodies and the KSP of Robin solves."""
         stored = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
         return "; ".join(filter(None, [stored, self.operator.kind]))
 

@@ -1,4 +1,5 @@
-"""The contact problem of one increment: v = u_0 + S σ + M α, E σ + f = 0, as a method sees it."""
+"""The contact problem of one increment as a contact method sees it: v = u_0 + S σ + M α,
+E σ + f = 0."""
 
 from __future__ import annotations
 
@@ -14,17 +15,19 @@ from .contact_compliance import ContactCompliance, DenseCompliance, MakeSurrogat
 
 
 class Joint(Protocol):
-    """The equations of all bodies, to be solved together with those of contact."""
+    """The equations of all bodies, which are solved together with those of contact."""
 
     def compliance(self, surrogate: MakeSurrogate) -> ContactCompliance:
-        """The compliance S as a matrix."""
+        """Return the compliance S of all bodies."""
         ...
 
     def system(
         self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
     ) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares`
-        (K,)."""
+        """Return the contact system of one increment.
+
+        `u_0` (M, k) is v for σ = 0 [length], `shares` (K,) are the weights of the load states.
+        """
         ...
 
 
@@ -36,7 +39,7 @@ class ComposedSystem:
     u_0 : (m, k) array
         v for σ = 0 and α = 0 [length].
     weight : (m,) array
-        Of the contact nodes [length, in space area].
+        Weights of the contact nodes [length; area in space].
     modes : Modes or None
         Rigid motions that only contact holds.
     operator : ContactCompliance
@@ -52,7 +55,7 @@ class ComposedSystem:
 
     @property
     def matrix_free(self) -> bool:
-        """Whether S is known by its products."""
+        """Whether S is known only by its products."""
         return self._operator.matrix_free
 
     @property
@@ -62,26 +65,26 @@ class ComposedSystem:
 
     @property
     def ksp_reason(self) -> int:
-        """Why the last KSP stopped, as PETSc's number."""
+        """PETSc's number for the reason why the last KSP stopped."""
         return self._operator.ksp_reason
 
     def apply(self, sigma: Array) -> Array:
-        """The product S σ."""
+        """Return the product S σ, (m, k) [length]."""
         self.applications += 1
         return self._operator.apply(sigma)
 
     def compliance(self) -> Array:
-        """The compliance S as a matrix."""
+        """Return the compliance S as a matrix (m k, m k) [length/stress]."""
         return self._operator.matrix()
 
     def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
-        """σ + ρ v = f with equilibrium."""
+        """Return v and σ that satisfy σ + ρ v = f and the equilibrium E σ + load = 0."""
         load = np.zeros(0) if self.modes is None else -self.modes.load
         dv, sigma = self._solve(rho, f - rho * self.u_0, load)
         return self.u_0 + dv, sigma
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
-        """δσ + ρ δv = r with E δσ = 0."""
+        """Return δv and δσ that satisfy δσ + ρ δv = r and E δσ = 0."""
         return self._solve(rho, r, np.zeros(0 if self.modes is None else len(self.modes.load)))
 
     def _solve(self, rho: float | Array, r: Array, work: Array) -> tuple[Array, Array]:
@@ -90,12 +93,14 @@ class ComposedSystem:
         return self._operator.robin(np.broadcast_to(rho, r.shape), r, self.modes, work)
 
     def surrogate(self) -> Surrogate | None:
-        """The surrogate T of S, or None."""
+        """Return the surrogate T of S, or None."""
         return self._operator.surrogate()
 
 
 class ReducedSystem(ComposedSystem):
-    """One with a dense S given (m k, m k), component c of node i being k i + c [length/stress].
+    """A contact system whose S is a given dense matrix (m k, m k) [length/stress].
+
+    Component c of node i has number k i + c.
 
     >>> import numpy as np
     >>> system = ReducedSystem(np.array([[-1.0]]), np.array([[2.0]]), np.ones(1))

@@ -1,5 +1,7 @@
-"""S over all contact nodes, dense or by its products: kept through all load steps, methods and ρ
-that use it."""
+"""The compliance S of all contact nodes, as a dense matrix or by its products.
+
+One S serves all load steps, methods and ρ.
+"""
 
 from __future__ import annotations
 
@@ -20,16 +22,16 @@ MakeSurrogate = Callable[[], Surrogate | None]
 
 
 class ContactCompliance(abc.ABC):
-    """S, and Robin problems with it; vectors are (m, k) arrays, the same on every rank.
+    """S and the solution of Robin problems with it; vectors are (m, k) arrays, equal on every rank.
 
     Attributes
     ----------
     matrix_free : bool
-        Whether S is known by its products: `matrix` is then a product a column.
+        Whether S is known only by its products; `matrix` then takes one product for each column.
     surrogate : callable
-        Makes T, or None.
+        Returns T or None.
     ksp_iterations, ksp_reason : int
-        Of the last Robin solve.
+        Number of iterations of the last Robin solve, and PETSc's reason why it stopped.
     """
 
     matrix_free = False
@@ -39,31 +41,33 @@ class ContactCompliance(abc.ABC):
 
     @abc.abstractmethod
     def apply(self, sigma: Array) -> Array:
-        """The product S σ; collective."""
+        """Return the product S σ, (m, k) [length]. Collective."""
 
     @abc.abstractmethod
     def matrix(self) -> Array:
-        """S, (m k, m k)."""
+        """Return S as a matrix (m k, m k) [length/stress]."""
 
     @abc.abstractmethod
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """δv = S δσ + M δα and δσ with δσ + ρ δv = r and E δσ = work (r,); ρ is of the shape of r.
-        Collective."""
+        """Return δv = S δσ + M δα and the δσ for which δσ + ρ δv = r and E δσ = work. Collective.
+
+        `rho` has the shape of `r`; `work` has one value for each motion.
+        """
 
     def softened(self, layer: Array) -> ContactCompliance:
-        """S of contacts with a layer that gives way to the pressure of each node, by `layer` (m,)
-        [length/stress] times it.
+        """Return S with a layer that yields at each node by `layer` (m,) times the pressure
+        [length/stress].
 
         Raises
         ------
         InputError
-            If the storage has no way to.
+            If this storage of S cannot add a layer.
         """
         raise InputError('bem.mat_type: wear is not solved on these operators; choose "dense"')
 
     @property
     def kind(self) -> str:
-        """KSP and PC of Robin solves by their types."""
+        """Types of the KSP and the PC of Robin solves."""
         return ""
 
     def close(self) -> None:  # noqa: B027 (some have none)
@@ -71,7 +75,7 @@ class ContactCompliance(abc.ABC):
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank; I + ρS is factorised for each ρ by the KSP without a prefix."""
+    """S as a matrix on every rank. The KSP without a prefix factorises I + ρS for each ρ."""
 
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
@@ -80,22 +84,22 @@ class DenseCompliance(ContactCompliance):
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
-        """The product S σ."""
+        """Return the product S σ, (m, k) [length]."""
         return np.asarray(self._matrix @ sigma.ravel()).reshape(sigma.shape)
 
     def matrix(self) -> Array:
-        """The compliance S as a matrix."""
+        """Return S as a matrix (m k, m k) [length/stress]."""
         return self._matrix
 
     def softened(self, layer: Array) -> ContactCompliance:
-        """With the layer on the diagonal of the normal components."""
+        """Return S with the layer added to the diagonal of the normal components."""
         k, soft = len(self._matrix) // len(layer), self._matrix.copy()
         normal = k * np.arange(len(layer)) + k - 1
         soft[normal, normal] += layer
         return DenseCompliance(soft, self._comm, self.surrogate)
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
+        """Return δv and δσ. A new ρ costs a factorisation of I + ρS, bordered by the motions."""
         solver = self._solver = self._solver or DenseSolver(self._comm, "")
         border = self._bordered(solver, rho, r, modes)
         whole = solver.solve(
@@ -111,7 +115,10 @@ class DenseCompliance(ContactCompliance):
     def _bordered(
         self, solver: DenseSolver, rho: Array, r: Array, modes: Modes | None
     ) -> RigidModeConstraint | None:
-        """The border, where there are motions; the solver's matrix is that of ρ."""
+        """Factorise the matrix for this ρ unless the solver has it; return the border.
+
+        The border is None if there are no motions.
+        """
         each = rho.ravel()
         if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
             return self._of[2]
@@ -139,7 +146,7 @@ class DenseCompliance(ContactCompliance):
 
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix; empty as long as nothing was solved."""
+        """Types of the KSP without a prefix and its PC; empty before the first solve."""
         return "" if self._solver is None else self._solver.kind
 
     def close(self) -> None:
@@ -150,19 +157,19 @@ class DenseCompliance(ContactCompliance):
 
 
 class ProductCompliance(ContactCompliance):
-    """S by its products alone; T, which there has to be, preconditions I + ρS.
+    """S that is known only by its products. T must exist, and preconditions I + ρS.
 
     Parameters
     ----------
     product : callable
-        S σ of (m, k) arrays, collective.
+        Returns S σ of an (m, k) array. Collective.
     shape : (m, k)
     motions : int
-        Most rigid motions there may be.
+        Largest possible number of rigid motions.
     comm : PETSc.Comm
     surrogate : callable
     text : str
-        What `-ksp_view` says of S.
+        Description of S that `-ksp_view` prints.
     """
 
     matrix_free = True
@@ -183,11 +190,11 @@ class ProductCompliance(ContactCompliance):
         self._products: list[tuple[Array, Array]] = []
 
     def apply(self, sigma: Array) -> Array:
-        """The product S σ."""
+        """Return the product S σ, (m, k) [length]."""
         return self._product(sigma)
 
     def softened(self, layer: Array) -> ContactCompliance:
-        """With the layer added to products."""
+        """Return S with the layer added to its products."""
         add = np.zeros(self._shape)
         add[:, -1] = layer
         return ProductCompliance(
@@ -195,7 +202,10 @@ class ProductCompliance(ContactCompliance):
         )
 
     def matrix(self) -> Array:
-        """S, a product a column: for tests, and for many Robin solves."""
+        """Return S (m k, m k), one product for each column [length/stress].
+
+        It is meant for tests and for many Robin solves.
+        """
         return np.column_stack(
             [
                 self.apply(e.reshape(self._shape)).ravel()
@@ -204,8 +214,10 @@ class ProductCompliance(ContactCompliance):
         )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """GMRES, preconditioned by (I + ρT)⁻¹; motions in units of what the whole traction
-        moves."""
+        """Return δv and δσ by GMRES, preconditioned by (I + ρT)⁻¹.
+
+        The unit of the motions is the displacement that unit tractions at all nodes cause.
+        """
         if self._layer is None:
             self._layer = self.surrogate()
         assert self._layer is not None, "a system by products has a T"
@@ -214,8 +226,8 @@ class ProductCompliance(ContactCompliance):
         border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
         columns, rows = border.spread(stuck.active)
         self._products = []
-        # v = u_0 + S σ + M α and E σ + f = 0 hold whatever this residual is: the iteration ends
-        # where it would with 1e-12, in as many steps, at a third of the price
+        # v = u_0 + S σ + M α and E σ + f = 0 hold whatever this residual is. With 1e-4 the contact
+        # method takes as many steps to the same result as with 1e-12, at a third of the cost
         sigma, coordinates = self._krylov.solve(
             self._noted(rho),
             lambda x: layer.solve(x, rho[0]),
@@ -239,8 +251,10 @@ class ProductCompliance(ContactCompliance):
         return product
 
     def _product_of(self, sigma: Array) -> Array:
-        """S σ from the products of the KSP, whose solution is a combination of the vectors that it
-        multiplied."""
+        """Return S σ (m, k) from the products that the KSP computed.
+
+        Its solution is a combination of the vectors that it multiplied by S.
+        """
         if self._products:
             vectors, products = (
                 np.column_stack([pair[i].ravel() for pair in self._products]) for i in (0, 1)
@@ -252,7 +266,7 @@ class ProductCompliance(ContactCompliance):
 
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix."""
+        """Types of the KSP without a prefix and its PC."""
         return self._krylov.kind
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Values at contact nodes, whole on every rank, out of the unknowns that each rank has."""
+"""Values at contact nodes, gathered on every rank from the unknowns of each rank."""
 
 from __future__ import annotations
 
@@ -12,8 +12,16 @@ from ..linalg.row_layout import even_ranges
 
 
 class ContactVectors:
-    """Where the contact nodes stand among the unknowns, which are split by whole nodes over the
-    ranks."""
+    """Places of the contact nodes among the unknowns, which are distributed over the ranks by whole
+    nodes.
+
+    Attributes
+    ----------
+    here : slice
+        Contact components of this rank among those of all.
+    local_unknowns : (n,) array
+        Their numbers among the unknowns of this rank.
+    """
 
     def __init__(self, operators: BoundaryOperators, comm: Any) -> None:
         nodes, k = operators.data.contact_nodes, operators.data.contact_directions.shape[1]
@@ -26,7 +34,7 @@ class ContactVectors:
         self._mpi = comm.tompi4py() if ranks > 1 else None
 
     def everywhere(self, local: Array) -> Array:
-        """The whole array on every rank from each rank's rows."""
+        """Return the whole array on every rank, from the rows of each rank."""
         return (
             np.array(local)
             if self._mpi is None

@@ -1,14 +1,14 @@
-"""The operator T of half spaces: a stand-in for S in space, twice Kelvin's kernel over each contact
-part.
+"""The surrogate T of S in space: half spaces, with twice Kelvin's kernel over each contact part.
 
-The surface of a half space whose normal displacement is held moves under tangential tractions by
-2Gσ, G = ∫U in its plane: of a body T has the singularity of S. A free surface moves under pressure
-by nearly that, 1.09 times at ν = .3. Of several bodies T is the sum of theirs, each through the
-maps between its nodes and those of contact. On a rectangular part T goes on by even images across
-the sides beyond which the body is free, by odd ones where it is held; only components along their
-own directions have images, so that T stays symmetric in the weights. Of problem A's block T⁻¹S has
-eigenvalues in [0.6, 2.7], without images in [1.0, 6.2]; of two blocks in unilateral contact in
-[0.15, 2.8].
+Consider a half space whose normal displacement is held. Tangential tractions move its surface by
+2Gσ, with G = ∫U in its plane. Hence T has the singularity of S. Pressure moves a free surface by
+nearly 2Gσ, 1.09 times as much at ν = 0.3. For several bodies T is the sum over the bodies, each
+mapped from its nodes to those of contact.
+
+A rectangular part has images across its four sides. They are even where the body beyond the side is
+free, and odd where it is held. Each image has the diagonal components alone, so that T stays
+symmetric in the weights. Measured eigenvalues of T⁻¹S are in [0.6, 2.7] for the block of problem A;
+without images they are in [1.0, 6.2]. For two blocks in unilateral contact they are in [0.15, 2.8].
 """
 
 from __future__ import annotations
@@ -27,19 +27,22 @@ from ..round_off import SINGLE
 from .layer.operator import fitted
 
 LARGEST = 1000
-"""Contact nodes up to which there is a T: it is dense, and beyond its factorisations cost more than
-they save."""
+"""Largest number of contact nodes for which T exists. T is dense; for more nodes its
+factorisations cost more than they save."""
 
 
 class HalfSpace:
-    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method
-    adapts to S.
+    """Dense T on Γ_C times one factor that a contact method adapts to S.
+
+    See `contact.system.Surrogate`.
 
     Parameters
     ----------
     assemble : callable
-        Returns T, (m k, m k); it is called where T is first needed.
+        Returns T (m k, m k) [length/stress]. It is called when T is needed and should store its
+        result.
     weight : (m,) array
+        Node weights [area].
     predicts : bool
         Whether T costs less than the steps of Newton's method that its predictions save.
     """
@@ -50,11 +53,14 @@ class HalfSpace:
         self.scale, self._assemble, self._weight, self.predicts = 1.0, assemble, weight, predicts
 
     def apply(self, x: Array) -> Array:
-        """T x, (m, k) [length]."""
+        """Return T x, (m, k) [length]."""
         return self.scale * (self._matrix @ x.ravel()).reshape(x.shape)
 
     def solve(self, x: Array, rho: float | Array | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
+        """Return T⁻¹ x [stress], or (I + ρT)⁻¹ x if ρ is given, (m, k).
+
+        ρ is one number, or one for each component, (k,).
+        """
         if rho is None:
             return np.asarray(scipy.linalg.lu_solve(self._factor, x.ravel() / self.scale)).reshape(
                 x.shape
@@ -65,7 +71,7 @@ class HalfSpace:
         )
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
         [stress]."""
         held, result = np.flatnonzero(stick), np.zeros_like(rhs)
         result.flat[held] = np.linalg.solve(
@@ -74,7 +80,7 @@ class HalfSpace:
         return result
 
     def matrix(self) -> Array:
-        """T, (m k, m k)."""
+        """Return T, (m k, m k) [length/stress]."""
         return self.scale * self._matrix
 
     def fit(self, sigma: Array, displacement: Array) -> None:
@@ -91,7 +97,8 @@ class HalfSpace:
 
 
 def half_space(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
-    """T of one body at contact nodes (m,) in directions (m, k, 3), (m k, m k)."""
+    """Return T (m k, m k) of one body at contact nodes (m,) along the directions `frame`
+    (m, k, 3)."""
     mesh, (m, k) = operators.mesh, frame.shape[:2]
     matrix = np.zeros((m, k, m, k))
     for part in np.unique(mesh.node_part[nodes]):
@@ -103,7 +110,7 @@ def half_space(operators: BoundaryOperators, nodes: Index, frame: Array) -> Arra
 
 
 def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
-    """T of one part (m, k, m, k)."""
+    """Return T of one part, (m, k, m, k)."""
     mesh, kernel, (m, k) = operators.mesh, operators.kernel, frame.shape[:2]
     panels = np.unique(mesh.element[nodes])
     result = np.zeros((m, k, m, k))
@@ -131,14 +138,17 @@ def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
 
 
 Side = tuple[Array, float, Array]
-"""Direction out of a rectangle, or against it, place along it, and the sign of each component's
-image."""
+"""One side of a rectangle: the direction normal to it in the plane, the side's coordinate along it,
+and the sign of each component's image."""
 
 
 def _sides(
     operators: BoundaryOperators, nodes: Index, frame: Array
 ) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
-    """The sides of a part by pairs, if it is a rectangle along its tangents."""
+    """Return the two pairs of opposite sides of a part, or None.
+
+    It is None unless the part is a rectangle whose sides are parallel to its tangents.
+    """
     mesh, data = operators.mesh, operators.data
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])

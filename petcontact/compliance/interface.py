@@ -1,4 +1,4 @@
-"""Where parts of bodies meet, and the maps between contact directions of bodies and of all
+"""Contact interfaces, and the maps between the contact directions of bodies and those of all
 interfaces."""
 
 from __future__ import annotations
@@ -19,40 +19,43 @@ from .body.base import ElasticBody
 
 @frozen
 class Interface:
-    """Where one part of a body meets a part of another body, an obstacle, or fixed rigid ground.
+    """The contact of a part of a body with a part of another body, an obstacle, or fixed ground.
 
     Attributes
     ----------
     name : str
     body : int
-        Of the secondary.
+        Number of the secondary's body.
     nodes : (m,) array
-        Of its mesh.
+        Nodes of the secondary in the mesh of its body.
     normal : (m, d) array
-        n, from the secondary to the primary; with torsion as points are, in the half section.
+        n, from the secondary to the primary. With torsion it lies in the half section, as points
+        do.
     tangent : (m, d-1, d) array
         τ, orthonormal and normal to n.
     gap : (m,) array
-        Initial gap, infinite where nothing is faced [length].
+        Initial gap, infinite where no primary is opposite [length].
     primary : int, optional
-        Number of the body of the primary.
+        Number of the primary's body.
     primary_nodes : (k,) array, optional
+        Nodes of the primary in the mesh of its body.
     values : (m, k) sparse array, optional
-        Values at the primary's nodes to values at the points that are faced.
+        Map from values at the primary's nodes to those at the points opposite the nodes.
     loads : (k, m) sparse array, optional
-        Traction at the secondary's nodes to J times it at the primary's.
+        Map from tractions at the secondary's nodes to J times them at the primary's nodes.
     obstacle : int, optional
-        Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
+        Number of the obstacle. With neither a body nor an obstacle the primary is fixed.
     distance : (m,) array, optional
-        To the primary along n, whatever the gap is given as; infinite where nothing is faced
-        [length].
+        Geometric distance to the primary along n, also if the input gives the gap. It is infinite
+        where no primary is opposite [length].
     sag : (m,) array, optional
-        Height of curved faces over the elements that stand for them, where it is in the gap
-        [length].
+        Height of the curved surfaces over their elements, if the gap includes it [length].
     jump : (K, d) array, optional
-        What the primary is displaced beyond the secondary in each load state [length].
+        Displacement that the primary has in addition to the secondary, in each load state
+        [length].
     held : bool
-        Whether u_n = gap is data of the body, and the tangents alone are contact directions.
+        Whether u_n = gap is boundary data of the body. Only the tangents are then contact
+        directions.
     """
 
     name: str
@@ -73,7 +76,7 @@ class Interface:
 
     @property
     def directions(self) -> Array:
-        """Of σ and v, (m, k, d)."""
+        """Directions of σ and v, (m, k, d)."""
         return (
             self.tangent
             if self.held
@@ -82,12 +85,13 @@ class Interface:
 
     @property
     def across(self) -> Array:
-        """n as displacements and tractions are, (m, d)."""
+        """n with as many components as a displacement, (m, d)."""
         return lifted(self.normal, self.tangent.shape[2])
 
 
 def slices(interfaces: Sequence[Interface]) -> dict[str, slice]:
-    """The nodes of each interface by its name among those of all, one after another."""
+    """Return, by the name of each interface, the slice of its nodes among those of all
+    interfaces."""
     ends = itertools.accumulate((len(face.nodes) for face in interfaces), initial=0)
     return {
         face.name: slice(*bounds)
@@ -96,15 +100,17 @@ def slices(interfaces: Sequence[Interface]) -> dict[str, slice]:
 
 
 def directions_looked_for(dim: int, interfaces: Sequence[Interface]) -> int:
-    """Components of σ at a node, k: the tangential ones where all normals are held, as where
-    nothing is in contact."""
+    """Return k, the number of components of σ at a node.
+
+    It is dim - 1, for the tangents alone, if all normals are held or there is no interface.
+    """
     return dim - 1 if all(face.held for face in interfaces) else dim
 
 
 def contact_maps(
     number: int, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface]
 ) -> ContactMaps:
-    """Between the contact directions of a body and those of all interfaces."""
+    """Return the maps between the contact directions of one body and those of all interfaces."""
     body, d = bodies[number], bodies[number].mesh.components
     k = directions_looked_for(d, interfaces)
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
@@ -148,8 +154,10 @@ _Triples = tuple[Array, Index, Index]
 def _triples(
     face: Interface, where: slice, body: ElasticBody, node: Index, own: Index, share: Array
 ) -> _Triples:
-    """Shares (q,) that nodes `own` of a body have in nodes of an interface, (q,) each, as what they
-    are along the contact directions of both."""
+    """Return the entries of a map from a body's contact directions to those of an interface.
+
+    `share` (q,) is the part that node `own` (q,) of the body has in `node` (q,) of the interface.
+    """
     place, k = np.searchsorted(body.contact, own), face.directions.shape[1]
     entries = share[:, None, None] * np.einsum(
         "qac,qbc->qab", face.directions[node], body.data.contact_frame[place]
@@ -163,12 +171,12 @@ def _triples(
 
 
 def _places_of(matrix: scipy.sparse.csr_array) -> tuple[Index, Index]:
-    """Rows and columns of the entries of a sparse matrix."""
+    """Return the rows and the columns of the entries of a sparse matrix."""
     return np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)), matrix.indices
 
 
 def _sum_of(parts: list[_Triples], shape: tuple[int, int]) -> scipy.sparse.csr_array:
-    """The sparse matrix of some triples, added up where they are of one place, without zeros."""
+    """Return the sparse matrix of these triples without zeros; entries at one place are added."""
     if not parts:
         return scipy.sparse.csr_array(shape)
     entries, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
@@ -177,36 +185,36 @@ def _sum_of(parts: list[_Triples], shape: tuple[int, int]) -> scipy.sparse.csr_a
 
 
 def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
-    """Of the nodes of all interfaces among the contact nodes of a body that is the only one."""
+    """Return the places of the nodes of all interfaces among the contact nodes of the only body."""
     nodes = np.concatenate([body.contact[:0], *(face.nodes for face in interfaces)])
     return np.asarray(np.searchsorted(body.contact, nodes))
 
 
 class ContactMaps(Protocol):
-    """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M,
-    ...)."""
+    """Maps between vectors along a body's contact directions (k m_c, ...) and along those of all
+    interfaces (k M, ...)."""
 
     @property
     def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        """`seen`, and the transpose of `carried`, (k M, k m_c)."""
+        """Matrices of `seen` and of the transpose of `carried`, (k M, k m_c) each."""
         ...
 
     def seen(self, moved: Array) -> Array:
-        """v of a displacement of the body."""
+        """Return the v that a displacement of the body causes."""
         ...
 
     def carried(self, sigma: Array) -> Array:
-        """Tractions on the body of σ."""
+        """Return the tractions on the body that σ causes."""
         ...
 
     def felt(self, work: Array) -> Array:
-        """The transpose of `carried`: from components on the body to those that σ is in."""
+        """Return the transpose of `carried` times a vector on the body."""
         ...
 
 
 @frozen
 class _Reordered:
-    """Of a body that is the only one, and whose directions those of the interfaces are."""
+    """Maps of a single body whose contact directions are those of the interfaces, reordered."""
 
     order: Index
 
@@ -228,7 +236,7 @@ class _Reordered:
 
 @frozen
 class _Combined:
-    """By sparse matrices (k M, k m_c)."""
+    """Maps by sparse matrices (k M, k m_c)."""
 
     displacement: scipy.sparse.csr_array
     traction: scipy.sparse.csr_array
