@@ -266,12 +266,12 @@ def test_a_turned_body_has_a_turned_answer(tmp_path):
 def test_an_obstacle_under_its_reactions_stays_where_it_was():
     """All six motions given, then free under the forces and moments that held them: the same
     tractions."""
-    given = solved(PUNCHED, obstacle__0__rotation=[0.0, 0.05, 0.02], method__tolerance=1e-10)
-    held = given.steps[0].obstacles["ball"]
+    at_once = {"method__tolerance": 1e-10, "step": [{"increments": 1}]}
+    given = solved(PUNCHED, obstacle__0__rotation=[0.0, 0.05, 0.02], **at_once)
+    held = given.last.obstacles["ball"]
     freed = solved(
         PUNCHED,
-        method__tolerance=1e-10,
-        step=[],
+        **at_once,
         **{
             "obstacle__0__displacement": "free",
             "obstacle__0__rotation": "free",
@@ -283,7 +283,7 @@ def test_an_obstacle_under_its_reactions_stays_where_it_was():
     moved = freed.last.obstacles["ball"]
     assert moved.displacement == pytest.approx([0.0, 0.0, -0.1], abs=1e-8)
     assert moved.rotation == pytest.approx([0.0, 0.05, 0.02], abs=1e-8)
-    a, b = given.steps[0].pairs["top"], freed.last.pairs["top"]
+    a, b = given.last.pairs["top"], freed.last.pairs["top"]
     assert np.allclose(a.pressure, b.pressure, atol=1e-7) and np.allclose(
         a.sigma_t, b.sigma_t, atol=1e-7
     )

@@ -32,6 +32,7 @@ TEXT = (
     block("lower", [-3, -3], [3, 0], bottom=[0.0, 0.0])
     + block("upper", [-3, 0], [3, 3], top=[0.0, 0.0])
     + contact_pair("pair", "lower.top", "upper.bottom", 0.4, "x**2/2")
+    + "[[step]]\nincrements = 1\n"
 )
 
 
