@@ -1,4 +1,4 @@
-"""Displacement (4.9) and stress inside the body, from boundary data by exact element integrals."""
+"""Displacement (4.9) and stress inside a body, from boundary data by exact element integrals."""
 
 from __future__ import annotations
 
@@ -21,20 +21,21 @@ from .smoothing import smoothed
 from .stress_state import Field
 
 ENTRIES = 400_000
-"""Pairs of a node and a point that are taken at once, so that memory stays small."""
+"""Largest number of pairs of a node and a point that are integrated at once, to limit memory."""
 SERIES = 10_000
-"""Points at which a series is summed at once."""
+"""Largest number of points at which a series is summed at once."""
 
 
 Progress = Callable[[float], None]
-"""Called with the share of a work that is done."""
+"""Function that is called with the share of the work that is done, from 0 to 1."""
 
 
 @functools.singledispatch
 def stress_across(
     mesh: Any, x: Array, u: Array, stress: Array, material: Material, heat: Any = 0.0
 ) -> Array:
-    """The normal stress (m,) along the third axis: σ_zz, of bodies of revolution the hoop stress.
+    """Return the normal stress (m,) along the third axis: σ_zz, or the hoop stress of bodies of
+    revolution [stress].
 
     Parameters
     ----------
@@ -42,10 +43,10 @@ def stress_across(
     x, u : (m, d) arrays
         Points of its body and their displacement [length].
     stress : (m, d(d+1)/2) array
-        [stress]
+        Stress at the points [stress].
     material : Material
     heat : (m,) array, optional
-        -EαT of plane strain and of revolution: what a temperature adds [stress].
+        -EαT, which a temperature T adds in plane strain and in bodies of revolution [stress].
     """
     return np.asarray(stress[:, 2])
 
@@ -70,12 +71,12 @@ def _(
 
 
 def points_in(points: Any, dim: int) -> Array:
-    """Points as an array (m, dim).
+    """Return points as an array (m, dim).
 
     Raises
     ------
     InputError
-        If they are none, or not finite.
+        If the array has another shape, or a coordinate is not finite.
     """
     found: Array = np.atleast_2d(np.asarray(points, dtype=float))
     if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
@@ -93,8 +94,11 @@ def field_at(
     points: Array,
     progress: Progress | None = None,
 ) -> tuple[Array, Array]:
-    """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one
-    state: see `fields_at`."""
+    """Return displacement (m, d) and stress (m, d(d+1)/2) at points, from u and traction (n, d) of
+    one state.
+
+    See `fields_at`.
+    """
     moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
     return moved[..., 0], stress[..., 0]
 
@@ -109,41 +113,41 @@ def fields_at(
     *,
     outside: float | None = None,
 ) -> tuple[Array, Array]:
-    """Displacement and stress at points inside the body, by Somigliana's identities.
+    """Return displacement and stress at points inside the body, by Somigliana's identities.
 
-    Constant elements are made smooth first, see `smoothing`; the integrals over the elements are
-    exact at every distance; next to the joints of elements the data are brought together, see
-    `joints`. So u and σ have the accuracy of the boundary data and of their slopes, O(h^(p+1)) and
-    O(h^p), at every distance from the boundary. At corners, where σ is not singular in truth, it
-    may still grow like the logarithm of the distance, times that error.
+    Data on constant elements are made smooth first, see `smoothing`. The integrals over elements
+    are exact at every distance. Next to joints of elements the data are made continuous, see
+    `joints`. Hence u and σ are as accurate as the boundary data and their slopes, O(h^(p+1)) and
+    O(h^p), at every distance from the boundary. At corners with bounded stress the error of σ may
+    still grow like the logarithm of the distance.
 
     Parameters
     ----------
     mesh : BoundaryMesh
         n nodes.
     u, traction : (n, d, s) arrays
-        Boundary displacement [length] and traction [stress] at the nodes, in s states, which share
-        the work.
+        Boundary displacement [length] and traction [stress] at the nodes, in s states. All states
+        share the integrals.
     material : Material
     points : (m, d) array
-        Inside the body, not on its boundary [length].
+        Points inside the body, not on its boundary [length].
     progress : callable, optional
-        Called with the share of the elements that has been integrated, as often as it grows.
+        Called with the share of the elements that has been integrated, each time it grows.
     outside : float, optional
-        What points outside the body get; without it they are refused.
+        Value at points outside the body. By default such points are an error.
 
     Returns
     -------
     u : (m, d, s) array
-        Equation (4.9) [length].
+        Displacement by equation (4.9) [length].
     stress : (m, d(d+1)/2, s) array
-        σ_xx, σ_yy, σ_xy, in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, from the derivative of (4.9)
+        σ_xx, σ_yy, σ_xy, or in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, by the derivative of (4.9)
         [stress].
 
     Raises
     ------
     InputError
-        If a point lies outside the body or is not finite.
+        If a point is not finite, or lies outside the body and `outside` is missing.
     """
     d, states = mesh.components, u.shape[2]
     points = points_in(points, mesh.dim)
@@ -159,7 +163,7 @@ def fields_at(
     )
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
-    # 64 elements of one kind are seen together from afar
+    # a series stands for 64 elements of one kind at distant points
     groups = list(pieces(mesh, 64 if many else mesh.n_elements))
     for number, group in enumerate(groups):
         if progress is not None:
@@ -186,8 +190,8 @@ def fields_at(
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    # about an infinite plate's points holes wind as often less, and what moves all of a boundary
-    # moves nothing else of it
+    # in an infinite plate with holes every winding number is less by one, and a rigid motion of the
+    # boundary data has no field inside
     filled = float(mesh.weight @ np.einsum("nd,nd->n", mesh.x, mesh.normal) > 0.0)
     # the winding is 1 inside, 1/2 on the boundary, 0 outside
     beyond = np.flatnonzero(~(wound > filled - 0.1))
@@ -203,8 +207,10 @@ def fields_at(
 
 
 def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
-    """The rigid motion that is most of displacements (n, d, s), if one is, as a function of points
-    (m, d)."""
+    """Return the rigid motion nearest to displacements (n, d, s), as a function of points (m, d).
+
+    It is zero for states in which a tenth of the displacements or more would remain.
+    """
     centre = mesh.x.mean(axis=0)
     size = np.abs(mesh.x - centre).max()
     modes = mesh.motions.of(mesh.x / size, centre / size)
@@ -213,7 +219,7 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
         u.reshape(modes.shape[0] * mesh.components, -1),
         rcond=None,
     )[0]
-    # taken out where a tenth of the displacements is left
+    # only motions that leave less than a tenth of the displacements are worth subtracting
     amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < 0.1 * np.abs(u).max(axis=(0, 1))
     return lambda x: np.asarray(mesh.motions.of(x / size, centre / size) @ amplitudes)
 
@@ -228,7 +234,7 @@ def _add_next_to_joints(
     displacement: Array,
     stress: Array,
 ) -> None:
-    """Correct fields next to joints of curves; on surfaces nothing is added."""
+    """Correct `displacement` and `stress` next to joints of curves. Surfaces need no correction."""
 
 
 @_add_next_to_joints.register
@@ -241,7 +247,7 @@ def _(
     displacement: Array,
     stress: Array,
 ) -> None:
-    """What changes near the ends of elements where the data are brought together."""
+    """Add the fields of the data's change at the ends of elements, see `joints`."""
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
         change_u, change_s, _ = kernel.field(targets, near.elements, near.u, pushed)
@@ -257,14 +263,14 @@ def field_on_grid(
     resolution: tuple[int, int],
     progress: Progress | None = None,
 ) -> Field:
-    """Displacement and stress on a grid inside the body that reaches to its boundary.
+    """Return displacement and stress on a grid that fills the body up to its boundary.
 
     Parameters
     ----------
     mesh, u, traction, material, progress
         See `field_at`.
     resolution : (int, int)
-        Grid cells along x and y over the bounding box, at least 2.
+        Numbers of grid cells along x and y over the bounding box, at least 2.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Points inside a body and triangles between them: a regular grid, and a row of points along the
+"""Points inside a body and triangles between them: a regular grid and one row of points along the
 boundary."""
 
 from __future__ import annotations
@@ -12,28 +12,29 @@ from ..errors import InputError
 from ..mesh.curve_mesh import CurveMesh
 
 KEPT_OFF = 0.45
-"""Grid points nearer to the boundary than this are left out, in grid spacings: they would make
-slivers."""
+"""Distance from the boundary below which grid points are left out, in grid spacings. Nearer points
+would make slivers."""
 
 
 def triangulate(
     mesh: CurveMesh, resolution: tuple[int, int], window: tuple[Array, Array] | None = None
 ) -> tuple[Array, Index]:
-    """Points (n, 2) strictly inside the body and triangles (k, 3) that fill it up to a sliver along
-    its boundary.
+    """Return points (n, 2) strictly inside the body [length] and triangles (k, 3) between them.
+
+    The triangles fill the body except for a thin strip along its boundary.
 
     Parameters
     ----------
     mesh : CurveMesh
     resolution : (int, int)
-        Grid cells along x and y over the bounding box.
+        Numbers of grid cells along x and y over the bounding box.
     window : two (2,) arrays, optional
-        Corners of the box that is filled instead, as far as the body reaches [length].
+        Lower and upper corner of a box. Only the part of the body inside it is filled [length].
 
     Raises
     ------
     InputError
-        If the resolution is below 2 in a direction, or nothing of the body is in the window.
+        If the resolution is below 2 in a direction, or no part of the body is in the window.
     """
     if min(resolution) < 2:
         raise InputError(
@@ -72,9 +73,10 @@ def triangulate(
 
 
 def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
-    """Points just inside the boundary along a loop, about `spacing` apart, and one at each corner.
+    """Return points just inside the boundary along a loop, and one inside each corner.
 
-    They keep away from the ends of elements, where discontinuous elements have singular stresses.
+    Their distance is about `spacing`. They avoid the ends of elements, where discontinuous elements
+    have singular stresses.
     """
     points: list[Array] = []
     # the outermost points lie a thousandth of a spacing inside the boundary
@@ -82,7 +84,7 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
     for before, k in zip(mesh.neighbours()[0][loop].tolist(), loop.tolist(), strict=True):
         corner = _corner(mesh, before, k, inset)
         if corner is not None:
-            # a corner is worth more than what came just before it
+            # a corner matters more than the points just before it
             while points and np.hypot(*(points[-1] - corner)) < KEPT_OFF * spacing:
                 points.pop()
             points.append(corner)
@@ -99,8 +101,11 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
 
 
 def _corner(mesh: CurveMesh, before: int, after: int, inset: float) -> Array | None:
-    """The point inside a corner, None where the outline runs on smoothly; the one on the axis where
-    it begins there."""
+    """Return the point just inside the corner between two elements.
+
+    It is None if the outline is smooth there. If the outline begins on the axis, the point lies on
+    the axis.
+    """
     if before == after:
         return _beside(mesh, after, -1.0, inset)
     n = mesh.on_element(before, np.array([1.0]))[1][0]
@@ -112,6 +117,6 @@ def _corner(mesh: CurveMesh, before: int, after: int, inset: float) -> Array | N
 
 
 def _beside(mesh: CurveMesh, number: int, xi: float, inset: float) -> Array:
-    """The point inside an end of an element that lies on the axis."""
+    """Return the point on the axis just inside the element's end `xi`, which lies on the axis."""
     place, normal = mesh.on_element(number, np.array([xi]))
     return np.asarray((place - inset * normal)[0] * [0.0, 1.0])

@@ -1,10 +1,11 @@
-"""What discontinuous elements leave behind at their ends, taken away from the fields next to them.
+"""Removal of the stress that discontinuous elements cause at their ends.
 
-Where the displacement jumps, at the joint of two elements, the stress is that of a dislocation,
-1/distance; where its slope or the traction jumps, it is logarithmic. Jumps are errors of the
-boundary data. So next to a joint the fields of data are taken that are brought together there: on
-the two elements only, and no further away than a fifth of them, since elsewhere the data as they
-are do better (their nodal values are more accurate than their ends).
+If the displacement jumps at the joint of two elements, the stress grows like 1/distance, as at a
+dislocation. If its slope or the traction jumps, the stress grows like the logarithm. Both jumps are
+errors of the boundary data. Next to a joint the data of its two elements are therefore made
+continuous before the fields are evaluated. That is done up to a fifth of the shorter element away.
+At other points the original data are better, because nodal values are more accurate than values at
+the ends.
 """
 
 from __future__ import annotations
@@ -21,27 +22,28 @@ from ..mesh.elements import Elements
 
 SMOOTH = np.cos(np.radians(10.0))
 KEPT_JUMP, KEPT_SHARE = 0.5, 0.1
-"""A traction that jumps by more than these fractions of its range on both elements and of its mean
-size on the boundary is taken to jump in truth: an error of the data is smaller."""
+"""Jump of a traction over its range on both elements, and over its mean size on the boundary [-].
+If it exceeds both, the traction is taken to jump in reality; errors of the data are smaller."""
 CUBIC = 3
-"""Order of elements that take up a value and a slope at one end, and none at the other."""
+"""Order of elements that can have a given value and slope at one end and zeros at the other."""
 
 
 @frozen
 class Neighbourhood:
-    """A joint, some points next to it, and the change of the data on its two elements.
+    """Points next to one joint, and the change of the data on its two elements.
 
     Attributes
     ----------
     rows : (k,) array
         Numbers of the points.
     share : (k,) array
-        How much of the change they take, 1 at the joint to 0 at the rim of its neighbourhood.
+        Share of the change that each point receives, from 1 at the joint to 0 at the rim of its
+        neighbourhood [-].
     elements : Elements
         The element that ends at the joint and the one that begins there, of order 3.
     u, traction : (8, 2, s) arrays
-        Change of the displacement [length] and the traction [stress] at the nodes of the elements,
-        in s states.
+        Change of the displacement [length] and of the traction [stress] at the nodes of both
+        elements, in s states.
     """
 
     rows: Index
@@ -52,7 +54,7 @@ class Neighbourhood:
 
 
 class Joints:
-    """The ends of the elements of a mesh, with boundary data that jump there.
+    """The joints of the elements of a mesh, and the jumps of boundary data there.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ class Joints:
             mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum()
         )  # of each state
         in_truth = size > np.maximum(KEPT_JUMP * _range(mesh, traction, after), KEPT_SHARE * mean)
-        # at corners and where the traction jumps in truth only u is continuous
+        # at corners, and where the traction jumps in reality, only u is continuous
         smooth = (runs_on[:, None] & ~in_truth)[:, None]
         # nothing jumps on the axis, where an element is its own neighbour
         self._u = np.where(_own(after), 0.0, u_start[after] - u_end)
@@ -87,7 +89,7 @@ class Joints:
         self._traction = np.where(smooth, jump, 0.0)
 
     def near(self, points: Array) -> list[Neighbourhood]:
-        """The neighbourhoods in which some of the points (m, 2) lie."""
+        """Return the neighbourhoods that contain some of the points (m, 2)."""
         distance, joint = self._tree.query(points)
         ratio = distance / self._reach[joint]
         inside = np.flatnonzero(ratio < 1.0)
@@ -104,7 +106,7 @@ class Joints:
         elements = Elements(
             mesh.start[pair], mesh.end[pair], mesh.curvature[pair], CUBIC, mesh.line[pair], pair
         )
-        # towards the mean, in which the shorter element counts more
+        # both ends move to a weighted mean, in which the shorter element counts more
         weight = mesh.length[pair] / mesh.length[pair].sum()
         x = gauss(CUBIC)[0][:, None, None]
         value, slope = 0.25 * (2.0 + 3.0 * x - x**3), 0.25 * (x**3 + x**2 - x - 1.0)
@@ -124,13 +126,15 @@ class Joints:
 
 
 def _own(after: Index) -> Mask:
-    """Which elements are their own neighbours, (n_elements, 1, 1)."""
+    """Return whether each element is its own neighbour, (n_elements, 1, 1)."""
     return np.asarray(after == np.arange(len(after)))[:, None, None]
 
 
 def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:
-    """Values and derivatives by arc length at the starts and ends of the elements, (2, n_elements,
-    2, s) each."""
+    """Return values and their derivatives by arc length at the starts and ends of elements.
+
+    Each array is (2, n_elements, 2, s).
+    """
     ends, slopes = (np.empty((2, mesh.n_elements, *values.shape[1:])) for _ in range(2))
     for p in np.unique(mesh.order).tolist():
         numbers, k = np.flatnonzero(mesh.order == p), np.arange(p + 1)
@@ -147,8 +151,10 @@ def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:
 
 
 def _range(mesh: CurveMesh, values: Array, after: Index) -> Array:
-    """How far nodal values range over each element and the one after it, the diagonal of their box,
-    (n_elements, s)."""
+    """Return the range of nodal values over each element and the next one, (n_elements, s).
+
+    It is the diagonal of the box that holds the values.
+    """
     low, high = (ufunc.reduceat(values, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum))
     return np.asarray(
         np.linalg.norm(np.maximum(high, high[after]) - np.minimum(low, low[after]), axis=1)

@@ -1,10 +1,9 @@
-"""Boundary data of constant elements made smooth, so that they can be evaluated close to the
-boundary.
+"""Smooth boundary data from those of constant elements, for fields close to the boundary.
 
-A displacement that is constant on each element jumps at their ends like a row of dislocations,
-whose stress decays only at the distance of an element or two. The nodal values are accurate at the
-middle of the elements: a continuous interpolation of them, of order 2 on each element, is what the
-fields inside are evaluated from.
+A displacement that is constant on each element jumps at their ends like a row of dislocations.
+Their stress decays only at a distance of one or two elements. The nodal values are accurate at the
+middle of the elements. Fields inside are therefore evaluated from a continuous interpolation of
+these values, which is quadratic on each element.
 """
 
 from __future__ import annotations
@@ -23,28 +22,29 @@ from .joints import SMOOTH
 
 @functools.singledispatch
 def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMesh, Array, Array]:
-    """Mesh and data as they are, on surfaces."""
+    """Return the mesh and the data with constant elements made smooth; surfaces do not change."""
     return mesh, u, traction
 
 
 @smoothed.register
 def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Array]:
-    """The mesh with its constant elements made quadratic, and the boundary data on it; other
-    elements keep theirs.
+    """Return the mesh with its constant elements made quadratic, and the boundary data on it.
+
+    The data of other elements do not change.
 
     Parameters
     ----------
     mesh : CurveMesh
         n nodes.
     u, traction : (n, k), (n, l) arrays
-        Displacement, or what is as smooth [length], and traction [stress] at the nodes.
+        Displacement, or another field as smooth [length], and traction [stress] at the nodes.
 
     Returns
     -------
     mesh : CurveMesh
-    u, traction : arrays of as many columns
-        The displacement is continuous, also round corners; the traction is so inside parts, where
-        the outline is smooth.
+    u, traction : (N, k), (N, l) arrays
+        Data at the N nodes of the new mesh. The displacement is continuous, also at corners. The
+        traction is continuous inside parts where the outline is smooth.
     """
     constant = mesh.order == 0
     if not constant.any():
@@ -69,8 +69,8 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
 
 
 def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
-    """Elements before and after each one round its loop, and whether the data run on smoothly to
-    them."""
+    """Return whether the data are smooth to the element before and to the one after each element,
+    and the numbers of both neighbours."""
     before, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     runs_on = (mesh.part == mesh.part[after]) & (np.sum(last * first[after], axis=1) > SMOOTH)
@@ -87,14 +87,16 @@ def _end_values(
     before: Index,
     after: Index,
 ) -> tuple[Array, Array]:
-    """Values at the start and end of each element: interpolated between neighbours that run on,
-    else extrapolated."""
+    """Return values at the start and at the end of each element, (n_elements, k) each.
+
+    They are interpolated between smooth neighbours, and extrapolated elsewhere.
+    """
     middle = mesh.basis_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5)) @ values
     half = 0.5 * mesh.length
     slope_after = (middle[after] - middle) / (half + half[after])[:, None]
     slope_before = slope_after[before]
     both = joined_before & joined_after
-    # derivative at the middle, by the parabola through three neighbours or the line through two
+    # derivative at the middle, of the parabola through three middles or the line through two
     share = ((half + half[before]) / (half[after] + 2.0 * half + half[before]))[:, None]
     central = share * slope_after + (1.0 - share) * slope_before
     curve = np.where(
@@ -109,15 +111,15 @@ def _end_values(
             joined_after[:, None], slope_after, np.where(joined_before[:, None], slope_before, 0.0)
         ),
     )
-    # an end element borrows the curvature of its only neighbour, so that extrapolation is of second
-    # order
+    # an element with one smooth neighbour takes its second derivative, so that extrapolation is of
+    # second order
     for joined, other, sign in ((joined_after, after, -1.0), (joined_before, before, 1.0)):
         only = joined & ~both & both[other]
         curve[only] = curve[other][only]
         slope[only] += (sign * (half + half[other])[:, None] * curve)[only]
     h = half[:, None]
     start, end = middle - h * slope + h * h * curve, middle + h * slope + h * h * curve
-    # where both neighbours offer a value at their joint, take the mean
+    # the value at the joint of two smooth neighbours is the mean of both
     start_mean, end_mean = 0.5 * (start + end[before]), 0.5 * (end + start[after])
     return np.where(joined_before[:, None], start_mean, start), np.where(
         joined_after[:, None], end_mean, end

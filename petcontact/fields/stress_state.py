@@ -1,4 +1,4 @@
-"""Displacement and stress at points, and what follows from the stress."""
+"""Displacement and stress at points, and quantities that follow from the stress."""
 
 from __future__ import annotations
 
@@ -17,11 +17,12 @@ class StressState:
     x, u : (n, d) arrays
         Points and displacement [length].
     stress : (n, c) array
-        xx, yy, xy, in space xx, yy, zz, xy, xz, yz, and of bodies of revolution xx, yy, zz, xy:
-        radial, axial, hoop, shear; with torsion also xz, yz, z being θ [stress].
+        In the plane xx, yy, xy; in space xx, yy, zz, xy, xz, yz. For bodies of revolution xx, yy,
+        zz, xy are the radial, axial, hoop and shear stress; torsion adds xz and yz, where z is θ
+        [stress].
     sigma_zz : (n,) array
-        Also in the plane: ν(σ_xx + σ_yy) in plane strain, 0 in plane stress; the hoop stress of
-        bodies of revolution [stress].
+        σ_zz: ν(σ_xx + σ_yy) in plane strain, 0 in plane stress, the hoop stress in bodies of
+        revolution [stress].
     """
 
     x: Array
@@ -31,7 +32,7 @@ class StressState:
 
     @property
     def components(self) -> Array:
-        """xx, yy, zz, xy, xz, yz, (n, 6) [stress]."""
+        """The components xx, yy, zz, xy, xz, yz, (n, 6) [stress]."""
         if self.stress.shape[1] == 6:
             return self.stress
         x, y, xy = self.in_plane.T
@@ -39,12 +40,12 @@ class StressState:
 
     @property
     def in_plane(self) -> Array:
-        """σ_xx, σ_yy, σ_xy of plane bodies and half sections, (n, 3) [stress]."""
+        """The components xx, yy, xy of plane bodies and half sections, (n, 3) [stress]."""
         return self.stress[:, [0, 1, 3 if self.stress.shape[1] == 6 else -1]]
 
     @property
     def tensor(self) -> Array:
-        """σ of space, (n, 3, 3) [stress]."""
+        """Stress tensor in three dimensions, (n, 3, 3) [stress]."""
         return self.components[:, [[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
 
     @property
@@ -59,7 +60,7 @@ class StressState:
 
     @property
     def principal_in_plane(self) -> Array:
-        """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy of a plane body, the larger one first
+        """Principal stresses of σ_xx, σ_yy, σ_xy of a plane body, the larger one first, (n, 2)
         [stress]."""
         x, y, xy = self.in_plane.T
         mean, radius = 0.5 * (x + y), np.hypot(0.5 * (x - y), xy)
@@ -74,8 +75,10 @@ class StressState:
 
     @property
     def principal(self) -> Array:
-        """All three principal stresses, the largest first, (n, 3) [stress]; NaN where the stress is
-        not known."""
+        """All three principal stresses, the largest first, (n, 3) [stress].
+
+        They are NaN where the stress is not finite.
+        """
         tensor = self.tensor
         known = np.isfinite(tensor).all(axis=(1, 2))
         values = np.full((len(tensor), 3), np.nan)
@@ -85,7 +88,9 @@ class StressState:
 
 @frozen
 class Field(StressState):
-    """Displacement and stress at points of a body, and triangles (k, 3), counter-clockwise, or
-    cells (k, 8) between them."""
+    """Displacement and stress at points of a body, and the cells between the points.
+
+    Cells are counter-clockwise triangles (k, 3) or hexahedra (k, 8).
+    """
 
     cells: Index
