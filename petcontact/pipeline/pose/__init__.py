@@ -1,2 +1,1 @@
-"""From a problem to its discrete contact problem: interfaces, meshes, data in every load state,
-laws."""
+"""The discrete contact problem of a problem: interfaces, meshes, data in every load state, laws."""

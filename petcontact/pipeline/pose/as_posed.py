@@ -1,4 +1,4 @@
-"""A problem on its meshes before anything moves, in the form of a solution, to be drawn."""
+"""A problem on its meshes before anything moves, in the form of a solution that can be drawn."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from .discretise import Discrete, discretise
 
 
 def as_posed(problem: Problem) -> SolutionData:
-    """What a solve would begin with: meshes, initial gaps, and the tractions that are known at the
-    end of the last step. Nothing is displaced and nothing touches.
+    """Return the state with which a solve would begin.
+
+    It has the meshes, the initial gaps, and the known tractions at the end of the last step. No
+    body is displaced and no contact is closed.
 
     Raises
     ------
@@ -54,7 +56,7 @@ def as_posed(problem: Problem) -> SolutionData:
 
 
 def _loaded(discrete: Discrete) -> dict[str, BodyResult]:
-    """The bodies where they are, under the tractions that are known."""
+    """Return all bodies without displacement, under their known tractions."""
     found = {}
     for body, data in zip(discrete.problem.body, discrete.data, strict=True):
         known = np.where(data.traction_known, data.value[-1], 0.0)
@@ -64,7 +66,7 @@ def _loaded(discrete: Discrete) -> dict[str, BodyResult]:
 
 
 def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:
-    """An interface that is open everywhere."""
+    """Return the result of an interface that is open everywhere."""
     zeros, shear = np.zeros(len(face.nodes)), np.zeros(face.tangent.shape[:2])
     return PairResult(
         mesh.x[face.nodes],

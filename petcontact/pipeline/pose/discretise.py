@@ -1,5 +1,4 @@
-"""From a problem to its discrete contact problem: meshes that match, data in every load state,
-laws."""
+"""The discrete contact problem of a problem: matching meshes, data in every load state, laws."""
 
 from __future__ import annotations
 
@@ -36,10 +35,10 @@ from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
 POSED = ("body", "contact", "obstacle", "step")
-"""Fields of a problem that its discrete one follows from; the others are those of the method."""
+"""Fields of a problem that determine the discrete one. The other fields are the method's."""
 MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
-"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its
-boundary; primaries are matched afterwards."""
+"""Function that returns the mesh of a body. Its arguments are the body's number, a function that
+returns the body as a problem of its own, and its boundary. Primaries are matched afterwards."""
 
 
 @dataclass
@@ -52,25 +51,25 @@ class Discrete:
     boundaries : list of Outline or surfaces
     meshes : list of BoundaryMesh
     interfaces : list of Interface
-        Those of the problem, in their order, on the meshes.
-        Held normally, all of them, where none may open and no friction depends on pressure: then
-        u_n is known.
+        The problem's interfaces on the meshes, in the problem's order. All hold their normals if
+        none may open and no friction depends on pressure, because u_n is then known.
     law : ContactLaw
-    data : list of BoundaryData, one a body
-        State 0 is the unloaded one, state k the end of step k.
+    data : list of BoundaryData
+        Known data of each body. State 0 is unloaded, state k is the end of step k.
     distance : list of float
-        The smallest distance or gap of each interface, infinite where nothing is faced [length].
+        Smallest distance or gap of each interface, infinite if no node has a primary opposite
+        [length].
     wear : (M,) array
         Coefficient of Archard's law at the nodes of all interfaces [1/stress].
     findings, of_meshes : lists of Finding
-        What is found of interfaces and data, and of the meshes.
+        Findings about interfaces and data, and about the meshes.
     facings : list of Facing
-        Of each side what it faces; None where that is no body.
+        How the two sides of each interface lie opposite; None if the primary is not a body.
     volumes : list of VolumeSolution
-        Of each body; None where nothing loads its volume.
+        Particular solution of each body; None without volume loads.
     adapted : bool
-        Whether the meshes are not those of the problem's options: what a user could choose better
-        is not advised then.
+        Whether the meshes were made by refinement and not from the problem's options. Users are
+        then not advised to choose other options.
     """
 
     problem: Problem
@@ -89,12 +88,12 @@ class Discrete:
 
     @property
     def sides(self) -> tuple[PosedInterface, ...]:
-        """The interfaces as they are posed."""
+        """The interfaces as the problem poses them."""
         return self.problem.interfaces
 
     @functools.cached_property
     def motions(self) -> list[Array]:
-        """The rigid motions (n, d, r) of each body that no condition holds."""
+        """Rigid motions (n, d, r) of each body that no condition holds [-]."""
         return list(map(body_motions, self.boundaries, self.data, self.meshes))
 
     @functools.cached_property
@@ -114,18 +113,18 @@ def discretise(
     law: Any = None,
     like: Discrete | None = None,
 ) -> Discrete:
-    """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or
-    `make_mesh`.
+    """Return the meshes, data and laws of a problem.
 
     Parameters
     ----------
     problem : Problem
     make_mesh : MeshMaker, optional
+        Makes the mesh of each body. By default the body's options determine it.
     law : optional
         As in `solve`.
     like : Discrete, optional
-        Of a problem that differs in friction, gaps, loads, motions or the method only: its meshes
-        are taken, what their sides face, and the data that are the same.
+        A discrete problem that differs in friction, gaps, loads, motions or the method only. Its
+        meshes and facings are used again, and all data that do not change.
 
     Raises
     ------
@@ -179,7 +178,7 @@ def discretise(
 
 
 def _check_obstacles(problem: Problem) -> None:
-    """Refuse obstacles where no part is in contact.
+    """Refuse obstacles of a problem without contact.
 
     Raises
     ------
@@ -194,8 +193,8 @@ def _check_obstacles(problem: Problem) -> None:
 def _on_meshes(
     problem: Problem, meshes: list[BoundaryMesh], facings: Sequence[Facing | None]
 ) -> tuple[list[Interface], list[float], list[Finding]]:
-    """The interfaces on meshes, the smallest distance or gap of each [length], and what is found
-    of them."""
+    """Return the interfaces on meshes, the smallest distance or gap of each [length], and
+    findings."""
     interfaces, distance, findings = list[Interface](), list[float](), list[Finding]()
     for posed, facing in zip(problem.interfaces, facings, strict=True):
         if posed.periodic:
@@ -215,7 +214,7 @@ def _law_and_data(
     interfaces: list[Interface],
     given: Any,
 ) -> tuple[list[Interface], ContactLaw, list[BoundaryData]]:
-    """The law, the data of all bodies, and the interfaces with the directions that both need.
+    """Return the interfaces with their contact directions, the law, and the data of all bodies.
 
     Raises
     ------
@@ -230,7 +229,7 @@ def _law_and_data(
     if not any(free.shape[2] for free in motions):
         return interfaces, law, data
     _check_friction_holds(interfaces, meshes, data, motions, law.bound)
-    # equilibrium of what only contact holds is exact where all its tractions are looked for
+    # the equilibrium of bodies that only contact holds is exact if all tractions are unknowns
     interfaces = [replace(interface, held=False) for interface in interfaces]
     law = law_between(problem.interfaces, interfaces, meshes)
     data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
@@ -238,8 +237,10 @@ def _law_and_data(
 
 
 def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:
-    """Refuse what does not fit the machine before what faces what is looked for, which of many
-    panels takes long."""
+    """Refuse operators that do not fit the machine.
+
+    It runs before the search for contact, which takes long for many panels.
+    """
     directions = meshes[0].components - problem.holds_normals
     needed_memory(resolved_bem(problem.bem), meshes, *contact_sizes(problem, meshes), directions)
 
@@ -247,7 +248,7 @@ def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:
 def meshed(
     problem: Problem, make_mesh: MeshMaker | None, like: Discrete | None = None
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
-    """Boundaries and meshes of the bodies, which match where parts face one another."""
+    """Return the boundaries and the meshes of the bodies; meshes match where parts are opposite."""
     boundaries = list(like.boundaries) if like else problem.boundaries
     check_parts(problem, boundaries)
     posed = [
@@ -272,15 +273,17 @@ def meshed(
 def add_volume_loads(
     problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]
 ) -> list[BoundaryData]:
-    """The data with particular solutions for volume loads."""
+    """Return the data with particular solutions for volume loads."""
     return _with_volume_loads(problem, meshes, data, None)[0]
 
 
 def _with_volume_loads(
     problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData], like: Discrete | None
 ) -> tuple[list[BoundaryData], list[VolumeSolution | None]]:
-    """Data with the particular solutions of volume loads, and these; of loads that are those of
-    `like` the same ones."""
+    """Return the data with particular solutions for volume loads, and these solutions.
+
+    Solutions and data of `like` are used again if the loads do not change.
+    """
     found, volumes = [], []
     for b, (mesh, known) in enumerate(zip(meshes, data, strict=True)):
         if like is not None and _loads_volume_alike(problem, like.problem, b):
@@ -295,7 +298,7 @@ def _with_volume_loads(
 
 
 def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
-    """Whether a body has the same material and volume loads in both."""
+    """Return whether a body has the same material and volume loads in both problems."""
     same = problem.body[number].material == other.body[number].material
     return same and loads_by_step(problem, number) == loads_by_step(other, number)
 
@@ -307,7 +310,7 @@ def _check_friction_holds(
     motions: list[Array],
     bound: Array,
 ) -> None:
-    """Refuse bodies that not even friction holds, whose contacts hold the normal displacement.
+    """Refuse bodies that can move although contact holds normals and friction acts.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A contact on meshes: what the nodes of its secondary face, along which normal, at which gap."""
+"""A contact on meshes: the points opposite the secondary's nodes, the normals and the gaps."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ from ...round_off import WRITTEN
 from ..judge.findings import new_finding
 
 CURVED = 0.1
-"""Change of the normals over a face that is curved."""
+"""Change of the unit normals over a part, above which it is curved [-]."""
 
 FINER = 0.9
-"""Elements of the secondary smaller than this, over those of the primary, are finer ones."""
+"""Size of the secondary's elements over those of the primary, below which they are finer [-]."""
 
 
 def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None:
-    """What a side faces of another body, None where that is no body.
+    """Return how an interface's secondary lies opposite its primary, or None if that is no body.
 
     Raises
     ------
     InputError
-        If the direction does not point out of the part, or sides that may not part do not meet.
+        If the direction does not point out of the part, or the two sides of a contact that cannot
+        open do not meet.
     """
     if side.periodic:
         return None
@@ -59,7 +60,7 @@ def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None
 
 
 def mismatch(side: PosedInterface, facing: Facing | None) -> list[Finding]:
-    """Find an interface whose elements do not match."""
+    """Return a finding if the elements of an interface do not match."""
     if facing is None or facing.matched or not facing.met.any():
         return []
     text = (
@@ -80,8 +81,10 @@ def mismatch(side: PosedInterface, facing: Facing | None) -> list[Finding]:
 def contact_interface(
     side: PosedInterface, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
 ) -> tuple[Interface, float, list[Finding]]:
-    """An interface on meshes, its smallest distance or gap [length], and findings where it never
-    touches or fits a curve."""
+    """Return an interface on meshes, its smallest distance or gap [length], and findings.
+
+    A finding says that the interface never touches, or that the obstacle fits a curved part.
+    """
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     findings, where = list[Finding](), f"pair {side.name!r}"
@@ -143,10 +146,9 @@ def contact_interface(
 
 
 def periodic_interface(problem: Problem, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
-    """The sides of a periodic strip: they stay together but for the jump, and carry opposite
-    tractions.
+    """Return the interface between the two sides of a periodic strip.
 
-    That holds node by node, whatever lies between.
+    At each pair of nodes the displacements differ by the jump, and the tractions are opposite.
     """
     assert side.primary is not None
     nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])

@@ -1,4 +1,4 @@
-"""Which parts of a problem are in contact, and whether its parts and vectors fit the bodies."""
+"""Checks of a problem's parts and vectors, and one body as a problem of its own."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
 
 
 def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
-    """Loads inside of a body: whether it may have them, and their components."""
+    """Refuse loads inside a body that may not have them, or whose components do not fit."""
     body, d = problem.body[number], boundary.dim
     for k, point in enumerate(body.point_force):
         _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
@@ -69,8 +69,7 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
 
 
 def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None:
-    """Parts of a body: whether those that are named exist, and each has one condition or
-    contact."""
+    """Refuse parts of a body that do not exist, or that have no condition or several."""
     body, taken = problem.body[number], list[str]()
     for k, condition in enumerate(body.boundary):
         _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
@@ -119,8 +118,10 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 
 
 def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
-    """One body as a problem of its own, for what only needs to know which parts are held, loaded or
-    in contact."""
+    """Return one body as a problem of its own.
+
+    It serves callers that need to know only which parts are held, loaded or in contact.
+    """
     body, contact = problem.body[number], Contact.model_construct  # of values that were checked
     touching: dict[str, Contact] = {}
     for side in problem.interfaces:
@@ -133,7 +134,7 @@ def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
         if side.body == number:
             gap = 0.0 if law.gap == "geometry" else law.gap
             touching[side.part] = contact(part=side.part, **given, gap=gap)
-    # messages count the conditions as the body's own
+    # the body's own conditions come first, because messages name them by number
     conditions: list[Any] = [
         touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary
     ]

@@ -25,8 +25,10 @@ def with_law(
     interfaces: list[Interface],
     meshes: list[BoundaryMesh],
 ) -> tuple[list[Interface], ContactLaw]:
-    """The law, and interfaces that look for as many components as it has: a law of the user's may
-    have the normal one."""
+    """Return the law, and interfaces with as many contact directions as the law has components.
+
+    A law of the user may have the normal component.
+    """
     if not interfaces:
         return interfaces, Tresca(np.zeros(0), meshes[0].components - 1)
     if given is None:
@@ -54,7 +56,7 @@ def _contact_nodes(
 def law_between(
     sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> ContactLaw:
-    """The law that the config names, at the nodes of all interfaces.
+    """Return the law that the config names, at the nodes of all interfaces.
 
     Raises
     ------
@@ -92,8 +94,13 @@ def law_between(
 def wear_between(
     sides: Sequence[PosedInterface], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> Array:
-    """Coefficient of Archard's law at the nodes of all interfaces, (M,) [1/stress]; errors as of
-    `law_between`."""
+    """Return the coefficient of Archard's law at the nodes of all interfaces, (M,) [1/stress].
+
+    Raises
+    ------
+    InputError
+        If a coefficient is negative.
+    """
     found = [
         _not_negative(side, face, meshes, "wear_coefficient")
         for side, face in zip(sides, interfaces, strict=True)
@@ -108,7 +115,7 @@ def wear_between(
 def _not_negative(
     side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh], key: str
 ) -> Array | None:
-    """Values (m,) of what the law of an interface has under a key; None where it is not given."""
+    """Return the values (m,) of one key of an interface's law; None if the key is not given."""
     value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
     if value is None:
         return None

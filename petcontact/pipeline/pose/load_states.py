@@ -1,5 +1,5 @@
-"""What the nodes of a body know at the end of every step: its conditions, evaluated, in the
-directions that suit them."""
+"""Known data at the nodes of a body at the end of every step: its conditions, evaluated along
+suitable directions."""
 
 from __future__ import annotations
 
@@ -40,8 +40,10 @@ def boundary_data(
     interfaces: Sequence[Interface],
     step: int = 1,
 ) -> BoundaryData:
-    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in
-    state k; what is known, displacement or traction, is that of one step.
+    """Return the known data of a body in all load states.
+
+    State 0 has zeros, state k the conditions with the changes of steps 1 to k. `step` says which
+    components of displacement and traction are known, in all states.
 
     Raises
     ------
@@ -78,9 +80,20 @@ def boundary_data(
 def _components(
     problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
 ) -> tuple[Array, Mask, Index, Index]:
-    """Frames (n, d, d) of a body in a step, components (n, d) along them whose traction is known,
-    contact nodes (m,), and which directions of their frames (m, d) contact takes, the normal last
-    where it is held."""
+    """Return frames, known components and contact directions of a body in a step.
+
+    Returns
+    -------
+    frame : (n, d, d) array
+        Orthonormal directions at each node.
+    known : (n, d) array
+        Whether the traction along each direction is known.
+    contact : (m,) array
+        Numbers of the contact nodes.
+    places : (m, d) array
+        Numbers of their frames' directions in the order that contact uses. If normals are held,
+        the normal comes last.
+    """
     body, n, d = problem.body[number], mesh.n_nodes, mesh.components
     frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
     for part, condition in problem.conditions(number)[step - 1].items():
@@ -105,7 +118,13 @@ def _components(
 
 
 def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
-    """Where point forces act, if that is inside of the body."""
+    """Return the points (f, d) where point forces act.
+
+    Raises
+    ------
+    InputError
+        If a point does not lie inside the body.
+    """
     if len(points):
         nothing = np.zeros((mesh.n_nodes, mesh.components, 1))
         with np.errstate(all="ignore"):  # on the boundary
@@ -126,8 +145,10 @@ def later_data(
     old: Sequence[BoundaryData],
     ends: Sequence[tuple[Array, Array]],
 ) -> list[BoundaryData] | None:
-    """The data of all bodies from a step on, see `_data_from`; None where it holds and frees no
-    component."""
+    """Return the data of all bodies from a step on, see `_data_from`.
+
+    It is None if the step holds and frees no component.
+    """
     new = [
         _data_from(problem, b, meshes[b], interfaces, step, old[b], end)
         for b, end in enumerate(ends)
@@ -144,11 +165,11 @@ def _data_from(
     old: BoundaryData,
     end: tuple[Array, Array],
 ) -> BoundaryData:
-    """The data from a step on, after the step before ended with u and traction (n, d); the old ones
-    if the same is known.
+    """Return the data from a step on, after the step before ended with u and traction (n, d).
 
-    What is known instead of another thing starts where that ended: a component that was free from
-    its displacement, one that was held from its traction.
+    They are the old data if the same components are known. A component that was free and is now
+    held starts from its displacement. A component that was held and is now free starts from its
+    traction.
     """
     if np.array_equal(_components(problem, number, mesh, interfaces, step)[1], old.traction_known):
         return old
@@ -163,7 +184,7 @@ def _data_from(
 
 
 def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
-    """Nodes of a body that may carry contact tractions, in increasing order."""
+    """Return the nodes of a body that may carry contact tractions, in increasing order."""
     found = [i.nodes for i in interfaces if i.body == number]
     found += [
         i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None
@@ -173,8 +194,11 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
 
 @functools.singledispatch
 def body_motions(boundary: Any, data: BoundaryData, mesh: BoundaryMesh) -> Array:
-    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on
-    hold: none of an infinite plate."""
+    """Return the rigid motions (n, d, r) of a body that no condition holds [-].
+
+    An infinite plate has none. A superelement has only those that its file leaves free, and none if
+    a part is held.
+    """
     motions = free_motions(data, mesh)
     return motions[..., :0] if boundary.exterior else motions
 
@@ -186,8 +210,9 @@ def _(boundary: CondensedSurface, data: BoundaryData, mesh: BoundaryMesh) -> Arr
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
-    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no
-    friction; and one that is free since its mesh is too coarse.
+    """Refuse a body that can move although its contact normals are held.
+
+    Either no friction acts, or its conditions hold too few nodes because the mesh is too coarse.
 
     Raises
     ------
@@ -210,7 +235,7 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
 
 
 def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
-    """Refuse a vector that has not as many components as the body has dimensions."""
+    """Refuse a vector with another number of components than the body has dimensions."""
     if len(value) != mesh.components:
         raise InputError(
             f"{key}.value: the body has {mesh.components} dimensions, got {len(value)} components"
@@ -223,7 +248,7 @@ def _given(
     part: str,
     key: str,
 ) -> Array:
-    """What a condition says at the nodes of its part, (m, d)."""
+    """Return the values of a condition at the nodes of its part, (m, d)."""
     nodes = mesh.nodes_of(part)
     result = np.zeros((len(nodes), mesh.components))
     normal = lifted(mesh.normal[nodes], mesh.components)
@@ -241,8 +266,10 @@ def _given(
 def known_function(
     condition: Displacement | Traction, mesh: BoundaryMesh, key: str
 ) -> Function | None:
-    """What a condition says anywhere on its part, 0 where it is not finite; None where that is a
-    number, or known at nodes only."""
+    """Return a condition's values as a function of the place on its part, 0 where not finite.
+
+    It is None if all values are numbers, or known at nodes only.
+    """
     of_pressure = isinstance(condition, Traction) and condition.pressure is not None
     pressure = condition.pressure if of_pressure else None  # type: ignore[union-attr]
     given = (pressure,) if of_pressure else condition.value or ()
@@ -266,8 +293,7 @@ def given_values(
     *,
     otherwise: float | None = None,
 ) -> Array:
-    """What a condition says where expressions have these variables, and normals are (q, d),
-    (q, d)."""
+    """Return the values (q, d) of a condition for these variables and normals (q, d)."""
     count = len(normal)
     if isinstance(condition, Traction) and condition.pressure is not None:
         pressure = evaluate(

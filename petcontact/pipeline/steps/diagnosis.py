@@ -1,4 +1,4 @@
-"""Why an increment failed, and what nothing holds."""
+"""Reasons why an increment failed, and motions that nothing holds."""
 
 from __future__ import annotations
 
@@ -23,36 +23,42 @@ MOTIONS = {
         *("to turn about x", "to turn about y", "to turn about z"),
     ),
 }
-"""Of an obstacle, by the components of displacements and the number of motions."""
+"""Names of an obstacle's motions, by the number of displacement components and of motions."""
 FAR_OFF = 1e3
-"""Rigid motions over what loads and tractions strain, from which on a body is not held."""
+"""Rigid motion over the displacement that loads and tractions cause, above which a body is not held
+[-]."""
 LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
-"""How much contact resists a motion, over the one that it resists most, up to which it does not, or
-by the error of its normals only; the latter is reported where such a motion is more than a share of
-the others."""
+"""Resistance of contact to a motion, over that to the motion it resists most [-]. Up to LOOSE it
+does not resist. Up to ROUGH it resists only by the error of its normals. That is reported if the
+motion is more than FOLLOWS times the largest of the other motions."""
 
 
 def is_unbalanced(increment: Increment) -> bool:
-    """Whether no admissible traction holds the loads."""
+    """Return whether no admissible traction holds the loads."""
     return _unbalanced(increment) is not None
 
 
 def _unbalanced(increment: Increment) -> Array | None:
-    """What of the loads no admissible traction holds, wherever on its element it acts, (r,)."""
+    """Return the part of the loads that no admissible traction holds, (r,), or None.
+
+    It is None if tractions hold the loads, either at the nodes or at the corners of elements.
+    """
     modes, law = increment.system.modes, increment.problem.discrete.law
     push = unbalanced_load(modes, law)
     if push is None or unbalanced_load(modes, law, forces_at_corners(increment)) is None:
         return None
-    return push  # of tractions as they are solved for: those at corners weigh motions otherwise
+    return push  # with tractions at the nodes: those at corners weigh the motions differently
 
 
 def second_solution(increment: Increment, outcome: ContactState) -> list[Finding]:
-    """Find an increment with contact tractions that is solved by none as well.
+    """Find an increment that has contact tractions although σ = 0 is also a solution.
 
-    σ = 0 is a solution where the loads alone close nothing. With friction that does not depend on
-    pressure there is one solution; with Coulomb's law there may be others, where friction holds
-    what would part (A. Klarbring, Examples of non-uniqueness and non-existence of solutions to
-    quasistatic contact problems with friction, Ing.-Archiv 60 (1990) 529).
+    σ = 0 is a solution if the loads alone close no contact. If friction does not depend on
+    pressure, there is one solution. With Coulomb's law there may be others, in which friction holds
+    surfaces that would separate.
+
+    Source: A. Klarbring, Examples of non-uniqueness and non-existence of solutions to quasistatic
+    contact problems with friction, Ing.-Archiv 60 (1990) 529.
     """
     system, law = increment.system, increment.problem.discrete.law
     added, free = (
@@ -71,11 +77,12 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[Finding
 
 
 def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Finding]:
-    """Find motions at the end of a step that closed and sticking nodes do not resist, or hardly."""
+    """Find motions at the end of a step that closed and sticking nodes hardly resist, or not at
+    all."""
     modes, law = increment.system.modes, increment.problem.discrete.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
         return []
-    # v alone may be what an iteration left of nothing
+    # v alone may be round-off of an iteration
     moved = max(np.abs(outcome.v).max(initial=0.0), np.abs(increment.system.u_0).max(initial=0.0))
     size = np.abs(outcome.sigma).max(initial=0.0) / (moved or 1.0)
     derivative = law.linearise(size * outcome.v - outcome.sigma)
@@ -91,7 +98,7 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
     if rough.any():
         moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
         rough &= moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0)
-    if rough.any():  # a ball in a cup turns by what the roughness of its panels makes of it
+    if rough.any():  # the rotation of a ball in a cup depends on the roughness of its panels
         text = (
             f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh "
             f"only: what they come to, up to {moving[rough].max():.2g}, means nothing"
@@ -107,7 +114,8 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
 
 
 def _named(increment: Increment, loose: Array) -> str:
-    """Motions (q, r) of unit size, by the bodies and obstacles that move."""
+    """Return a text that names the bodies and obstacles that move in motions (q, r) of unit
+    size."""
     problem, system, share = (
         increment.problem,
         increment.problem.system,
@@ -125,8 +133,11 @@ def _named(increment: Increment, loose: Array) -> str:
 
 
 def failure(increment: Increment, outcome: ContactState) -> str:
-    """What a failed increment says: which body nothing holds, there or at the end of the step, or
-    how the method ended."""
+    """Return the message of a failed increment.
+
+    It names the body that nothing holds, in this increment or at the end of the step. Otherwise it
+    says how the method ended.
+    """
     problem, system = increment.problem, increment.system
     stepped = problem.discrete.problem.step or increment.target < 1.0
     where = f" at load factor {increment.target:.4g}{_of_step(increment)}" if stepped else ""
@@ -155,7 +166,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
 
 
 def unheld_at_the_end(increment: Increment) -> str:
-    """`unheld` of the whole step, of which an increment was tried."""
+    """Return `unheld` of the whole step, of which an increment was tried."""
     return unheld(
         increment.to(1.0),
         f" at the end{_of_step(increment)}, of which {increment.target:.4g} was tried",
@@ -171,8 +182,10 @@ def _of_step(increment: Increment) -> str:
 
 
 def unheld(increment: Increment, where: str = "") -> str:
-    """Which body or obstacle no admissible traction holds, in words; "" where all loads can be
-    held."""
+    """Return a text that names the body or obstacle that no admissible traction holds.
+
+    It is empty if all loads can be held.
+    """
     push = _unbalanced(increment)
     if push is None:
         return ""
@@ -184,8 +197,10 @@ def unheld(increment: Increment, where: str = "") -> str:
 
 
 def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
-    """Motions (r,) that a method which found no solution ended with, where they dwarf all that is
-    strained."""
+    """Return the motions (r,) with which a failed method ended, or None.
+
+    It is None unless they exceed FAR_OFF times the displacement that loads and tractions cause.
+    """
     motion, system = amplitudes(increment.system, outcome), increment.system
     if system.modes is None or not np.all(np.isfinite(motion)):
         return None
@@ -200,7 +215,8 @@ def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
 
 
 def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
-    """The body or obstacle that the loads push along a motion, and how they move it, in words."""
+    """Return the name of the body or obstacle that the loads push, and a text on how they move
+    it."""
     system, posed = increment.problem.system, increment.problem.discrete.problem
     worst, name, way = 0.0, "a body", "moves it"
     for b, body in enumerate(system.bodies):

@@ -1,4 +1,4 @@
-"""What an increment left on interfaces, bodies and obstacles, judged: a step's result."""
+"""The result of an increment on interfaces, bodies and obstacles, and its judgement."""
 
 from __future__ import annotations
 
@@ -32,14 +32,16 @@ Fields = list[tuple[Array, Array]]
 
 
 def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResult]:
-    """Fields, resultants and residuals of increments with one system; `checked`: the last one with
-    its elastic residual."""
+    """Yield the results of increments that share one system.
+
+    `checked` says whether the last one gets its elastic residual.
+    """
     for each, found in zip(group, _fields(group), strict=True):
         yield _step_result(*each, found, checked=checked and each is group[-1])
 
 
 def _fields(group: Sequence[Tried]) -> list[Fields]:
-    """Of each increment; in one product where the system takes several."""
+    """Return the fields of each increment, by one product if the system accepts several."""
     system = group[0][0].problem.system
 
     def boundary(shares: Array, sigma: Array, alpha: Array) -> Fields:
@@ -71,8 +73,8 @@ def _step_result(
     for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
-        # of bodies that are solved jointly one that hardly moves beside the others is solved to no
-        # more digits
+        # bodies that are solved jointly share one accuracy: the residual of a body that hardly
+        # moves compared with the others means nothing
         still = body.is_solved_jointly and body.displaced(u, traction) < HALF * max(moved)
         if checked and not still:
             alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
@@ -106,7 +108,7 @@ def _step_result(
     }
     pairs = _pairs(increment, outcome, after, bodies)
     findings = _findings(increment, outcome, absurd(discrete, moved), elastic, limit)
-    # an increment that is not solved has nothing else to be judged by
+    # an increment that is not solved is judged by nothing else
     findings += (
         increment_findings(residuals, None)
         if findings
@@ -153,8 +155,10 @@ def _findings(
     elastic: float,
     limit: float,
 ) -> list[Finding]:
-    """Why there is no solution, the first reason alone: no residual is judged by digits of
-    displacements that are not accepted (`displaced`)."""
+    """Return the first reason why there is no solution, or no finding.
+
+    Residuals are not judged if the displacements themselves are not accepted (`displaced`).
+    """
     if outcome.error and (named := unheld_at_the_end(increment)):
         return [new_finding("not solved", f"{named} ({outcome.reason})")]
     if outcome.stopped:
@@ -182,10 +186,10 @@ def _solved_findings(
     residuals: dict[str, float],
     overlap: Overlap,
 ) -> list[Finding]:
-    """What is found of an increment whose equations are solved."""
+    """Return the findings of an increment whose equations are solved."""
     last = increment.target == 1.0
-    # where a contact begins to grow no mesh has its nodes; of steps before the last one
-    # `rough_step` judges
+    # no mesh has nodes at the place where a contact begins to grow; `rough_step` judges the steps
+    # before the last one
     ends = last and increment.number == len(increment.problem.steps)
     findings = [
         *rolled_off(increment.problem.discrete, pairs, bodies),
@@ -225,7 +229,10 @@ def _solved_findings(
 
 
 def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Finding]:
-    """Interfaces on which action is not reaction, but for the couple of friction across a gap."""
+    """Find interfaces whose two sides do not carry opposite forces and moments.
+
+    The couple of friction across a gap is taken into account.
+    """
     findings = []
     for face in increment.problem.system.interfaces:
         if face.distance is None:
@@ -245,7 +252,7 @@ def _reactions(increment: Increment, pairs: dict[str, PairResult]) -> list[Findi
 
 
 def _remedy(increment: Increment) -> str:
-    """What makes the elastic solution of a storage more accurate."""
+    """Return advice on how to make the elastic solution of this storage more accurate."""
     stored = increment.problem.system.describe()
     for name in ("hodlr", "hmatrix"):
         if name in stored:
@@ -320,8 +327,11 @@ def _pairs(
 def _on_primary(
     increment: Increment, face: Interface, traction: Array
 ) -> tuple[Array | None, Axial | None]:
-    """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the
-    secondary."""
+    """Return force and moment on the primary's body, from tractions (m, d) on the secondary.
+
+    They are summed over the primary's own nodes. Both are None if the primary is not a body, or
+    the interface has a jump.
+    """
     if (
         face.primary is None
         or face.primary_nodes is None
