@@ -246,7 +246,9 @@ primary = "parabola"
 gap = "x**2/4"
 friction_coefficient = 0.4
 [[step]]
+increments = 1
 [[step]]
+increments = 1
 [[step.obstacle]]
 name = "parabola"
 displacement = {right}
