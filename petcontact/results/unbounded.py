@@ -300,9 +300,9 @@ class _Body:
         or that of the other body, that of both."""
         closed = [side for side in sides if isinstance(side, _Closed)]
         if len(closed) == 1 and (partner or (FREE,) in sides):
-            angle, beside = math.pi, (FREE,)
-            if partner:
-                angle, beside, _ = partner.facing(corner.x, closed[0].normal)
+            angle, beside, _ = (
+                partner.facing(corner.x, closed[0].normal) if partner else (math.pi, (FREE,), None)
+            )
             kappas, others = (self.kappa, (partner or self).kappa), (_beside(sides, 0), beside)
             if (FREE,) in others:
                 return closed[0].exponent((corner.angle, angle), kappas, others)
