@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
 from ..model.hints import among
-from ..results.body_fields import states_at
+from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
 
@@ -108,27 +108,35 @@ def sites_of(
     element, place = element[chosen[element]], place[chosen[element]]
     at = mesh.variables_at(element, place)
     surface = np.column_stack([at[axis] for axis in "xyz"[: mesh.dim]])
-    nodes = np.flatnonzero(chosen[mesh.element])
     below = [depth for depth in depths.tolist() if depth > 0.0]
     # below the surface: points under nodes that are no farther from contact than two depths
-    under = nodes[
-        _next_to_contact(solution, increments, body, mesh.x[nodes], 2.0 * max(below, default=0.0))
+    under = np.flatnonzero(chosen[mesh.element])
+    under = under[
+        _next_to_contact(solution, increments, body, mesh.x[under], 2.0 * max(below, default=0.0))
     ]
     x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
     owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
-    arc = mesh.variables(under).get("s", np.zeros(len(under)))
-    along = np.concatenate([at.get("s", np.zeros(len(surface))), np.tile(arc, len(below))])
-    stress = np.empty((len(increments), len(x), 3, 3))
-    fields = [solution.body_fields(body, step) for step in increments]
-    for k, each in enumerate(fields):
-        stress[k, : len(surface)] = each.on_boundary(element, place).tensor
-    if len(x) > len(surface):
-        for k, state in enumerate(states_at(fields, x[len(surface) :], outside=np.nan)):
-            stress[k, len(surface) :] = state.tensor
+    arc_below = np.tile(mesh.variables(under).get("s", np.zeros(len(under))), len(below))
+    along = np.concatenate([at.get("s", np.zeros(len(surface))), arc_below])
+    stress = _stresses(
+        [solution.body_fields(body, step) for step in increments],
+        element,
+        place,
+        x[len(surface) :],
+    )
     kept = np.isfinite(stress).all(axis=(0, 2, 3))
     names = np.array(mesh.part_names)[owner]
     return Sites(body, names[kept], x[kept], depth[kept], along[kept], stress[:, kept])
+
+
+def _stresses(increments: list[BodyFields], element: Index, place: Array, inside: Array) -> Array:
+    """Stress (k, m, 3, 3) at places of elements, then at points inside; NaN outside [stress]."""
+    tensors = [[each.on_boundary(element, place).tensor] for each in increments]
+    if len(inside):
+        for rows, state in zip(tensors, states_at(increments, inside, outside=np.nan), strict=True):
+            rows.append(state.tensor)
+    return np.array([np.concatenate(rows) for rows in tensors])
 
 
 def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:

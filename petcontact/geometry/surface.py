@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from ..frozen import frozen
 from ..round_off import CHAINED
@@ -265,22 +265,23 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
     ends, edges, owner = ends[order], edges[order], owner[order]
     starts = np.flatnonzero(np.concatenate([[True], np.any(ends[1:] != ends[:-1], axis=1)]))
     count = np.diff(np.append(starts, len(ends)))
-    if np.any(count != 2):
-        k = starts[np.flatnonzero(count != 2)[0]]
-        n = int(count[count != 2][0])
+    wrong = np.flatnonzero(count != 2)
+    if len(wrong):
+        n = int(count[wrong[0]])
         what = "is open: one facet" if n == 1 else f"is no boundary of a body: {n} facets"
-        edge = f"{_text(points[ends[k, 0]])} to {_text(points[ends[k, 1]])}"
-        more = np.count_nonzero(count != 2)
+        a, b = points[ends[starts[wrong[0]]]]
         raise InputError(
-            f"{source}: the surface {what} at the edge from {edge}, two must meet ({more} such "
-            f"edges)"
+            f"{source}: the surface {what} at the edge from {_text(a)} to {_text(b)}, two must "
+            f"meet ({len(wrong)} such edges)"
         )
     one, other = owner[starts], owner[starts + 1]
     way = np.where(
         middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T
     ).T
-    apart = np.linalg.norm(way[starts] - way[starts + 1], axis=1)
-    gaping = np.flatnonzero(apart > CHAINED * np.ptp(points, axis=0).max())
+    gaping = np.flatnonzero(
+        np.linalg.norm(way[starts] - way[starts + 1], axis=1)
+        > CHAINED * np.ptp(points, axis=0).max()
+    )
     if len(gaping):
         a, b = points[ends[starts[gaping[0]]]]
         raise InputError(
@@ -288,26 +289,31 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
             f"facets have "
             f"different points in the middle of it ({len(gaping)} such edges)"
         )
-    agree = edges[starts, 0] != edges[starts + 1, 0]
+    label = _copies(len(facets), one, other, edges[starts, 0] != edges[starts + 1, 0])
     n = len(facets)
-    # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else
-    # opposite ones
-    rows = np.concatenate([one, one + n])
-    columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
-    graph_of = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
-    count_of, label = scipy.sparse.csgraph.connected_components(graph_of)
     if np.any(label[:n] == label[n:]):
         k = int(np.argmax(label[:n] == label[n:]))
         raise InputError(
             f"{source}: the surface has one side only (like a Moebius strip) at "
             f"{_text(points[facets[k, 0]])}"
         )
-    seen = np.full(count_of, -1)
+    seen = np.full(label.max() + 1, -1)
     for k in range(n):
         # the first facet of a component stays as it is
         if seen[label[k]] < 0 and seen[label[k + n]] < 0:
             seen[label[k]] = k
     return np.flatnonzero(seen[label[:n]] < 0)
+
+
+def _copies(n: int, one: Index, other: Index, agree: Mask) -> Index:
+    """Components (2n,) that n facets and their reversed copies are in, where neighbours agree or
+    not."""
+    # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else
+    # opposite ones
+    rows = np.concatenate([one, one + n])
+    columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
+    graph = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph)[1])
 
 
 def _reversed(cells: Index) -> Index:

@@ -203,7 +203,7 @@ class SuperelementBody(ElasticBody):
         resultant = np.hstack([given.resultant.T, np.zeros((r, len(contact)))])
         moved, alpha = compliance @ loads + rest, np.zeros((r, loads.shape[1]))
         if count:
-            border, below = modes[held], balance[:, held]
+            border = modes[held]
             if r and np.linalg.matrix_rank(border) < r:
                 raise InputError(
                     f"{surface.source}: the conditions on its parts hold the body in part only, "
@@ -211,9 +211,11 @@ class SuperelementBody(ElasticBody):
                     "freely; hold it altogether, or by contact only"
                 )
             wanted = np.hstack([value.reshape(-1, d * n).T, np.zeros((d * n, len(contact)))])[held]
-            matrix = np.block([[compliance[np.ix_(held, held)], border], [below, np.zeros((r, r))]])
             both = np.linalg.solve(
-                matrix, np.vstack([wanted - moved[held], -resultant - balance @ loads])
+                np.block(
+                    [[compliance[np.ix_(held, held)], border], [balance[:, held], np.zeros((r, r))]]
+                ),
+                np.vstack([wanted - moved[held], -resultant - balance @ loads]),
             )
             loads[held], alpha = both[:count], both[count:]
             moved = moved + compliance[:, held] @ both[:count] + modes @ alpha

@@ -96,8 +96,7 @@ class Sampler:
         rng : numpy.random.Generator
         """
         if len(self.carriers) == 0:
-            none, real = np.empty(0, np.int64), np.empty(0)
-            return [Sample(none, real, real, True) for _ in start]
+            return [Sample(np.empty(0, np.int64), np.empty(0), np.empty(0), True) for _ in start]
         cells = self._cut(self._cells(start, stop, boxes))
         cells = cells.pick(np.argsort(cells.owner, kind="stable"))
         length = cells.last - cells.first
@@ -118,12 +117,19 @@ class Sampler:
             s, c = slice(*samples_of[i : i + 2]), np.arange(*cells_of[i : i + 2])
             some = c[untouched[c]]
             some, stands_for = _choose(some, wanted[some] > FEW, probes, rng)
-            places = np.unique(np.concatenate([position[s], probe[some]]))
-            weights, at_random = np.zeros(len(places)), np.zeros(len(places))
-            weights[np.searchsorted(places, position[s])] = weight[s]
-            at_random[np.searchsorted(places, probe[some])] = np.sqrt(stands_for * length[some])
-            result.append(Sample(self.carriers[places], weights, at_random, bool(whole[c].all())))
+            drawn = probe[some], np.sqrt(stands_for * length[some])
+            result.append(self._merged(position[s], weight[s], *drawn, bool(whole[c].all())))
         return result
+
+    def _merged(
+        self, position: Index, weight: Array, probe: Index, drawn: Array, whole: bool
+    ) -> Sample:
+        """A sample of nodes at positions and of probes, with the weights of either."""
+        places = np.unique(np.concatenate([position, probe]))
+        weights, at_random = np.zeros(len(places)), np.zeros(len(places))
+        weights[np.searchsorted(places, position)] = weight
+        at_random[np.searchsorted(places, probe)] = drawn
+        return Sample(self.carriers[places], weights, at_random, whole)
 
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
         """Cells outside each cluster, fine near it and coarse far away."""
