@@ -117,8 +117,15 @@ class Sampler:
             s, c = slice(*samples_of[i : i + 2]), np.arange(*cells_of[i : i + 2])
             some = c[untouched[c]]
             some, stands_for = _choose(some, wanted[some] > FEW, probes, rng)
-            drawn = probe[some], np.sqrt(stands_for * length[some])
-            result.append(self._merged(position[s], weight[s], *drawn, bool(whole[c].all())))
+            result.append(
+                self._merged(
+                    position[s],
+                    weight[s],
+                    probe[some],
+                    np.sqrt(stands_for * length[some]),
+                    bool(whole[c].all()),
+                )
+            )
         return result
 
     def _merged(
