@@ -11,7 +11,7 @@ from petcontact import Problem, solve
 from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.model.base import parse
 from petcontact.pipeline.run import prepare
-from petcontact.pipeline.steps.increment import Increment
+from petcontact.pipeline.steps.increment import HALVINGS, Increment
 from petcontact.pipeline.steps.load_steps import first_increment
 
 
@@ -59,6 +59,22 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
         and f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
     )
     assert len(calls) == 1
+
+
+def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
+    tried, solver = [], Increment.solved
+
+    def fails(self, monitor=None):
+        tried.append((self.begun, self.target))
+        outcome = solver(self, monitor)
+        outcome.converged = False
+        return outcome
+
+    monkeypatch.setattr(Increment, "solved", fails)
+    top = {"part": "top", "condition": "traction", "value": [0.0, -0.01]}
+    solution = solved(block(boundary=[top]), step=[{"increments": 1}])
+    assert not solution.converged
+    assert len(tried) == len(set(tried)) == 1 + HALVINGS
 
 
 @pytest.mark.parametrize("pull", [1e-7, 1e-5])

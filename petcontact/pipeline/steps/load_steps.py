@@ -146,6 +146,7 @@ class _Shares:
 
     def __init__(self, increment: Increment, monitor: Monitor | None) -> None:
         self._monitor = monitor
+        self._last: Tried | None = None
         self.reached, self.whole = increment.target, _first_share(increment.step)
         self.halves = Halves(monitor) if increment.step.increments == "auto" else None
         factors = increment.problem.factors.get(increment.number, ())
@@ -170,8 +171,11 @@ class _Shares:
         return _unless_failed(self.alone(increment)), False
 
     def alone(self, increment: Increment) -> Tried:
-        """An increment as it is."""
-        return with_wear(increment, increment.solved(self._monitor), self._monitor)
+        """An increment as it is, which is not solved again where it was the last one."""
+        ends = increment.begun, increment.target
+        if self._last is None or ends != (self._last[0].begun, self._last[0].target):
+            self._last = with_wear(increment, increment.solved(self._monitor), self._monitor)
+        return self._last
 
     def reach(self) -> None:
         """Go on from the end of the next increment; the one after it is larger where halves do not
