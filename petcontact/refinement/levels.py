@@ -12,9 +12,10 @@ from ..round_off import SOLVED
 MOST_GAIN = 40.0
 """Largest believed ratio of the errors of two neighbouring levels; a larger one is chance [-]."""
 LEAST_GAIN = 1.5
-"""Least ratio of the errors on two meshes, of p and q or of a number such as a force [-]. The error
-on the finer mesh is then at most 1/(1.5 - 1) = 2 times the difference. Of 492 numbers of random
-bodies, six had 1.01 to 1.65 times the difference, the others less than it."""
+"""The same of a single number, as a force, that is counted on where two meshes are all: the finer
+one is off by up to 1/(gain - 1) = 2 times what they differ by. Of 223 numbers of random bodies
+three were off by more than the difference, by up to 1.15 times, and in a body that was looked at
+for its errors two more, by 1.30 and 1.65 times."""
 MARGIN = 1.3
 """Wanted error over a level's typical error, from which the level is tried first [-]."""
 
