@@ -1,5 +1,5 @@
-"""A body whatever its operators are stored as: load states, rigid motions, and what follows from
-S."""
+"""The common interface of eliminated bodies: load states, rigid motions, and results that follow
+from S."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ...round_off import HALF, ROUNDED
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 
 PROBED = 24
-"""Nodes at which the integral equations are checked."""
+"""Number of nodes at which the integral equations are checked."""
 VOLUME, CLOSED = 1e-6, 1e-4
-"""The same of loads in the volume, which are polynomials that are integrated over the boundary; and
-the resultant of the normals, over that of their sizes, up to which a boundary is closed and this an
-error of quadrature."""
+"""VOLUME: work of volume loads on a rigid motion over the work of their sizes, up to which it
+counts as 0 [-]. These loads are polynomials, integrated over the boundary. CLOSED: the same ratio
+for the normals, up to which a boundary is closed and the ratio is an error of quadrature [-]."""
 
 
 class ElasticBody(abc.ABC):
-    """A body, eliminated.
+    """A body eliminated to its contact nodes.
 
     Attributes
     ----------
@@ -32,25 +32,24 @@ class ElasticBody(abc.ABC):
     contact : (m,) array
         Numbers of the nodes that carry free tractions, in k directions each.
     u_0 : (K, m, k) array
-        Displacement there for each load state without contact tractions [length].
+        Displacement of these nodes in each load state without contact tractions [length].
     compliance : (k m, k m) array or None
-        S, component c of node i being k i + c [length/stress]; None where it is known by its
-        products only.
+        S [length/stress]. Component c of node i has number k i + c. It is None if S is known only
+        by its products.
     modes : (n, d, r) array
         R: rigid motions that no known displacement holds [-].
     resultant : (K, r) array
-        RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant
-        -t_p has.
+        F = RᵀW(t̂ - t_p) + Rᵀ(point forces). t_p is the traction of the particular solution; -t_p
+        has the resultant of the volume forces.
     tolerance : float
-        Relative error of compressed operators that is accepted; 0 of dense ones.
+        Accepted relative error of compressed operators; 0 for dense ones [-].
     takes_several : bool
-        Whether `unknowns` and `boundary` take several increments at once, along a first axis of all
-        their arguments.
+        Whether `unknowns` and `boundary` accept several increments at once, along a first axis of
+        all their arguments.
     is_solved_jointly : bool
         Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
-        Relative error of the elimination for a solution that is known; nan where that is not
-        measured [-].
+        Relative error of the elimination for a known solution, or nan if it is not measured [-].
     """
 
     u_0: Array
@@ -71,26 +70,30 @@ class ElasticBody(abc.ABC):
 
     @abc.abstractmethod
     def apply(self, traction: Array) -> Array:
-        """S t for tractions (k m,), or for several (k m, s). Collective."""
+        """Return S t for tractions (k m,), or for several (k m, s) [length]. Collective."""
 
     @abc.abstractmethod
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """The unknowns of the operators and β, (d n + r,), for load states weighted by `shares`
-        (K,) and t (m, k). Collective."""
+        """Return the unknowns of the operators and β, (d n + r,). Collective.
+
+        `shares` (K,) are the weights of the load states, `traction` is t (m, k) [stress].
+        """
 
     @abc.abstractmethod
     def describe(self) -> str:
-        """How the operators are stored."""
+        """Return a text that says how the operators are stored."""
 
     def with_data(self, data: BoundaryData) -> ElasticBody | None:
-        """The same body under other known values; None where that takes another elimination."""
+        """Return the same body under other known values, or None if it must be eliminated again."""
         return None
 
     def contact_compliance(
         self, place: Index, surrogate: MakeSurrogate
     ) -> ContactCompliance | None:
-        """S of this body alone, of contact nodes in another order, where it is not composed from
-        `compliance` or `apply`."""
+        """Return S of this body alone for contact nodes in the order `place`.
+
+        It is None if S is to be composed from `compliance` or `apply`.
+        """
         return None
 
     def close(self) -> None:  # noqa: B027 (most have none)
@@ -98,19 +101,21 @@ class ElasticBody(abc.ABC):
 
     @property
     def contact_modes(self) -> Array:
-        """The rigid motions in the contact directions, (k m, r)."""
+        """Rigid motions R along the contact directions, (k m, r) [-]."""
         moved = np.einsum("mkc,mcr->mkr", self.data.contact_frame, self.modes[self.contact])
         return np.asarray(moved.reshape(self.data.contact_directions.size, self.modes.shape[2]))
 
     @property
     def balance(self) -> Array:
-        """RᵀW in the contact directions, (r, k m)."""
+        """RᵀW along the contact directions, (r, k m)."""
         weight = np.repeat(self.mesh.weight[self.contact], self.data.contact_shape[1])
         return np.ascontiguousarray((self.contact_modes * weight[:, None]).T)
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d) for load states weighted by `shares` (K,), t (m, k) and
-        α (r,)."""
+        """Return displacement [length] and traction [stress] at all nodes, (n, d) each.
+
+        `shares` (K,) are the weights of the load states, `traction` is t (m, k) and `alpha` α (r,).
+        """
         unknowns = self.unknowns(shares, traction)[..., : self.operators.n_unknowns]
         u, t = self.operators.split(unknowns, shares, traction)
         return (u + np.tensordot(alpha, self.modes, (-1, 2)) if alpha.size else u), t
@@ -118,11 +123,10 @@ class ElasticBody(abc.ABC):
     def residual(
         self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
     ) -> float:
-        """Largest defect of the integral equations at some nodes, from exact entries, over the
-        largest displacement.
+        """Return the largest defect of the integral equations over the largest displacement [-].
 
-        It sees what no solver can: a wrong or badly conditioned factorisation, a compression that
-        missed its tolerance.
+        It uses exact entries at PROBED nodes. Hence it shows errors that no solver can see: a wrong
+        or badly conditioned factorisation, or a compression that missed its tolerance.
         """
         rows = _probed(self.mesh.n_nodes)
         rigid = (
@@ -145,31 +149,34 @@ class ElasticBody(abc.ABC):
             defect = defect - self.operators.point_displacement(
                 rows, np.tensordot(shares, self.data.force, 1)
             )
-        # u has lost what is below the round-off of a rigid motion
+        # u has no digits below the round-off of a rigid motion
         least = HALF * float(np.abs(rigid).max(initial=0.0))
         return float(np.abs(defect).max()) / (max(self.displaced(u, traction), least) or 1.0)
 
     def displaced(self, u: Array, traction: Array) -> float:
-        """The largest displacement, at least a thousandth of what the mean traction would do:
-        where all nodes are held, u = 0.
+        """Return the largest displacement, or a thousandth of that by the mean traction if it is
+        larger.
+
+        If all nodes are held, u = 0 and the second value counts.
 
         Parameters
         ----------
         u, traction : (n, d) arrays
-            [length], [stress]
+            Displacement [length] and traction [stress] at the nodes.
         """
         mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(
             self.mesh.weight.sum()
         )
-        # a body that nothing holds is compared with a thousandth of what the mean traction does
-        # to it
+        # without a body's own displacement the mean traction gives the scale
         return max(float(np.abs(u).max(initial=0.0)), 1e-3 * mean / self.operators.traction_scale)
 
 
 def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
-    """Work (K, r) of all loads on motions (n, d, r), 0 where it is their round-off, or for volume
-    loads the error of quadrature: what normals, whose resultant is 0, leave on the same
-    boundary."""
+    """Return the work (K, r) of all loads on motions (n, d, r).
+
+    It is 0 if it is no larger than round-off, or for volume loads than the error of quadrature.
+    That error is estimated by the work of the normals, which is 0 on a closed boundary.
+    """
     mesh, data = operators.mesh, operators.data
     if not modes.shape[2]:
         return np.zeros((data.states, 0))
@@ -192,7 +199,10 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
 
 
 def _works(forces: Array, motions: Array) -> tuple[Array, Array]:
-    """Of forces (K, n, d) on motions (n, d, r), and of their sizes, (K, r)."""
+    """Return the work of forces (K, n, d) on motions (n, d, r), and that of their absolute values.
+
+    Both are (K, r).
+    """
     work, size = (
         np.einsum("kic,icr->kr", f, m)
         for f, m in ((forces, motions), (np.abs(forces), np.abs(motions)))
@@ -202,13 +212,13 @@ def _works(forces: Array, motions: Array) -> tuple[Array, Array]:
 
 @functools.lru_cache(maxsize=16)
 def _probed(n_nodes: int) -> Index:
-    """Nodes at which the integral equations are checked, increasing."""
+    """Return the nodes at which the integral equations are checked, in increasing order."""
     chosen = np.random.default_rng(20190).choice(n_nodes, min(PROBED, n_nodes), replace=False)
     return np.sort(chosen)
 
 
 def gauge(mesh: BoundaryMesh, data: BoundaryData, modes: Array) -> Array:
-    """RᵀW over the length of the boundary, on the unknown displacements, (r, d n)."""
+    """Return RᵀW over the size of the boundary, restricted to unknown displacements, (r, d n)."""
     weighted = (
         data.components(modes)
         * (mesh.weight / mesh.weight.sum())[:, None, None]
@@ -218,8 +228,10 @@ def gauge(mesh: BoundaryMesh, data: BoundaryData, modes: Array) -> Array:
 
 
 def _modes_at(mesh: BoundaryMesh, modes: Array, point: Array) -> Array:
-    """The rigid motions (f, d, r) at other points: affine functions are given by their values at
-    the nodes."""
+    """Return the rigid motions (f, d, r) at other points.
+
+    They are affine functions, which their values at the nodes determine.
+    """
     affine = np.column_stack([np.ones(mesh.n_nodes), mesh.x])
     coefficients = np.linalg.lstsq(affine, modes.reshape(mesh.n_nodes, -1), rcond=None)[0]
     return np.asarray(np.column_stack([np.ones(len(point)), point]) @ coefficients).reshape(

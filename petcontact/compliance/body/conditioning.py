@@ -1,9 +1,10 @@
-"""How many digits an elimination loses, seen on a solution that is known beforehand.
+"""The number of digits that an elimination loses, measured on a known solution.
 
-The residual of an ill-conditioned system is small whatever its solution is. The error of a solution
-that is known is not: with unknowns of random sign that weigh the same in the equations it is about
-the round-off times the condition number of the system with columns of equal length (N. J. Higham,
-Accuracy and stability of numerical algorithms, 2nd ed., section 7.3).
+The residual of an ill-conditioned system is small for any solution. The error of a known solution
+is not. Its unknowns have random signs and equal weight in the equations. The error is then about
+the round-off times the condition number of the system with columns of equal length.
+
+Source: N. J. Higham, Accuracy and stability of numerical algorithms, 2nd ed., section 7.3.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from ...arrays import Array
 
 
 def known_solution(columns: Array, comm: Any) -> Array:
-    """Unknowns (q,) of random sign, inverse to the lengths of their columns; of each column (q,
-    rows) this rank's rows."""
+    """Return unknowns (q,) of random sign, inverse to the lengths of their columns.
+
+    `columns` (q, rows) holds the rows of this rank.
+    """
     squares = np.einsum("ij,ij->i", columns, columns)
     length = np.sqrt(squares if comm.getSize() == 1 else comm.tompi4py().allreduce(squares))
     return np.asarray(_signs(len(columns)) / np.where(length > 0.0, length, 1.0))
@@ -30,5 +33,5 @@ def _signs(count: int) -> Array:
 
 
 def forward_error(found: Array, known: Array) -> float:
-    """Largest relative error of the unknowns (q,) [-]."""
+    """Return the largest relative error of the unknowns (q,) [-]."""
     return float(np.abs(found / known - 1.0).max(initial=0.0))

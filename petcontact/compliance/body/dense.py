@@ -1,4 +1,4 @@
-"""A body eliminated by a dense factorisation: its equations (4.12) and (4.13) as a PETSc matrix."""
+"""A body eliminated by a dense factorisation of (4.12) and (4.13), stored as a PETSc matrix."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .conditioning import forward_error, known_solution
 
 
 class DenseBody(ElasticBody):
-    """One factorisation of the bordered system for all load states and contact tractions.
+    """A body with one factorisation of the bordered system for all load states and tractions.
 
     Parameters
     ----------
     operators : BoundaryOperators
     modes : (n, d, r) array
     comm : PETSc.Comm
-        Its ranks share the rows of the system; each has S.
+        Its ranks share the rows of the system; each rank has the whole S.
 
     Raises
     ------
@@ -52,8 +52,10 @@ class DenseBody(ElasticBody):
         self._comm = comm
 
     def with_data(self, data: BoundaryData) -> DenseBody | None:
-        """The same body under other known values, whose loads alone are solved for; None where the
-        values are those of other components."""
+        """Return the same body under other known values; only its loads are solved again.
+
+        It is None if other components are known.
+        """
         if not data.has_matrix_of(self.data):
             return None
         body = copy.copy(self)
@@ -65,21 +67,21 @@ class DenseBody(ElasticBody):
         return body
 
     def _at_rest(self, solved: Array) -> Array:
-        """u_0 from the columns (m k, K) of all loads."""
+        """Return u_0 (K, m, k) from the solutions (m k, K) for all loads [length]."""
         data = self.operators.data
         return solved.T.reshape(data.states, *data.contact_shape) + data.sliding
 
     def apply(self, traction: Array) -> Array:
-        """Displacement S t of the contact nodes under tractions t there."""
+        """Return the displacement S t of the contact nodes under their tractions t [length]."""
         return np.asarray(self.compliance @ traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """All unknowns of the body, for one or several increments: one back substitution."""
+        """Return all unknowns of the body, for one increment or several, by back substitution."""
         y = traction.reshape(*shares.shape[:-1], -1) / self.operators.traction_scale
         return self._solved.unknowns(shares.T, y.T).T
 
     def describe(self) -> str:
-        """A line for the verdict: how the body is stored."""
+        """Return the text for the verdict: how the body is stored."""
         return "condensed, dense"
 
     def close(self) -> None:
@@ -88,22 +90,22 @@ class DenseBody(ElasticBody):
 
 
 class DenseRows:
-    """This rank's rows of the bordered system, its contact columns and loads; the rows of the
-    border are the last rank's.
+    """This rank's rows of the bordered system, its contact columns and its loads.
 
-    Of the unknowns in (4.12), at y_i on Γ_C, and (4.13), at all others, A_0 has the columns, G_Ct
-    those of the tractions on Γ_C that are free; the loads are what known values come to.
+    Equations (4.12), at nodes on Γ_C, and (4.13), at all others, give the rows. A_0 has the columns
+    of the unknowns, G_Ct those of the free tractions on Γ_C. The loads follow from known values.
+    The last rank has the rows of the border.
 
     Attributes
     ----------
     system : (d n + r, rows) array
         A_0 by columns.
     contact, loads : (m k, rows), (K, rows) arrays
-        G_Ct and the loads, likewise.
+        G_Ct and the loads by columns.
     known : (d n + r,) array
-        A solution.
+        A known solution, see `conditioning`.
     of_known : (rows,) array
-        Its right-hand side.
+        Right-hand side of the known solution.
     """
 
     def __init__(
@@ -135,5 +137,5 @@ class DenseRows:
 
     @staticmethod
     def _inside(columns: Array, count: int, d: int) -> Array:
-        """Rows of the integral equations by node and component, of columns (c, rows)."""
+        """Return a view of columns (c, rows) on the integral equations, by node and component."""
         return columns[:, : d * count].reshape(len(columns), count, d)

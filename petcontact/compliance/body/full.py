@@ -1,5 +1,7 @@
-"""The formulation of the paper: nothing is eliminated; (4.12) and (4.13) are one matrix A(ρ) = A_0
-+ ρ G_Ct, a new one each time ρ changes."""
+"""The formulation of the paper, without elimination.
+
+(4.12) and (4.13) are one matrix A(ρ) = A_0 + ρ G_Ct, which changes with ρ.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,9 @@ from .dense import DenseRows
 
 
 class FullBody(ElasticBody):
-    """A body that its conditions hold, refactored each time ρ changes, with the KSP without a
-    prefix.
+    """A body held by its conditions, factorised anew each time ρ changes.
+
+    It uses the KSP without a prefix.
 
     Raises
     ------
@@ -34,8 +37,7 @@ class FullBody(ElasticBody):
         super().__init__(operators, modes)
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
-            # the columns that ρ changes, kept: A(ρ) is written anew and not updated, which would
-            # lose digits
+            # the columns that ρ changes are stored, because updates of A(ρ) would lose digits
             self._places = operators.data.contact_unknowns
             self._displacement_columns = self._rows.system[self._places].copy()
             self.solver = direct_solver(comm, "")
@@ -56,11 +58,13 @@ class FullBody(ElasticBody):
         )
 
     def solve(self, rho: Array, rhs: Array) -> Array:
-        """A(ρ)⁻¹ times a right-hand side, this rank's rows of it; ρ (m k,), over all contact
-        unknowns. Collective."""
+        """Return A(ρ)⁻¹ times a right-hand side, of which `rhs` has this rank's rows. Collective.
+
+        `rho` (m k,) has a value for each contact unknown.
+        """
         if not np.array_equal(rho, self._rho):
             each = rho[:, None] / self.operators.traction_scale
-            # (4.12): of the columns of u_t on Γ_C each takes ρ G with it
+            # (4.12): ρ G is added to each column of u_t on Γ_C
             self._matrix.getDenseArray().T[self._places] = (
                 self._displacement_columns + each * self._rows.contact
             )
@@ -70,30 +74,32 @@ class FullBody(ElasticBody):
         return self.solver.solved(rhs)
 
     def influence(self, rho: Array, traction: Array) -> Array:
-        """Displacement in the contact directions (m k,) by tractions (m k,), those of the Robin
-        condition among them."""
+        """Return the displacement (m k,) along contact directions under tractions (m k,) [length].
+
+        The Robin condition with this ρ acts in addition to the tractions.
+        """
         return self.solve(rho, traction / self.operators.traction_scale @ self._rows.contact)[
             self._places
         ]
 
     def apply(self, traction: Array) -> Array:
-        """S t by a solve with A(0), a column each."""
+        """Return S t by one solve with A(0) for each column [length]."""
         still = np.zeros(len(self._places))
         if traction.ndim == 1:
             return self.influence(still, traction)
         return np.column_stack([self.influence(still, column) for column in traction.T])
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """All unknowns of the body: one solve with A(0)."""
+        """Return all unknowns of the body, by one solve with A(0)."""
         pushed = traction.ravel() / self.operators.traction_scale @ self._rows.contact
         return self._rest @ shares + self.solve(np.zeros(len(self._places)), pushed)
 
     def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance:
-        """S and Robin problems by A(ρ)."""
+        """Return S, which solves Robin problems by A(ρ)."""
         return _FullCompliance(self, place, surrogate)
 
     def describe(self) -> str:
-        """A line for the verdict: the formulation."""
+        """Return the text for the verdict: the formulation."""
         return "full, dense"
 
     def close(self) -> None:
@@ -102,8 +108,10 @@ class FullBody(ElasticBody):
 
 
 class _FullCompliance(ContactCompliance):
-    """S of a body by solves with A(0), I + ρS by solves with A(ρ); nodes in the order of the
-    contact system."""
+    """S by solves with A(0) and (I + ρS)⁻¹ by solves with A(ρ).
+
+    Nodes are in the order of the contact system.
+    """
 
     def __init__(self, body: FullBody, place: Index, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
@@ -111,23 +119,23 @@ class _FullCompliance(ContactCompliance):
         self._order = (k * place[:, None] + np.arange(k)).ravel()
 
     def apply(self, sigma: Array) -> Array:
-        """Displacement S σ of the contact nodes under tractions σ there."""
+        """Return the displacement S σ of the contact nodes under their tractions σ [length]."""
         return self._by_body(np.zeros(sigma.size), sigma)
 
     def matrix(self) -> Array:
-        """S, one solve with A(0) a column."""
+        """Return S by one solve with A(0) for each column [length/stress]."""
         return np.asarray(
             self._body.apply(np.eye(len(self._order)))[self._order[:, None], self._order]
         )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """A(ρ) δx = G_Ct r; there are no motions."""
+        """Return δv and δσ from A(ρ) δx = G_Ct r; there are no motions."""
         change = self._by_body(rho.ravel(), r)
         return change, r - rho * change
 
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix."""
+        """Types of the KSP without a prefix and its PC."""
         return self._body.solver.kind
 
     def _by_body(self, rho: Array, sigma: Array) -> Array:

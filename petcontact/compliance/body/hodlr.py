@@ -1,5 +1,7 @@
-"""A plane body eliminated on HODLR operators: a product with S is one with G, a solve with A, and
-the rows of u."""
+"""A plane body eliminated on HODLR operators.
+
+A product with S is a product with G and a solve with A, of which the rows of u are taken.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +22,15 @@ from .base import ElasticBody, gauge
 from .hodlr_operators import CompressedOperators
 
 COLUMNS = 128
-"""Of S, solved for at a time."""
+"""Number of columns of S that are solved for at once."""
 
 
 class HodlrBody(ElasticBody):
-    """HODLR operators of all ranks together; S by products, and formed where contact is small.
+    """A body with HODLR operators over all ranks; S is known by products, or formed if small.
 
-    A of a body that is not held is singular. A + R P is not, P x being what r displacements say of
-    the motions: one factorisation serves the bordered system [[A, R], [C, 0]] with C = RᵀW, whose
-    multipliers follow from r more solves.
+    A is singular for a body that is not held. A + R P is regular, where P x are the motions that r
+    displacements determine. One factorisation of it serves the bordered system [[A, R], [C, 0]]
+    with C = RᵀW. The multipliers follow from r more solves.
 
     Parameters
     ----------
@@ -37,7 +39,7 @@ class HodlrBody(ElasticBody):
     bem : Bem
     comm : PETSc.Comm
     formed : int
-        Contact unknowns up to which S is formed, whose products are then next to nothing.
+        Largest number of contact unknowns for which S is formed. Its products are then very cheap.
 
     Raises
     ------
@@ -73,15 +75,17 @@ class HodlrBody(ElasticBody):
             self.compliance = np.hstack(columns) if columns else np.zeros((0, 0))
 
     def _load(self, loads: Array) -> None:
-        """Take this rank's loads of all states, and solve for u_0."""
+        """Store this rank's loads of all states, and solve for u_0."""
         operators, data = self.operators, self.operators.data
         self._loads = loads + operators.point_loads[self._compressed.here]
         at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
         self.u_0 = at_rest.T.reshape(data.states, *data.contact_shape) + data.sliding
 
     def with_data(self, data: BoundaryData) -> HodlrBody | None:
-        """The same body under other known values whose right-hand sides differ in amplitude only;
-        else None."""
+        """Return the same body under other known values.
+
+        It is None unless the right-hand sides differ in amplitude only.
+        """
         body, operators = copy.copy(self), replace(self.operators, data=data)
         if not data.has_matrix_of(self.data) or not operators.right_hand_sides.near(
             self.operators.right_hand_sides
@@ -93,7 +97,7 @@ class HodlrBody(ElasticBody):
         return body
 
     def apply(self, traction: Array) -> Array:
-        """S t: a product with G, a solve with A."""
+        """Return S t, by a product with G and a solve with A [length]."""
         if self.compliance is not None:
             return np.asarray(self.compliance @ traction)
         return self._compressed.on_contact(
@@ -101,24 +105,24 @@ class HodlrBody(ElasticBody):
         )
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """All unknowns of the body: one solve with A."""
+        """Return all unknowns of the body, by one solve with A."""
         unknowns, beta = self._bordered(
             self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel())
         )
         return np.concatenate([self._compressed.everywhere(unknowns), beta])
 
     def describe(self) -> str:
-        """Eliminated once, compressed to a tolerance."""
+        """Return the text for the verdict: the storage and its tolerance."""
         return f"condensed, hodlr {self._compressed.bem.hodlr_tol:g}"
 
     def _summed(self, rows: Array, x: Array) -> Array:
-        """Some rows times x, of all ranks together."""
+        """Return some rows times x, summed over the ranks."""
         own = rows @ x
         comm = self._compressed.comm
         return np.asarray(own if comm.getSize() == 1 else comm.tompi4py().allreduce(own))
 
     def _bordered(self, rhs: Array) -> tuple[Array, Array]:
-        """This rank's share of x, and β, of the bordered system."""
+        """Return this rank's part of the solution x of the bordered system, and β."""
         x = self._compressed.solve(rhs)
         if not len(self._gauge):
             return x, np.zeros(0)
@@ -128,8 +132,10 @@ class HodlrBody(ElasticBody):
 
 
 def pinned(motions: Array, free: Mask) -> Array:
-    """P (r, d n) with P R = I, of r unknown displacements, for motions R (n, d, r) by
-    components."""
+    """Return P (r, d n) with P R = I, for motions R (n, d, r) by components.
+
+    P uses r of the unknown displacements.
+    """
     rows, result = motions[free], np.zeros((motions.shape[2], free.size))
     if len(result):
         _, chosen = scipy.linalg.qr(rows.T, mode="r", pivoting=True)

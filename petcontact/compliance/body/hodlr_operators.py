@@ -1,4 +1,4 @@
-"""HODLR operators of a plane body, of all ranks together: nothing of size n x n is ever stored."""
+"""HODLR operators of a plane body over all ranks; no array of size n x n is ever stored."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ from .stretches import stretches_of
 
 
 class CompressedOperators:
-    """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods
-    are collective.
+    """A_0, compressed and factorised, and the compressed columns of G_Ct and of the loads.
+
+    All methods are collective.
 
     Parameters
     ----------
@@ -29,7 +30,7 @@ class CompressedOperators:
     comm : PETSc.Comm
     bem : Bem
     border : pair of (d n, r) and (r, d n) arrays, optional
-        Their product, which has few columns, is added to an A_0 that is singular without it.
+        Two factors whose product has rank r. It is added to A_0, which is singular without it.
 
     Raises
     ------
@@ -47,7 +48,7 @@ class CompressedOperators:
         self.operators, self.comm, self.bem = operators, comm, bem
         self.contact = ContactVectors(operators, comm)
         self._units = column_units(operators)
-        # the threads are the compression's own: each works on a subtree, with one BLAS thread
+        # the compression has its own threads: each works on a subtree, with one BLAS thread
         with one_blas_thread():
             with stage("assemble"):
                 self._system, self._rhs_columns = self._compress(border)
@@ -66,41 +67,41 @@ class CompressedOperators:
         )
 
     def _spare(self) -> None:
-        # from so many nodes on memory is worth the page faults of asking for it again
+        # with this many nodes saved memory is worth the page faults when it is needed again
         if self.operators.mesh.n_nodes >= 200_000:
             trim_heap()
 
     def loads_by(self, amplitudes: Array) -> Array:
-        """What right-hand sides times their amplitudes (q, K) add to the load of each state, on
-        this rank's nodes."""
+        """Return the load of each state on this rank's nodes, from the amplitudes (q, K) of the
+        right-hand sides."""
         return np.asarray(self._rhs_columns @ amplitudes[self._beside])
 
     def traction_to_rhs(self, sigma: Array) -> Array:
-        """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""
+        """Return G_Ct σ on this rank's nodes, for one σ (m k,) or several (m k, s)."""
         padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
         padded[self._is_contact] = sigma[self.contact.here] / self.operators.traction_scale
         return np.asarray(self._rhs_columns @ padded)
 
     def solve(self, rhs: Array) -> Array:
-        """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
+        """Return this rank's part of A_0⁻¹ times one right-hand side or several."""
         unknowns = np.asarray(self._factor.solve(rhs))
         return unknowns if self._units is None else (unknowns.T * self._units[self._here].ravel()).T
 
     def everywhere(self, unknowns: Array) -> Array:
-        """All unknowns from each rank's."""
+        """Return all unknowns on every rank, from the unknowns of each rank."""
         return self.contact.everywhere(unknowns)
 
     def on_contact(self, unknowns: Array) -> Array:
-        """u in the contact directions, (m k,) or (m k, s), out of each rank's unknowns."""
+        """Return u along the contact directions, (m k,) or (m k, s), from each rank's unknowns."""
         return self.contact.everywhere(unknowns[self.contact.local_unknowns])
 
     @property
     def nbytes(self) -> int:
-        """Of the compressed operators and the factorisation, on all ranks."""
+        """Memory of the compressed operators and the factorisation on all ranks [bytes]."""
         return int(self._system.nbytes + self._rhs_columns.nbytes + self._factor.nbytes)
 
     def describe(self) -> str:
-        """A line for the verdict: tolerance, leaf size, ranks and memory."""
+        """Return the text for the verdict: tolerance, leaf size, largest rank and memory."""
         return (
             f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank "
             f"{self._system.rank}, "
@@ -108,8 +109,8 @@ class CompressedOperators:
         )
 
     def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
-        # samples see some of the rows and columns, a random probe all: what they miss by a factor
-        # of 100 they are asked for again, with a tenth of the tolerance
+        # samples use some rows and columns, a random probe uses all. If the probe misses the
+        # tolerance by a factor of 100, a tenth of the tolerance is tried
         for tolerance in (self.bem.hodlr_tol, 0.1 * self.bem.hodlr_tol):
             *both, worst = self._compressed_to(tolerance, border)
             if worst <= 100.0 * self.bem.hodlr_tol:
@@ -185,11 +186,11 @@ class CompressedOperators:
 
 
 def column_units(operators: BoundaryOperators) -> Array | None:
-    """Powers of two (n, d) that make unknown tractions forces, about; None where all elements are
-    of one size.
+    """Return powers of two (n, d) that scale the columns of unknown tractions, or None.
 
-    G of a tiny element is tiny beside H: where blocks are accurate relative to their rows, the
-    digits of its columns would be lost, and the factorisation would fail.
+    With them the unknowns are roughly forces. They are None if all elements have about one size. G
+    of a tiny element is tiny compared with H. Blocks are accurate relative to their rows, so that
+    its columns would lose their digits and the factorisation would fail.
     """
     mesh = as_curve(operators.mesh)
     length = mesh.length[mesh.element]

@@ -1,4 +1,4 @@
-"""A body without strain: what equilibrium asks for before any matrix is built."""
+"""A body without strain, for checks of equilibrium before any matrix is built."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .base import ElasticBody
 
 
 class RigidBody(ElasticBody):
-    """Rigid motions, resultants and contact nodes of a body whose u_0 and S are left out.
+    """A body with its rigid motions, resultants and contact nodes, but with u_0 = 0 and S = 0.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ class RigidBody(ElasticBody):
         self.u_0 = np.zeros((self.data.states, *self.data.contact_shape))
 
     def apply(self, traction: Array) -> Array:
-        """S = 0."""
+        """Return zeros, because S = 0."""
         return np.zeros_like(traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Zeros: a rigid body has no unknown displacement or traction."""
+        """Return zeros, because a rigid body has no unknown displacement or traction."""
         return np.zeros(self.operators.n_unknowns + self.modes.shape[2])
 
     def describe(self) -> str:
-        """A word."""
+        """Return the word "rigid"."""
         return "rigid"

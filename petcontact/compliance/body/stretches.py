@@ -1,5 +1,5 @@
-"""Straight stretches of equal elements under equal conditions, on which compressed operators need
-one set of blocks."""
+"""Straight stretches of equal elements under equal conditions, which need only one set of
+compressed blocks."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ...round_off import WRITTEN
 
 NONE = np.empty(0, dtype=np.int64)
 COMPARED = 8
-"""Elements at both ends of a stretch whose entries are compared."""
+"""Number of elements at each end of a stretch whose entries are compared."""
 
 
 def repeated(mesh: CurveMesh) -> Mask:
-    """Whether the element after each one but the last is a translate of it, (n_elements - 1,)."""
+    """Return whether each element's successor has the same shape, (n_elements - 1,)."""
     plain = (mesh.curvature == 0.0) & (mesh.power == 0.0)
     same = plain[1:] & plain[:-1] & (np.abs(np.diff(mesh.length)) <= WRITTEN * mesh.length[1:])
     for label in (mesh.order, mesh.line, mesh.part):
@@ -26,11 +26,13 @@ def repeated(mesh: CurveMesh) -> Mask:
 
 
 def runs(mesh: CurveMesh, same: Mask) -> list[tuple[int, int]]:
-    """First and last elements (exclusive) of more than twice `COMPARED` of one size, each like
-    the next and evenly spaced."""
+    """Return the first and the last element (exclusive) of each run of equal elements.
+
+    A run has more than twice `COMPARED` elements, evenly spaced.
+    """
     ends = np.flatnonzero(~same) + 1
     pairs = zip(np.append(0, ends).tolist(), np.append(ends, mesh.n_elements).tolist(), strict=True)
-    # shorter ones are none
+    # shorter runs are not worth it
     return [
         (first, last)
         for first, last in pairs
@@ -41,8 +43,10 @@ def runs(mesh: CurveMesh, same: Mask) -> list[tuple[int, int]]:
 def stretches_of(
     mesh: CurveMesh, operators: BoundaryOperators, apart: Index = NONE
 ) -> list[Stretch]:
-    """Stretches of equal elements under equal conditions, without those of some nodes; the entries
-    at their ends are compared."""
+    """Return the stretches of equal elements under equal conditions.
+
+    Elements with nodes of `apart` are excluded. The entries at both ends of a stretch are compared.
+    """
     nodes, element = np.arange(mesh.n_nodes), mesh.element
     following = np.minimum(nodes + mesh.order[element] + 1, mesh.n_nodes - 1)
     data, rhs = operators.data, operators.right_hand_sides
@@ -69,7 +73,7 @@ def stretches_of(
 
 
 def _near(vectors: Array, following: Index) -> Mask:
-    """Whether each node's vectors are those of the following one, but for round-off, (n,)."""
+    """Return whether each node's vectors equal those of the next node up to round-off, (n,)."""
     difference = np.abs(vectors - vectors[following]).reshape(len(vectors), -1)
     return np.asarray(
         difference.max(axis=1, initial=0.0) <= WRITTEN * np.abs(vectors).max(initial=0.0)
@@ -77,14 +81,14 @@ def _near(vectors: Array, following: Index) -> Mask:
 
 
 def _even(mesh: CurveMesh, first: int, last: int) -> bool:
-    """Whether elements begin at equal distances."""
+    """Return whether the elements begin at equal distances."""
     step = (mesh.end[last - 1] - mesh.start[first]) / (last - first)
     missed = mesh.start[first:last] - mesh.start[first] - np.arange(last - first)[:, None] * step
     return bool(np.abs(missed).max() <= WRITTEN * np.abs(step).max())
 
 
 def _repeats(mesh: CurveMesh, operators: BoundaryOperators, first: int, last: int) -> bool:
-    """Whether entries between the first elements are those between the last ones."""
+    """Return whether the entries between the first elements equal those between the last ones."""
     count = COMPARED * (int(mesh.order[first]) + 1)
     one, two = (
         np.arange(a, a + count) for a in (mesh.first_node[first], mesh.first_node[last] - count)

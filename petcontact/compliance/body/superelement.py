@@ -1,16 +1,15 @@
 """A body given by a condensed stiffness or compliance of its contact surface, from any code.
 
-Displacement and traction at the nodes of the surface are related by u = u_f + S t + R α, RᵀW t + F
-= 0. A stiffness K on the points of linear faces, K u = f + f_0, gives it by their shape functions
-P: u = P u_K and f = PᵀW t, so that S = P K⁻¹ PᵀW by virtual work; of a K that leaves rigid motions
-free it is the inverse on the other motions. Conditions on parts of the surface, and normals that
-contact holds, are unknown tractions t_D, eliminated as in any body.
+Displacement and traction at the nodes of the surface satisfy u = u_f + S t + R α and RᵀW t + F = 0.
+A file may give a stiffness K on the points of linear faces instead, K u = f + f_0. With their shape
+functions P, u = P u_K and f = PᵀW t, virtual work gives S = P K⁻¹ PᵀW. If K leaves rigid motions
+free, K⁻¹ is its inverse on all other motions. Conditions on parts of the surface, and normals that
+contact holds, are unknown tractions t_D. They are eliminated as in any body.
 
-More tractions than K has freedoms would not be unique: what no continuous linear field resolves, (I
-- Π) t, is given the compliance of a half space of the surface's material under one face, as
-  polynomial pressure projection does (C. R. Dohrmann,
-P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004). It vanishes with the size of the faces; linear
-tractions see none of it.
+Tractions with more unknowns than K has would not be unique. The part (I - Π) t that no continuous
+linear field represents therefore gets the compliance of a half space under one face. This follows
+polynomial pressure projection (C. R. Dohrmann, P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004).
+The additional compliance vanishes with the size of the faces, and does not act on linear tractions.
 """
 
 from __future__ import annotations
@@ -31,19 +30,20 @@ from .base import ElasticBody
 
 @frozen
 class Condensed:
-    """u = free + S t + R α and RᵀW t + F = 0 at n nodes, in K load states; component c of node i is
-    d i + c.
+    """The relation u = free + S t + R α, RᵀW t + F = 0 at n nodes, in K load states.
+
+    Component c of node i has number d i + c.
 
     Attributes
     ----------
     compliance : (d n, d n) array
         S [length/stress].
     free : (K, d n) array
-        [length]
+        Displacement without tractions [length].
     modes : (n, d, r) array
         R [-].
     resultant : (K, r) array
-        F of loads inside.
+        F of the loads inside the body.
     """
 
     compliance: Array
@@ -53,7 +53,7 @@ class Condensed:
 
 
 def shape_functions(surface: CondensedSurface, mesh: BoundaryMesh) -> scipy.sparse.csr_array:
-    """Values at the points of linear faces to values at the nodes, (n, p)."""
+    """Return the map from values at the points of linear faces to those at the nodes, (n, p)."""
     rows, columns, entries = [], [], []
     for batch in mesh.batches():
         points = surface.elements[batch.elements.index]
@@ -75,7 +75,7 @@ def shape_functions(surface: CondensedSurface, mesh: BoundaryMesh) -> scipy.spar
 
 
 def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
-    """The rigid motions that the body does not resist, at the nodes, (n, d, r) [-]."""
+    """Return the rigid motions at the nodes that the body does not resist, (n, d, r) [-]."""
     if "stiffness" not in surface.arrays:
         if "modes" not in surface.arrays:
             return np.zeros((*mesh.x.shape, 0))
@@ -87,27 +87,29 @@ def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
 
 
 def _free_at_points(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
-    """Rigid motions of the points without stiffness, of about unit size, (d p, r)."""
+    """Return the rigid motions (d p, r) of the points without stiffness, of about unit size [-]."""
     stiffness, away = surface.arrays["stiffness"], surface.points - surface.points.mean(axis=0)
     every = mesh.motions.of(away / np.abs(away).max()).reshape(surface.points.size, -1)
     values, vectors = np.linalg.eigh(every.T @ stiffness @ every)
     largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
     free = vectors[:, np.abs(values) <= HALF * largest]
-    # translations along the axes stay what they are where they are free
+    # free translations remain translations along the axes
     return np.asarray(every @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else every[:, :0])
 
 
 def condensed(
     surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_space_compliance: float
 ) -> Condensed:
-    """What a file says, at the nodes of its mesh; of a stiffness with the compliance of unresolved
-    tractions (see above), which is that of a half space [1/stress] times the size of the faces.
+    """Return the relation that a file gives, at the nodes of its mesh.
+
+    If the file gives a stiffness, the compliance of unresolved tractions is added (see above). It
+    is `half_space_compliance` [1/stress] times the size of the faces.
 
     Raises
     ------
     InputError
-        If an array has another shape than the mesh, or the steps, want, or the stiffness is not
-        that of a body.
+        If the shape of an array does not fit the mesh or the steps, or the stiffness is not that of
+        a body.
     """
     n, d = mesh.x.shape
     modes = free_modes(surface, mesh)
@@ -139,8 +141,10 @@ def condensed(
 
 
 def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
-    """(I - Π) h (I - Π) with the sizes h of the faces and Π on continuous linear fields, (n, n)
-    [length]."""
+    """Return (I - Π) h (I - Π), (n, n) [length].
+
+    h are the sizes of the faces, Π is the projection onto continuous linear fields.
+    """
     weighted = shapes.T * mesh.weight
     left = np.eye(mesh.n_nodes) - shapes @ np.linalg.solve(weighted @ shapes, weighted)
     size = np.bincount(mesh.element, mesh.measure)[mesh.element] ** (1.0 / (mesh.dim - 1))
@@ -148,8 +152,10 @@ def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
 
 
 def _by_state(surface: CondensedSurface, name: str, shape: tuple[int, ...], states: int) -> Array:
-    """An array that may be there, in all load states: nothing in the first one, and the same in the
-    others if it is one."""
+    """Return an optional array in all load states, zeros if the file does not give it.
+
+    An array for one state is 0 in the first state and the same in all others.
+    """
     if name not in surface.arrays:
         return np.zeros((states, *shape))
     values = expect(surface, name, shape, (states, *shape))
@@ -159,18 +165,18 @@ def _by_state(surface: CondensedSurface, name: str, shape: tuple[int, ...], stat
 
 
 class SuperelementBody(ElasticBody):
-    """The surface eliminated to its contact directions.
+    """A superelement eliminated to its contact directions.
 
     Parameters
     ----------
     operators : BoundaryOperators
-        Of its mesh; of them only the data and the units are used.
+        Operators on its mesh, of which only the data and the units are used.
     surface : CondensedSurface
 
     Raises
     ------
     InputError
-        As `condensed`; or if conditions hold a body that is free in part only.
+        As for `condensed`, or if conditions hold only some of the free rigid motions.
     """
 
     compliance: Array
@@ -226,11 +232,11 @@ class SuperelementBody(ElasticBody):
         self.u_0 = moved[contact, : data.states].T.reshape(-1, *data.contact_shape)
 
     def apply(self, traction: Array) -> Array:
-        """Displacement S t of the contact nodes under tractions t there."""
+        """Return the displacement S t of the contact nodes under their tractions t [length]."""
         return np.asarray(self.compliance @ traction)
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d)."""
+        """Return displacement [length] and traction [stress] at the nodes, (n, d) each."""
         u, t = (
             self.data.vectors(field.reshape(self.mesh.x.shape))
             for field in self._fields(shares, traction)
@@ -238,21 +244,23 @@ class SuperelementBody(ElasticBody):
         return (u + self.modes @ alpha if alpha.size else u), t
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Displacements where tractions are known, else tractions, and no multipliers: equilibrium
-        is exact."""
+        """Return displacements where tractions are known, else tractions, and then multipliers.
+
+        The multipliers are 0, because equilibrium is exact.
+        """
         u, t = self._fields(shares, traction)
         x = np.where(self.data.traction_known.ravel(), u, t / self.operators.traction_scale)
         return np.concatenate([x, np.zeros(self.modes.shape[2])])
 
     def _fields(self, shares: Array, traction: Array) -> tuple[Array, Array]:
-        """Components along the frames, (d n,) each."""
+        """Return displacement and traction by components along the frames, (d n,) each."""
         each = np.concatenate([shares, traction.ravel()])
         return self._u @ each, self._t @ each
 
     def residual(
         self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array
     ) -> float:
-        """Largest defect of u = u_f + S t + R α, over the largest displacement."""
+        """Return the largest defect of u = u_f + S t + R α, over the largest displacement [-]."""
         held = self._alpha @ np.concatenate([shares, sigma.ravel()])
         motion = self._given.modes @ (alpha if alpha.size else held)
         expected = (
@@ -261,5 +269,5 @@ class SuperelementBody(ElasticBody):
         return float(np.abs(u - expected).max()) / (self.displaced(u, traction) or 1.0)
 
     def describe(self) -> str:
-        """A line for the verdict: the file that the body comes from."""
+        """Return the text for the verdict: the kind of body."""
         return "superelement"
