@@ -1,1 +1,1 @@
-"""The operator T of an elastic layer, spectrally near to S."""
+"""The surrogate T of an elastic layer, which is spectrally close to S."""

@@ -1,12 +1,12 @@
-"""The operator T of an elastic layer: a symmetric positive stand-in for S, known in closed form on
-every contact part.
+"""The surrogate T of an elastic layer, symmetric, positive and known in closed form on every
+contact part.
 
-Shear traction on the face of a layer of thickness H on a rigid base moves that face by Tσ with the
-kernel T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)), x and s in arc length: close by it is
-Kelvin's logarithm on a half plane, far away it decays as the layer's does. T⁻¹S has eigenvalues in
-[0.8, 1.8] or so on any mesh, so T⁻¹ takes the place of ρ, and I + ρT preconditions I + ρS. Pressure
-moves a half plane as shear does: T serves both directions. Of two bodies it is the sum of their
-layers.
+Consider a layer of thickness H on a rigid base. Shear traction on its surface moves that surface by
+Tσ, with the kernel T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)); x and s are arc lengths. At
+short distance it is Kelvin's logarithm on a half plane; at long distance it decays as for the
+layer. The eigenvalues of T⁻¹S are in about [0.8, 1.8] on any mesh. Therefore T⁻¹ can replace ρ, and
+I + ρT preconditions I + ρS. Pressure moves a half plane as shear does, so that T serves both
+directions. For two bodies T is the sum of their layers.
 """
 
 from __future__ import annotations
@@ -24,14 +24,13 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.pairs.clipping import cross
 
 FAR_POINTS, NEAR_POINTS = 4, 12
-"""Gauss points over the order of an element, for its kernel from afar and for the smooth part of it
-close by."""
+"""Numbers of Gauss points in addition to the order of an element: for the kernel at distant points,
+and for its smooth part at near ones."""
 
 
 @frozen
 class Strip:
-    """A contact part as a layer: a stretch of nodes that see each other through the layer's kernel
-    only.
+    """A stretch of contact nodes, coupled to each other by the kernel of a layer.
 
     Attributes
     ----------
@@ -40,16 +39,16 @@ class Strip:
     start, length, order : (n,) arrays
         Arc length at the start of each element, its length [length], and its order.
     closed : float
-        Length of the loop where the part closes on itself, else 0: distances are then taken the
-        short way.
+        Length of the loop if the part is closed, else 0 [length]. Distances along a loop are the
+        shorter ones.
     layers : tuple of (float, float)
         2(1-ν²)/(πE) [1/stress], see `Kernel.half_space_compliance`, and H [length] of each body
-        that the tractions act on.
+        on which the tractions act.
     ends : (float, float)
-        How the strip goes on by reflection at its start and end: +1 beside a side that is free to
-        move in the direction of the tractions, -1 beside one whose displacement is known.
+        Signs of the reflections at the start and the end. The sign is +1 if the adjacent side is
+        free to move in the direction of the tractions, and -1 if its displacement is known.
     component : int
-        Of the contact vectors: the direction of the tractions.
+        Component of the contact vectors: the direction of the tractions.
     """
 
     nodes: Index
@@ -92,8 +91,9 @@ def strips(
     directions: Array,
     others: tuple[tuple[float, float], ...] = (),
 ) -> list[Strip]:
-    """One strip for each direction and smooth stretch of contact elements, over several parts where
-    they go on.
+    """Return one strip for each direction and each smooth stretch of contact elements.
+
+    A stretch may extend over several parts.
 
     Parameters
     ----------
@@ -101,9 +101,9 @@ def strips(
     nodes : (m,) array
         Contact nodes, increasing.
     directions : (m, k, d) array
-        Of the tractions at each of them.
+        Directions of the tractions at each node.
     others : tuple of (float, float)
-        Layers of bodies that feel the same tractions.
+        Layers of other bodies on which the same tractions act.
     """
     mesh = as_curve(operators.mesh)
     result = []
@@ -131,18 +131,18 @@ def strips(
 
 
 def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:
-    """Numbers of the elements of some nodes by stretches without corners, in order along the
+    """Return the elements of some nodes as stretches without corners, in order along the
     outline."""
     elements = np.unique(mesh.element[nodes])
     runs = np.split(elements, np.flatnonzero(~_meet(mesh, elements[:-1], elements[1:])) + 1)
     if len(runs) > 1 and _meet(mesh, runs[-1][-1:], runs[0][:1])[0]:
-        # the outline begins inside of a stretch
+        # the outline begins inside a stretch
         runs = [np.concatenate([runs[-1], runs[0]]), *runs[1:-1]]
     return runs
 
 
 def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
-    """Whether elements end where others begin, in about the same direction."""
+    """Return whether each element ends where the other begins, in about the same direction."""
     gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
     turn = np.sum(
         mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1
@@ -154,8 +154,10 @@ def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
 def _reflection(
     operators: BoundaryOperators, points: Array, corner: Array, direction: Array
 ) -> float:
-    """-1 if the element one of whose `points` is the corner holds displacements in the direction,
-    else +1."""
+    """Return -1 if the element next to a corner has a known displacement in this direction, else 1.
+
+    `points` are the starts or the ends of all elements.
+    """
     neighbour = int(np.argmin(np.sum((points - corner) ** 2, axis=1)))
     node = int(operators.mesh.first_node[neighbour])
     held = ~operators.data.traction_known[node]
@@ -163,7 +165,7 @@ def _reflection(
 
 
 def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
-    """Distance through the body along the inward normals of some nodes, the median of a few rays
+    """Return the distance through the body along inward normals, the median of a few rays
     [length]."""
     chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, 32).astype(int))]
     found = np.array([_thickness_at(mesh, int(node)) for node in chosen])
@@ -173,8 +175,10 @@ def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
 
 
 def _thickness_at(mesh: CurveMesh, node: int) -> float:
-    """Distance along the inward normal of a node to the next element, infinite where there is
-    none."""
+    """Return the distance along a node's inward normal to the next element [length].
+
+    It is infinite if there is none.
+    """
     direction, offset, ray = mesh.end - mesh.start, mesh.start - mesh.x[node], -mesh.normal[node]
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = cross(ray, direction)
@@ -186,9 +190,9 @@ def _thickness_at(mesh: CurveMesh, node: int) -> float:
 
 
 def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None = None) -> Array:
-    """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
+    """Return T of one strip by collocation, (k, k) or the given entries [length/stress].
 
-    An open strip goes on by reflection at its ends: next to a free side S is softer than a long
+    An open strip is reflected at its ends, because S is softer next to a free side than in a long
     layer.
 
     Parameters
@@ -217,11 +221,10 @@ def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None 
 
 
 def images(strip: Strip, thickness: float, targets: Array) -> list[tuple[float, Array]]:
-    """Signs and places of the reflections of targets: one at each end, more beside fixed ends of a
-    short strip.
+    """Return the signs and the places of the reflections of targets.
 
-    Reflections of one sign keep T positive however few there are; those of a fixed end need each
-    other.
+    There is one at each end, and more if an end of a short strip is fixed. Reflections of one sign
+    keep T positive in any number. Those at a fixed end do so only together.
     """
     if strip.closed:
         return []
@@ -236,7 +239,7 @@ def images(strip: Strip, thickness: float, targets: Array) -> list[tuple[float, 
 
 
 def _columns(strip: Strip, thickness: float, order: int, elements: Index, targets: Array) -> Array:
-    """∫ L_b ln tanh(π d/(4H)) over elements of one order, (targets, elements, p+1)."""
+    """Return ∫ L_b ln tanh(π d/(4H)) over elements of one order, (targets, elements, p+1)."""
     half = 0.5 * strip.length[elements]
     offset = targets[:, None] - (strip.start[elements] + half)
     if strip.closed:

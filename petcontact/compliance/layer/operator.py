@@ -1,5 +1,7 @@
-"""T over all of Γ_C: products, solves, and solves on a part of the nodes; by Fourier transforms
-where elements are equal."""
+"""T over the whole of Γ_C: products, solves, and solves on a part of the nodes.
+
+Equal elements use Fourier transforms.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +14,14 @@ from .kernel import Strip
 from .strips import FourierStrip, StripOperator, strip_operator
 
 SPREAD = 1.5
-"""How far the quotient of S and T on a smooth σ may lie from 1 before T is scaled."""
+"""Largest ratio of S and T on a smooth σ, or of T and S, for which T is not scaled [-]."""
 
 
 class LayerOperator:
-    """T on Γ_C, block by block over the contact parts, times an overall factor that a method adapts
-    to S.
+    """T on Γ_C, one block for each contact part, times one factor that a method adapts to S.
 
-    On rings, whose weights are those of curves times R = 2πr, it is R^-½ T R^½ with T of the
-    curves: symmetric in these weights, and T where the radius hardly varies.
+    The weights of rings are those of curves times R = 2πr. On rings R^-½ T R^½ is used, where T is
+    that of the curves. It is symmetric in these weights, and equals T if the radius hardly varies.
 
     Attributes
     ----------
@@ -29,7 +30,7 @@ class LayerOperator:
     rtol : float
         Relative tolerance of iterative stick solves.
     fast : bool
-        Whether products with T cost next to nothing (Fourier transforms on all parts).
+        Whether products with T are very cheap, by Fourier transforms on all parts.
     """
 
     coupled = False
@@ -43,19 +44,22 @@ class LayerOperator:
         self._parts: list[tuple[Index, int, StripOperator]] = []
         last: tuple[Strip, StripOperator] | None = None
         for strip in strips:
-            # the directions of a stretch come one after another, and share an operator where their
-            # ends agree
+            # the directions of a stretch follow each other, and share an operator if their ends
+            # agree
             if last is None or strip.component == 0 or last[0].ends != strip.ends:
                 last = strip, strip_operator(strip, measure[strip.nodes], x[strip.nodes])
             self._parts.append((strip.nodes, strip.component, last[1]))
         self.fast = all(isinstance(part, FourierStrip) for *_, part in self._parts)
 
     def apply(self, x: Array) -> Array:
-        """T x, (m, k) [length]."""
+        """Return T x, (m, k) [length]."""
         return self.scale * self._by_part(x, lambda part, column, _: part.apply(column))
 
     def solve(self, x: Array, rho: float | Array | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
+        """Return T⁻¹ x [stress], or (I + ρT)⁻¹ x if ρ is given, (m, k).
+
+        ρ is one number, or one for each component, (k,).
+        """
         if rho is None:
             return self._by_part(x, lambda part, column, _: part.solve(column) / self.scale)
         each = np.broadcast_to(rho, x.shape[1]) * self.scale
@@ -64,7 +68,7 @@ class LayerOperator:
         )
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k)
+        """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
         [stress]."""
 
         def solve(part: StripOperator, column: Array, place: tuple[Index, int]) -> Array:
@@ -78,7 +82,7 @@ class LayerOperator:
         return self._by_part(rhs, solve)
 
     def matrix(self) -> Array:
-        """T, (m k, m k)."""
+        """Return T, (m k, m k) [length/stress]."""
         k = 1 + max(component for _, component, _ in self._parts)
         result = np.zeros((k * len(self._weight), k * len(self._weight)))
         for nodes, component, part in self._parts:
@@ -89,7 +93,7 @@ class LayerOperator:
     def _by_part(
         self, x: Array, work: Callable[[StripOperator, Array, tuple[Index, int]], Array]
     ) -> Array:
-        """What `work` makes of each component on each part."""
+        """Return the result of `work` on each component on each part, (m, k)."""
         result = np.zeros_like(x)
         for nodes, component, part in self._parts:
             place, root = (nodes, component), self._root[nodes]
@@ -97,18 +101,19 @@ class LayerOperator:
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:
-        """Scale T by the Rayleigh quotient of S and T on a smooth σ, given S σ, if they are far
-        apart there.
+        """Scale T if it differs much from S on a smooth σ, given S σ.
 
-        On rough σ they agree for every body, the singularity of the kernel being the same: the
-        scale is the geometric mean of that 1 and the quotient.
+        On rough σ the ratio of S and T is 1 for every body, because their kernels have the same
+        singularity. The factor is the geometric mean of 1 and the Rayleigh quotient on this σ.
         """
         self.scale *= fitted(self._weight, sigma, self.apply(sigma), displacement)
 
 
 def fitted(weight: Array, sigma: Array, ours: Array, displacement: Array) -> float:
-    """The factor that brings Tσ to Sσ: 1 if they are alike, else the geometric mean of 1 and their
-    Rayleigh quotient."""
+    """Return the factor by which T is scaled, from T σ (`ours`) and S σ (`displacement`) [-].
+
+    It is 1 if both are close, else the geometric mean of 1 and their Rayleigh quotient.
+    """
     own, other = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
     apart = own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD
     return float(np.sqrt(other / own)) if apart else 1.0

@@ -1,5 +1,4 @@
-"""Products with a symbol on an open strip of equal elements that goes on by reflection at both
-ends."""
+"""Products with a symbol on an open strip of equal elements that is reflected at both ends."""
 
 from __future__ import annotations
 
@@ -11,13 +10,13 @@ import scipy
 from ...arrays import Array, Complex
 
 PRIME = 50
-"""Prime factor of the number of elements beyond which transforms of that length cost more than
-those of twice a good one."""
+"""Largest prime factor of the number of elements for which transforms of that length are used.
+Beyond it, transforms of twice a suitable length cost less."""
 
 
 class Transforms(NamedTuple):
-    """The names of a transform and of its inverse, their type, and which of the reflected loop's
-    frequencies are theirs."""
+    """The names of a transform and its inverse, their type, and the frequencies of the reflected
+    loop that they use."""
 
     to: str
     back: str
@@ -31,26 +30,25 @@ REFLECTED = {
     (1.0, -1.0): Transforms("dct", "idct", 4, slice(1, None, 2)),
     (-1.0, 1.0): Transforms("dst", "idst", 4, slice(1, None, 2)),
 }
-"""By how a strip goes on at its start and end: even or odd."""
+"""Transforms by the signs of the reflections at the start and the end: 1 if even, -1 if odd."""
 
 
 class Reflection:
-    """Products with a symbol on a strip that goes on by reflection at both ends, one node an
-    element.
+    """Products with a symbol on a strip that is reflected at both ends, with one node per element.
 
-    The cosine and sine transforms of types II and IV are a quarter to a half of the reflected
-    loop's price. Where the number of nodes has a large prime factor they cost several times as
-    much; there the sum over the reflected loop is that of a Toeplitz and a Hankel matrix, and both
-    products take two transforms of twice a length that has none.
+    The cosine and sine transforms of types II and IV cost a quarter to a half of those of the
+    reflected loop. If the number of nodes has a large prime factor, they cost several times as
+    much. The sum over the reflected loop is then written as a Toeplitz and a Hankel matrix. Both
+    products together take two transforms of twice a suitable length.
 
     Parameters
     ----------
     ends : (float, float)
-        1 where it goes on evenly, -1 oddly.
+        Signs of the reflections: 1 if even, -1 if odd.
     size : int
-        Nodes.
+        Number of nodes.
     symbol : (size,) array
-        Of the frequencies of the reflected loop that are the transforms'.
+        Symbol at the frequencies of the reflected loop that the transforms use.
     """
 
     def __init__(self, ends: tuple[float, float], size: int, symbol: Array) -> None:
@@ -62,8 +60,7 @@ class Reflection:
         whole = np.zeros(copies * size // 2 + 1)
         whole[self._transforms.frequencies] = symbol
         loop = np.fft.irfft(whole, copies * size)
-        # by the distance m of two nodes: directly, and from the node that is as far from the other
-        # end
+        # kernels by the distance m of two nodes: direct, and from the mirror image of a node
         m, mixed = np.arange(1 - size, size), float(copies == 4)
         direct = loop[m % len(loop)] - mixed * loop[(m - 2 * size) % len(loop)]
         turned = (
@@ -79,7 +76,7 @@ class Reflection:
         self._kernels = spectra[0], spectra[1] * back
 
     def __call__(self, x: Array) -> Array:
-        """The product with x (size,)."""
+        """Return the product with x, (size,)."""
         if self._kernels is None:
             to, back, kind, _ = self._transforms
             return np.asarray(
@@ -95,7 +92,7 @@ class Reflection:
 
 
 def largest_prime(number: int) -> int:
-    """Its largest prime factor.
+    """Return the largest prime factor of a number.
 
     Examples
     --------

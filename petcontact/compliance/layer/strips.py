@@ -1,5 +1,5 @@
-"""T on one contact part: dense, by Fourier transforms where elements are equal, or compressed where
-it is long."""
+"""T on one contact part: by Fourier transforms if elements are equal, compressed if the part is
+long, else dense."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .kernel import Strip, layer_matrix
 from .reflection import REFLECTED, Reflection
 
 LONG_SIZE = 3000
-"""Nodes of unequal elements from which T is compressed."""
+"""Largest number of nodes of unequal elements for which T is dense."""
 
 
 class StripOperator(Protocol):
-    """T of one strip, vectors (k,)."""
+    """T of one strip; vectors are (k,) arrays."""
 
     def apply(self, x: Array) -> Array: ...
     def solve(self, x: Array, rho: float | None = None) -> Array: ...
@@ -29,8 +29,10 @@ class StripOperator(Protocol):
 
 
 class Inverses:
-    """By what T⁻¹, and the last two (I + ρT)⁻¹ or inverses of blocks of T are applied: two
-    directions may have two ρ."""
+    """Stored inverses: T⁻¹, and the last two of (I + ρT)⁻¹ or of blocks of T.
+
+    Two are stored because two directions may have two ρ.
+    """
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
         self._make, self._made = make, dict[float | bytes | None, Any]()
@@ -46,8 +48,8 @@ class Inverses:
 class DenseStrip:
     """T as a dense matrix, symmetric in the inner product of the node weights.
 
-    Collocation on Gauss points is symmetric only up to its own error (1e-2): the symmetric part is
-    as good a T, and has a Cholesky factor.
+    Collocation on Gauss points is symmetric only up to its own error (1e-2). The symmetric part is
+    equally good and has a Cholesky factor.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
@@ -64,31 +66,30 @@ class DenseStrip:
         return scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
 
     def apply(self, x: Array) -> Array:
-        """The product T x."""
+        """Return the product T x, (k,)."""
         return np.asarray(self._scaled @ (self._root * x) / self._root)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
         return np.asarray(
             scipy.linalg.cho_solve(self._cholesky(rho), self._root * x, check_finite=False)
             / self._root
         )
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """x with T x = rhs on the stick nodes and x = 0 off them."""
+        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere."""
         return self._stick(stick, rhs)
 
     def matrix(self) -> Array:
-        """T as a matrix (k, k)."""
+        """Return T as a matrix (k, k) [length/stress]."""
         return np.asarray(self._scaled * (self._root / self._root[:, None]))
 
 
 class FourierStrip:
-    """T of equal elements of any order: a convolution from element to element, two transforms a
-    product or a solve.
+    """T of equal elements of any order, a convolution from element to element.
 
-    An open strip goes on by reflection at both ends (see `Reflection`), a closed one is a loop
-    already.
+    A product or a solve takes two transforms. An open strip is reflected at both ends (see
+    `Reflection`); a closed one is already a loop.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
@@ -120,11 +121,11 @@ class FourierStrip:
         self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
-        """The product T x."""
+        """Return the product T x, (k,)."""
         return self._forward(x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
         return np.asarray(self._inverse(rho)(x))
 
     def _product(self, symbol: Array | Complex) -> Callable[[Array], Array]:
@@ -155,8 +156,11 @@ class FourierStrip:
         return np.asarray(scipy.fft.irfft(spectrum, pieces.shape[1])[:, : self._elements].T.ravel())
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """By Cholesky where it is small, else by conjugate gradients preconditioned by the stick
-        block of T⁻¹."""
+        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+
+        Small systems use a Cholesky factor. Larger ones use conjugate gradients, preconditioned by
+        the stick block of T⁻¹.
+        """
         if stick.all():
             return self.solve(rhs)
         # up to here a Cholesky factor of the stick block beats conjugate gradients
@@ -171,13 +175,15 @@ class FourierStrip:
         )
 
     def matrix(self) -> Array:
-        """T as a matrix (k, k)."""
+        """Return T as a matrix (k, k) [length/stress]."""
         return np.column_stack([self.apply(e) for e in np.eye(self._elements * self._nodes)])
 
 
 class HodlrStrip:
-    """T compressed hierarchically, for long strips of unequal elements; symmetric only up to
-    collocation."""
+    """T as a HODLR matrix, for long strips of unequal elements.
+
+    It is symmetric only up to the error of collocation.
+    """
 
     def __init__(self, strip: Strip, points: Array) -> None:
         from ...compression.hodlr import factor
@@ -190,7 +196,7 @@ class HodlrStrip:
         self._krylov = Krylov((len(points),), "layer_")
 
     def _compress(self, rho: float | None) -> Any:
-        """T, or I + ρT."""
+        """Return T, or I + ρT if ρ is given, as a HODLR matrix."""
         from ...compression.hodlr import compress
 
         def entries(rows: Index, columns: Index) -> Array:
@@ -202,15 +208,18 @@ class HodlrStrip:
         return compress(entries, self._points, offsets, offsets, 1e-4)
 
     def apply(self, x: Array) -> Array:
-        """The product T x."""
+        """Return the product T x, (k,)."""
         return np.asarray(self._matrix @ x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
         return np.asarray(self._factorisation(rho).solve(x))
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """By GMRES, preconditioned by the stick block of T⁻¹."""
+        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+
+        It uses GMRES, preconditioned by the stick block of T⁻¹.
+        """
         if stick.all():
             return self.solve(rhs)
         found = self._krylov.solve(
@@ -223,12 +232,12 @@ class HodlrStrip:
         return np.where(stick, found, 0.0)
 
     def matrix(self) -> Array:
-        """T as a matrix (k, k)."""
+        """Return T as a matrix (k, k) [length/stress]."""
         return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
 
 
 def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
-    """T of a strip in the form that suits its elements.
+    """Return T of a strip in the form that suits its elements.
 
     Parameters
     ----------
@@ -244,10 +253,10 @@ def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
 
 
 class StickCholesky:
-    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the
-    roots of the weights.
+    """Solver for x with T x = rhs on the stick nodes and x = 0 elsewhere.
 
-    Rigid motions ask for the same nodes again and again: the factors of the last two sets are kept.
+    `scaled` is T made symmetric by the roots of the weights. The factors of the last two sets of
+    nodes are stored, because rigid motions need the same nodes several times.
     """
 
     def __init__(self, scaled: Array, root: Array) -> None:
@@ -276,8 +285,11 @@ def conjugate_gradients(
     rhs: Array,
     rtol: float,
 ) -> Array:
-    """The same by conjugate gradients in the inner product of the weights, preconditioned by the
-    stick block of T⁻¹."""
+    """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+
+    It uses conjugate gradients in the inner product of the weights, preconditioned by the stick
+    block of T⁻¹.
+    """
     x, r = np.zeros_like(rhs), np.where(stick, rhs, 0.0)
     direction, before = np.zeros_like(rhs), 1.0
     goal = rtol * np.linalg.norm(r)
