@@ -35,8 +35,9 @@ MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
 UNNAMED = 16
-"""Largest number of increments of a step that names none. It divides an error that falls like √h by
-four; the number is chosen for its cost, and what is left of the error is reported."""
+"""Largest number of increments of all steps together, where they name none. In one step it divides
+an error that falls like √h by four. The number is chosen for its cost; what is left of the error is
+reported."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -79,7 +80,9 @@ def automatic(
     error, limit = solution.accuracy.path, wanted or limit_of("path")
     if all(named) or not begins or not error > limit:
         return None
-    count = int(min(np.ceil((error / limit) ** 2), UNNAMED))
+    count = int(min(np.ceil((error / limit) ** 2), UNNAMED // len(problem.steps)))
+    if count < 2:
+        return None
     steps = tuple(
         step if own else step.model_copy(update={"increments": count})
         for step, own in zip(problem.steps, named, strict=True)

@@ -22,8 +22,8 @@ from ..corner_exponents import CLAMPED, SideKind, corner_exponent, shear_exponen
 from ..singular_points import kinds_of
 
 TOGETHER = 0.02
-"""Distance of the middle of a panel's side from another side over its length, up to which both are
-one edge [-]."""
+"""Distance of the middle of a panel's side from another side up to which both are one edge, over
+the length of the shorter one and the width of the narrower panel [-]."""
 INWARD = 0.02
 """Step from the middle of a side towards the centre of its panel, which gives the inward direction
 [-]."""
@@ -97,9 +97,10 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     length = np.linalg.norm(b - a, axis=1)
     j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
+    width = np.minimum(length, 2.0 / INWARD * np.linalg.norm(inside, axis=1))
     near = np.minimum(
         _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
-    ) < TOGETHER * np.minimum(length[i], length[j])
+    ) < TOGETHER * np.minimum(width[i], width[j])
     i, j = i[near], j[near]
     tangent = (b - a) / length[:, None]
     inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent

@@ -54,6 +54,13 @@ def test_edges_of_a_box_are_right_angles_whether_panels_match_or_not(sizes):
     } == {(a, b) for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2}
 
 
+def test_narrow_panels_meet_at_their_common_side_only():
+    """Of panels 60 times as long as wide both outer sides lay within the tolerance."""
+    _, mesh = body_of(BOX, HELD, element_size=0.1, exponent=4.0)
+    angle = edges(mesh)[2]
+    assert np.all(np.isclose(angle, 0.5 * math.pi) | np.isclose(angle, math.pi, atol=1e-6))
+
+
 @pytest.mark.parametrize("top", [0.6, 1.2])
 def test_a_cone_has_the_angle_of_its_held_edge(top):
     body, mesh = body_of(turned(top), HELD, element_size=0.7)
