@@ -12,13 +12,13 @@ from ..joints import SMOOTH
 from .gradients import tangents
 
 MOST, BEYOND = 5, 2
-"""Places on an element, and on each of its neighbours."""
+"""Largest number of points on an element, and on each of its neighbours."""
 CHUNK = 1 << 16
-"""Places that are evaluated at once."""
+"""Number of places that are evaluated at once."""
 
 
 class CurveSlopes:
-    """Slopes on curves, by interpolation along the arc length: see `recovery`.
+    """Slopes on curves by interpolation along the arc length, see `recovery`.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class CurveSlopes:
         n nodes, no element of order 0.
     values : (n, k) array
     x : (n, 2) array
-        Position that goes with the values [length].
+        Positions that belong to the values [length].
     linear : (n_elements, k, 2) array
         Linear parts, see `linear_parts` [1/length].
     label : (n_elements,) array
@@ -61,7 +61,7 @@ class CurveSlopes:
                 mine, None
             ]  # the zeros are symmetric
             slope[0][mine, :near], slope[1][mine, :near] = found[:, :near], found[:, ::-1][:, :near]
-        # a second place of a neighbour where it is the only one
+        # an only neighbour gives two points, else each gives one
         for k in range(BEYOND):
             first, last = MOST + k, MOST + BEYOND + k
             use_before = joined_before & ~(joined_after & (k > 0))
@@ -95,8 +95,8 @@ class CurveSlopes:
         return np.asarray(slope[:, : self._count, None] * tangents(mesh, element, place)[:, None])
 
     def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
-        """Interpolated slopes (..., k + 2) of the values and of the position, made exact for the
-        linear parts."""
+        """Return slopes (..., k + 2) of the values and the position that are exact for linear
+        parts."""
         if found.shape[-1] == self._count:
             return found
         along = tangents(self._mesh, element.ravel(), place.ravel()).reshape((*found.shape[:-1], 2))
@@ -105,7 +105,7 @@ class CurveSlopes:
 
 
 def _runs_on(mesh: CurveMesh, label: Index, after: Index) -> Mask:
-    """Whether the slope is smooth from each element to the one after it."""
+    """Return whether the slope is smooth from each element to the next one, (n_elements,)."""
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     same = (mesh.part == mesh.part[after]) & (label == label[after])
     same &= after != np.arange(mesh.n_elements)

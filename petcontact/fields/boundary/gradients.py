@@ -1,4 +1,4 @@
-"""Derivatives of nodal values along the boundary, by the elements' own bases."""
+"""Derivatives of nodal values along the boundary, by the basis of each element."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 
 @functools.singledispatch
 def surface_gradient(mesh: Any, values: Array, element: Index, place: Array) -> Array:
-    """Derivatives of nodal values along the boundary.
+    """Return the derivatives of nodal values along the boundary.
 
     Parameters
     ----------
@@ -25,13 +25,13 @@ def surface_gradient(mesh: Any, values: Array, element: Index, place: Array) -> 
     element : (q,) array
         Numbers of elements.
     place : (q,) or (q, 2) array
-        Places on them, as `Hits` has them: fractions of the arc length, or local coordinates of
+        Places on the elements (see `Hits`): fractions of the arc length, or local coordinates of
         panels.
 
     Returns
     -------
     (q, k, d) array
-        The gradient of each value in the tangent plane, by the coordinate axes [1/length].
+        Gradient of each value in the tangent plane, along the coordinate axes [1/length].
     """
     raise TypeError(f"no gradients on {type(mesh).__name__}")
 
@@ -63,7 +63,6 @@ def _(mesh: SurfaceMesh, values: Array, element: Index, place: Array) -> Array:
 
 
 def tangents(mesh: CurveMesh, element: Index, place: Array) -> Array:
-    """Unit vectors (q, 2) along curves, the body on their left, at fractions of their arc
-    lengths."""
+    """Return unit vectors (q, 2) along curves, with the body on their left."""
     at = mesh.variables_at(element, place)
     return np.column_stack([-at["ny"], at["nx"]])

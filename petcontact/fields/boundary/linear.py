@@ -1,11 +1,10 @@
-"""The linear field next to each element, whose slopes along curved elements the elements'
-polynomials do not hold.
+"""The linear part of a field near each element, which makes linear fields exact on curved elements.
 
-An element of order p interpolates u in its own coordinates. On a curved one that is not exact for u
-= A x: a rigid rotation would have strains, of the rotation times the error of the interpolated
-position. What is interpolated, and fitted, is therefore u - A x, and A times the exact position is
-added to it: linear fields are exact on every element of every shape, and what is left to the
-polynomials is smaller. A is a fit and need not be accurate where the element is flat: it drops out.
+An element of order p interpolates u in its own coordinates. On a curved element that is not exact
+for u = A x. A rigid rotation would cause strains: the rotation times the error of the interpolated
+position. Therefore u - A x is interpolated or fitted, and A times the exact position is added.
+Linear fields are then exact on elements of any shape, and the polynomials have less to represent. A
+is a fit; on flat elements it cancels, so that its accuracy does not matter there.
 """
 
 from __future__ import annotations
@@ -24,22 +23,22 @@ from .places import middles
 
 
 def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
-    """Slopes A of linear fields through nodal values, each fitted to the nodes of an element and to
-    those around it.
+    """Return the slopes A of linear fields, each fitted to the nodes of an element and around it.
 
     Parameters
     ----------
     mesh : BoundaryMesh
         n nodes.
     x : (n, d) array
-        Position that goes with the values: that of the nodes, or made smooth as they are [length].
+        Positions that belong to the values: the nodes, or positions made smooth like the values
+        [length].
     values : (n, k) array
 
     Returns
     -------
     (n_elements, k, d) array
-        Exact where the values are linear, up to the slope across a plane, which is 0 where the
-        nodes lie on one; 0 on elements whose polynomials hold linear fields [1/length].
+        Slopes, exact for linear values [1/length]. If the nodes lie on a plane, the slope across it
+        is 0. All slopes are 0 on elements whose polynomials represent linear fields exactly.
     """
     elements, d = np.flatnonzero(_bent(mesh, x)), mesh.dim
     result = np.zeros((mesh.n_elements, values.shape[1], d))
@@ -48,14 +47,14 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
     counts = np.diff(mesh.first_node)[elements]
     at = mesh.variables_at(elements, middles(mesh)[1][elements])
     middle, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
-    # five nodes for each coefficient; those of the element come on top
+    # five nodes for each coefficient, in addition to those of the element
     count = min(5 * (d + 1), mesh.n_nodes)
     near = scipy.spatial.cKDTree(mesh.x).query(middle, k=count)[1].reshape(len(elements), -1)
     own = np.arange(int(counts.max(initial=0)))
     nodes = np.hstack(
         [mesh.first_node[elements][:, None] + np.minimum(own, counts[:, None] - 1), near]
     )
-    # nodes of the other side of a slit or of a thin part have a normal that turns by more
+    # nodes on the other side of a slit or of a thin part have nearly opposite normals
     weight = np.hstack(
         [own < counts[:, None], np.einsum("qcd,qd->qc", mesh.normal[near], normal) > -0.5]
     )[..., None]
@@ -72,7 +71,7 @@ def linear_parts(mesh: BoundaryMesh, x: Array, values: Array) -> Array:
 
 @functools.singledispatch
 def _bent(mesh: Any, x: Array) -> Mask:
-    """Elements that need linear parts, or whose neighbours do, (n_elements,)."""
+    """Return whether each element or one of its neighbours needs a linear part, (n_elements,)."""
     return np.full(mesh.n_elements, True)
 
 

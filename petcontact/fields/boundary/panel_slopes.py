@@ -11,18 +11,19 @@ from .gradients import surface_gradient
 from .places import best_places, middles, sizes
 
 SAMPLES = 2.0
-"""Samples over coefficients of a fit."""
+"""Number of samples over that of the coefficients of a fit [-]."""
 SOFT = 0.3
-"""A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
+"""Constant of a sample's weight (SOFT + d)^-2, with its distance d in half-widths of the panel."""
 AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
-"""Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree:
-else a lower one is fitted. With 20 throughout, large panels at the border of a part reported a
-third of a peak that was far away on small ones."""
+"""Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree. If
+it is exceeded, a lower degree is fitted. With 20 for all degrees, large panels at the border of a
+part showed a third of a distant peak on small panels."""
 
 
 class PanelSlopes:
-    """Slopes on panels, by fits of polynomials of total degree p + 1 in the tangent plane: see
-    `recovery`.
+    """Slopes on panels by fits of polynomials of total degree p + 1 in the tangent plane.
+
+    See `recovery`.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ class PanelSlopes:
         n nodes.
     values : (n, k) array
     x : (n, 3) array
-        Position that goes with the values [length].
+        Positions that belong to the values [length].
     linear : (n_elements, k, 3) array
         Linear parts, see `linear_parts` [1/length].
     label : (n_elements,) array
@@ -67,13 +68,15 @@ class PanelSlopes:
         return result[:, :-3]
 
     def _own(self, element: Index, place: Array) -> Array:
-        """Slopes by the nodes of the panels alone, and below them those of the position, (q, k + 3,
-        3)."""
+        """Return slopes of the values and then of the position, (q, k + 3, 3).
+
+        They use the nodes of each panel alone.
+        """
         found = surface_gradient(self._mesh, self._values, element, place)
         return self._with_linear(found, element, place)
 
     def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
-        """Interpolated slopes of the values and of the position, made exact for the linear parts,
+        """Return slopes of the values and the position that are exact for linear parts,
         (q, k + 3, 3)."""
         normal = _points(self._mesh, element, place)[1]
         plane = np.eye(3) - normal[:, :, None] * normal[:, None]
@@ -82,11 +85,10 @@ class PanelSlopes:
         )
 
     def _thinned(self, of: Index, level: int, order: int) -> Index:
-        """Samples as far apart as those on panels of a level and order: of those on smaller panels
-        one a cube.
+        """Return samples that are as far apart as those on panels of this level and order.
 
-        What is nearest to a panel is otherwise a crowd on the small panels at one of its sides,
-        which says nothing of the polynomial on the other ones.
+        Smaller panels give one sample for each cube. Otherwise all samples nearest to a panel could
+        lie on small panels at one side, and would not determine the polynomial at the others.
         """
         small = self._level[self._owner[of]] < level
         cube = np.floor(self._x[of[small]] / (2.0**level / order)).astype(np.int64)
@@ -95,9 +97,11 @@ class PanelSlopes:
         )
 
     def _nearest(self, mine: Index, of: Index, count: int) -> tuple[Index, Array, Array]:
-        """The samples next to each panel, (n, count), their places in the panel's coordinates, and
-        their distances in its lengths, inf on other faces."""
-        # out of four times as many by the distance itself
+        """Return the samples nearest to each panel, (n, count), their places and their distances.
+
+        Both are in half-widths of the panel. The distance is infinite on other faces.
+        """
+        # they are chosen among four times as many, by distance in space
         near = scipy.spatial.cKDTree(self._x[of]).query(
             self._middle[mine], k=min(len(of), 4 * count)
         )[1]
@@ -114,8 +118,10 @@ class PanelSlopes:
     def _fit(
         self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int
     ) -> Index:
-        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the
-        panels that these do not determine."""
+        """Replace the slopes on some panels of one group by fits to its samples `of`.
+
+        Return the panels whose fit these samples do not determine.
+        """
         exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
         near, local, distance = self._nearest(
             mine, of, min(len(of), int(np.ceil(SAMPLES * len(exponents))))
@@ -150,8 +156,10 @@ class PanelSlopes:
         return mine[~known]
 
     def _local(self, element: Index, x: Array) -> Array:
-        """Points (n, q, 3) in the tangent plane at the middle of panels (n,), in half-widths of
-        these, (n, q, 2)."""
+        """Return points (n, q, 3) in the tangent plane at the middle of panels (n,), (n, q, 2).
+
+        The coordinates are in half-widths of the panel.
+        """
         middle = self._middle[element][:, None]
         frame = self._mesh.tangents_to(self._middle_normal[element])
         corners = np.einsum("ncd,nkd->nkc", frame, self._mesh.corners[element] - middle)
@@ -162,7 +170,7 @@ class PanelSlopes:
 
 
 def _degree(samples: int) -> int:
-    """The largest degree that so many samples determine, and a few more."""
+    """Return the largest degree that this number of samples determines with some reserve."""
     degree = 0
     while SAMPLES * (degree + 2) * (degree + 3) / 2 <= 1.5 * samples:
         degree += 1
@@ -170,11 +178,11 @@ def _degree(samples: int) -> int:
 
 
 def _powers(local: Array, exponents: Index) -> Array:
-    """ξ^a η^b at points (..., 2), (..., K)."""
+    """Return ξ^a η^b at points (..., 2) for all exponents, (..., K)."""
     return np.asarray(np.prod(np.power(local[..., None, :], exponents), axis=-1))
 
 
 def _points(mesh: SurfaceMesh, element: Index, place: Array) -> tuple[Array, Array]:
-    """Points (q, 3) and outward normals (q, 3) at places of panels."""
+    """Return points (q, 3) and outward normals (q, 3) at places of panels."""
     at = mesh.variables_at(element, place)
     return np.column_stack([at[c] for c in "xyz"]), np.column_stack([at[f"n{c}"] for c in "xyz"])

@@ -1,4 +1,4 @@
-"""Which points lie on the boundary, and where on its elements."""
+"""The search for points on the boundary, and the places of points on elements."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from ...round_off import SINGLE
 def located(
     mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None
 ) -> tuple[Index, Array]:
-    """The elements that points lie on, or next to.
+    """Return the elements on which points lie or near which they are, and the places on them.
 
     Parameters
     ----------
     mesh : BoundaryMesh
     points : (m, d) array
-        [length]
+        Points [length].
     part : str, optional
-        Only its elements: says which side of a corner is meant.
+        Only elements of this part count. It tells which side of a corner is meant.
     within : (n_elements,) array, optional
-        How far away from each element a point may be; by default they lie on it [length].
+        Largest distance of a point from each element [length]. By default points must lie on it.
 
     Returns
     -------
     element : (m,) array
-        -1 for points off the boundary; of several the nearest, and where elements meet, the one
-        that holds the point better.
+        The nearest element, or -1 for points that are not on the boundary. Where elements meet, it
+        is the one with the point farther inside.
     place : (m,) or (m, 2) array
-        Of the point, or its foot, as `Hits` has them.
+        Place of the point or its foot on the element (see `Hits`).
     """
     numbers = np.arange(mesh.n_elements)
     if part is not None:
@@ -61,14 +61,19 @@ def located(
 
 
 def sizes(mesh: BoundaryMesh) -> Array:
-    """Half lengths of the elements of curves, distances of corners of panels from the middle,
-    (n_elements,) [length]."""
+    """Return the sizes of elements, (n_elements,) [length].
+
+    The size of a curved element is half its length. That of a panel is the distance of its corners
+    from its middle.
+    """
     return _spheres(mesh)[1]
 
 
 def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
-    """The foot of a point (d,) that is up to a distance away from the boundary, and the elements
-    that meet there."""
+    """Return the foot of a point (d,) on the boundary, and the elements that meet there.
+
+    The point may be up to `within` away from the boundary [length].
+    """
     element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
     at = mesh.variables_at(element, place)
     foot = np.array([at[axis][0] for axis in "xyz"[: mesh.dim]])
@@ -78,7 +83,7 @@ def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
 
 @functools.singledispatch
 def _spheres(mesh: Any) -> tuple[Array, Array]:
-    """Centres (n_elements, d) and radii of spheres round the elements."""
+    """Return the centres (n_elements, d) and the radii of spheres around the elements [length]."""
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
@@ -101,8 +106,11 @@ def _(mesh: SurfaceMesh) -> tuple[Array, Array]:
 
 @functools.singledispatch
 def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
-    """Of points (q, d) next to elements (q,): place of the foot, distance to it, and how far inside
-    the element it is, over the element's size (negative outside)."""
+    """Return the feet of points (q, d) on elements (q,): place, distance and depth.
+
+    The depth is the foot's distance from the rim of the element over the element's size; it is
+    negative outside.
+    """
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
@@ -134,8 +142,11 @@ def _(mesh: SurfaceMesh, element: Index, x: Array) -> tuple[Array, Array, Array]
 
 @functools.singledispatch
 def best_places(mesh: Any) -> tuple[Index, Array]:
-    """Elements (q,) and places on them where slopes of the displacement are most accurate; at least
-    one an element."""
+    """Return elements (q,) and the places on them where slopes of the displacement are most
+    accurate.
+
+    Each element has at least one place.
+    """
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
@@ -163,8 +174,11 @@ def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
 
 
 def best_on_panel(corners: int, order: int) -> Array:
-    """Places of the reference square, products of those on a line, or nodes of one order less on
-    the triangle, (q, 2)."""
+    """Return the places (q, 2) on a reference panel where slopes are most accurate.
+
+    On the square they are products of those on a line. On the triangle they are the nodes of one
+    order less.
+    """
     if corners == 3:
         return reference_nodes(3, max(order - 1, 0))[0]
     xi = best_slopes(max(order, 1))
@@ -173,8 +187,10 @@ def best_on_panel(corners: int, order: int) -> Array:
 
 @functools.singledispatch
 def spread_places(mesh: Any, element: Index, shares: Array) -> Array:
-    """Places of elements (k,) at shares of each of their directions, from 0 to 1, (k, q) or (k, q,
-    2)."""
+    """Return places on elements (k,), (k, q) or (k, q, 2).
+
+    `shares`, from 0 to 1, are taken along each direction of an element.
+    """
     raise TypeError(f"no places on {type(mesh).__name__}")
 
 
@@ -203,7 +219,7 @@ def _(mesh: SurfaceMesh, element: Index, shares: Array) -> Array:
 
 @functools.singledispatch
 def middles(mesh: Any) -> tuple[Index, Array]:
-    """Every element, and its middle."""
+    """Return the numbers of all elements and the places of their middles."""
     numbers: Index = np.arange(mesh.n_elements)
     return numbers, np.full(len(numbers), 0.5)
 
@@ -218,7 +234,7 @@ def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
 
 
 def nodal_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
-    """Elements (n,) and places of the nodes of a mesh."""
+    """Return the element (n,) and the place of each node of a mesh."""
     return mesh.element, _nodal(mesh)
 
 

@@ -1,12 +1,12 @@
 """Slopes of the boundary displacement with one order of accuracy more than the elements' own.
 
-Between the nodes of an element there are places at which the slope of its polynomial is of one
-order more accurate than elsewhere (superconvergent points: Zienkiewicz and Zhu, IJNME 33, 1992). A
-polynomial through the slopes there, and through those at the nearest such places of the neighbours,
-has that accuracy on the whole element, its ends too. Neighbours count that belong to the same part
-and to the same state of contact, and to which the boundary runs on smoothly: the slope is smooth
-over no other. Along curves the polynomial interpolates; on panels, which need not match, it is
-fitted. Of linear fields the slopes are exact, on curved elements too: see `linear`.
+Each element has superconvergent points, at which the slope of its polynomial is one order more
+accurate than elsewhere (Zienkiewicz and Zhu, IJNME 33, 1992). A polynomial is put through the
+slopes at these points of an element and at the nearest ones of its neighbours. It has the higher
+accuracy on the whole element, the ends included. Slopes are smooth only between neighbours of the
+same part and the same state of contact with a smooth boundary between them. Only these are used.
+Along curves the polynomial interpolates; on panels, which need not match, it is fitted. Slopes of
+linear fields are exact, also on curved elements (see `linear`).
 """
 
 from __future__ import annotations
@@ -22,17 +22,23 @@ from .panel_slopes import PanelSlopes
 
 
 class Slopes(Protocol):
-    """Gradients along the boundary of the values that it was made of."""
+    """Recovered gradients of nodal values along the boundary."""
 
     def at(self, element: Index, place: Array) -> Array:
-        """At places of elements, as of `surface_gradient`: (q, k, d) [1/length]."""
+        """Return the gradients at places of elements, (q, k, d) [1/length].
+
+        See `surface_gradient`.
+        """
         ...
 
 
 @functools.singledispatch
 def slopes_of(mesh: Any, values: Array, x: Array, linear: Array, label: Index) -> Slopes:
-    """Recovered slopes of nodal values (n, k) at positions (n, d), linear parts (n_elements, k, d),
-    over neighbours of one label (n_elements,) only."""
+    """Return the recovered slopes of nodal values (n, k) at positions (n, d).
+
+    `linear` (n_elements, k, d) are the linear parts. Only elements with the same `label`
+    (n_elements,) are neighbours.
+    """
     raise TypeError(f"no slopes on {type(mesh).__name__}")
 
 

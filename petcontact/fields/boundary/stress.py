@@ -1,12 +1,11 @@
-"""The full stress tensor on the boundary, from the traction and from slopes of the displacement
-along it.
+"""The full stress tensor on the boundary, from the traction and the slopes of the displacement.
 
-With D = ∇_s u the surface gradient, P = I - n n and e = sym(P D), Hooke's law gives what the
-traction t leaves open (ν' is that of plane strain):
+D = ∇_s u is the surface gradient, P = I - n n and e = sym(P D). Hooke's law determines the
+components that the traction t does not (ν' is that of plane strain):
 
     σ = 2µ e + ν'/(1-ν') (2µ tr e + t·n) P + t n + n t - (t·n) n n
 
-Of a body of revolution the hoop strain u_r/r counts in tr e.
+For a body of revolution tr e includes the hoop strain u_r/r.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ from .recovery import Slopes, slopes_of
 class BoundaryField:
     """Displacement and stress on the boundary of a body.
 
-    Constant elements are made smooth first, see `smoothing`; slopes are those of `recovery`. The
-    stress has the order p + 1 of the displacement and the traction.
+    Data on constant elements are made smooth first, see `smoothing`. Slopes are those of
+    `recovery`. The stress has the order p + 1 of the displacement and the traction.
 
     Parameters
     ----------
@@ -39,7 +38,7 @@ class BoundaryField:
         Displacement [length] and traction [stress] at the nodes.
     material : Material
     state : (n,) int array, optional
-        Of contact: slopes are taken to be smooth over nodes of one state only.
+        States of contact. Slopes are smooth only between nodes of the same state.
     """
 
     def __init__(
@@ -56,12 +55,12 @@ class BoundaryField:
             low, high = (
                 ufunc.reduceat(state, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum)
             )
-            # an element of several states stands alone
+            # an element with several states has no neighbours
             label = np.where(
                 low == high, low, -2 - np.arange(mesh.n_elements) + min(0, int(low.min(initial=0)))
             )
         self._label = label
-        # the position is made smooth like the displacement, so that linear fields of it can be told
+        # the position is made smooth like the displacement, so that linear fields stay exact
         self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
         self._u, self._x = np.hsplit(moved, [mesh.components])
         self._u = self._mesh.on_axis(self._u)
@@ -75,7 +74,7 @@ class BoundaryField:
         return linear_parts(self._mesh, self._x, self._u)
 
     def displacement(self, element: Index, place: Array) -> Array:
-        """At places of elements, as `Hits` has them, (q, d) [length]."""
+        """Return the displacement at places of elements (see `Hits`), (q, d) [length]."""
         basis, at = self._mesh.basis_at(element, place), self._mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self._mesh.dim]])
         return np.asarray(
@@ -83,7 +82,10 @@ class BoundaryField:
         )
 
     def stress(self, element: Index, place: Array) -> Array:
-        """At places of elements, (q, d(d+1)/2), components as of `field_at` [stress]."""
+        """Return the stress at places of elements, (q, d(d+1)/2) [stress].
+
+        The components are those of `field_at`.
+        """
         traction = self._mesh.basis_at(element, place) @ self._traction
         at, d = self._mesh.variables_at(element, place), self._mesh.dim
         x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
@@ -97,8 +99,10 @@ class BoundaryField:
 def hooke(
     traction: Array, normal: Array, gradient: Array, material: Material, hoop: Any = 0.0
 ) -> Array:
-    """σ (q, d, d) of tractions and outward unit normals (q, d), surface gradients (q, d, d) of the
-    displacement, and a strain (q,) across the plane.
+    """Return σ (q, d, d) on the boundary [stress].
+
+    `traction` and the outward unit normals are (q, d), `gradient` (q, d, d) is the surface gradient
+    of the displacement, and `hoop` (q,) is the strain across the plane.
 
     Examples
     --------
@@ -127,7 +131,9 @@ def hooke(
 
 
 def components(tensor: Array) -> Array:
-    """xx, yy, xy, in space xx, yy, zz, xy, xz, yz, of symmetric tensors (q, d, d), (q,
-    d(d+1)/2)."""
+    """Return the components (q, d(d+1)/2) of symmetric tensors (q, d, d).
+
+    They are xx, yy, xy, or in space xx, yy, zz, xy, xz, yz.
+    """
     i, j = np.triu_indices(tensor.shape[1], 1)
     return np.hstack([np.einsum("qii->qi", tensor), tensor[:, i, j]])
