@@ -1,4 +1,4 @@
-"""A body in space on an H-matrix, to be solved together with the bodies that it meets."""
+"""A body in space on an H-matrix, solved together with the bodies in contact with it."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from .system import MonolithicBodies
 
 
 class HierarchicalBody(ElasticBody):
-    """The boundary equations of a body on an H-matrix, to be solved with those of the bodies that
-    it meets.
+    """A body with its boundary equations on an H-matrix.
+
+    They are solved together with those of the bodies in contact with it.
 
     Parameters
     ----------
     operators : BoundaryOperators
-        On a `SurfaceMesh`.
+        Operators on a `SurfaceMesh`.
     modes : (n, 3, r) array
     bem : Bem
     comm : PETSc.Comm
@@ -36,7 +37,7 @@ class HierarchicalBody(ElasticBody):
     Raises
     ------
     InputError
-        If the machine's memory will not do.
+        If the matrix does not fit into the machine's memory.
     SolverError
         If the compressed operator misses its tolerance on random exact rows.
     """
@@ -60,18 +61,18 @@ class HierarchicalBody(ElasticBody):
         self._number = 0
 
     def join(self, joint: JointBodies, number: int) -> None:
-        """Be this one of the bodies that are solved together."""
+        """Store the joint equations, and this body's number in them; set u_0."""
         self._joint, self._number = joint, number
         self.u_0 = joint.at_rest[:, joint.unknowns_of(number)] + self.data.sliding
 
     @property
     def joint(self) -> JointBodies:
-        """Of which this body is one."""
+        """Equations of all bodies, this one included."""
         assert self._joint is not None, "a body on an H-matrix is solved with those that it meets"
         return self._joint
 
     def apply(self, traction: Array) -> Array:
-        """S t: one solve a column."""
+        """Return S t, by one solve for each column [length]."""
         if traction.ndim > 1:
             return np.column_stack([self.apply(column) for column in traction.T])
         still = np.zeros(self.data.states)
@@ -79,20 +80,22 @@ class HierarchicalBody(ElasticBody):
         return np.asarray(moved[self.joint.unknowns_of(self._number)].ravel())
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Of the last solution, where it is that of these loads, or of one solve with the traction
-        given."""
+        """Return the unknowns and β for these loads and tractions.
+
+        They are those of the last solution if it has these loads, else those of one more solve.
+        """
         joint = self.joint
         state = joint.solution_for(self._number, shares, traction.ravel())
         z = self.rows.by_nodes(joint.strained(self._number, state))
         return np.concatenate([z, joint.multipliers(self._number, state)])
 
     def describe(self) -> str:
-        """A line for the verdict: operator and memory."""
+        """Return the text for the verdict: operator and memory."""
         memory = "" if self._joint is None else f" of {self._joint.equations.memory() / 1e6:.0f} MB"
         return f"mixed, hmatrix {self.tolerance:g}{memory}"
 
     def close(self) -> None:
-        """Free the PETSc objects and let go of the matrix."""
+        """Free the PETSc objects and the matrix."""
         if self._joint is not None:
             self._joint.close()
             self._joint = None
@@ -104,7 +107,10 @@ def joined(
     maps: Sequence[ContactMaps],
     comm: Any,
 ) -> MonolithicBodies:
-    """The equations of all bodies, on H-matrices or eliminated, which then know u_0."""
+    """Return the joint equations of all bodies, on H-matrices or eliminated.
+
+    Bodies on H-matrices get their u_0.
+    """
     own = {n: body for n, body in enumerate(bodies) if isinstance(body, HierarchicalBody)}
     rows = [own[n].rows if n in own else CondensedRows(body, comm) for n, body in enumerate(bodies)]
     with one_blas_thread():

@@ -1,4 +1,4 @@
-"""PETSc's flexible GMRES for the equations of bodies, one for each number of unknowns."""
+"""PETSc's flexible GMRES for the equations of bodies, with one KSP for each number of unknowns."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from ...runtime.petsc import petsc
 
 
 class FlexibleKrylov:
-    """Solves with a matrix and a preconditioner of type python.
+    """Flexible GMRES with a matrix and a preconditioner of type python.
 
     Parameters
     ----------
     comm : PETSc communicator
     context : object
-        Has `mult` and `apply`, as PETSc calls them.
+        Object whose methods `mult` and `apply` PETSc calls.
 
     Attributes
     ----------
     iterations, reason : int
-        Of the solves since `iterations` was set, and of the last one.
+        Number of iterations since it was last set, and PETSc's reason why the last solve stopped.
     """
 
     def __init__(self, comm: Any, context: Any) -> None:
@@ -32,8 +32,10 @@ class FlexibleKrylov:
         self._last: LinearSolver | None = None
 
     def __call__(self, residual: Array, size: int, target: float) -> Array:
-        """This rank's part of a solution, of `size` unknowns in all, that leaves no more than the
-        target of a residual."""
+        """Return this rank's part of a solution whose residual is at most `target`.
+
+        `residual` is this rank's part of the right-hand side, `size` the number of all unknowns.
+        """
         module, comm, layout = petsc(), self._comm, (len(residual), size)
         rhs = module.Vec().createMPI(layout, comm=comm)
         rhs.setArray(residual)
@@ -61,7 +63,7 @@ class FlexibleKrylov:
 
     @property
     def kind(self) -> str:
-        """KSP and PC by their types; empty as long as nothing was solved."""
+        """Types of the KSP and its PC; empty before the first solve."""
         return "" if self._last is None else self._last.kind
 
     def close(self) -> None:

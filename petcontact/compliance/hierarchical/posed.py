@@ -11,17 +11,18 @@ from .coupling import Expansion
 
 @frozen
 class Balance:
-    """Rows for rigid motions of bodies, then of free obstacles: q combinations in equilibrium, p
-    that are where they are.
+    """The rows for rigid motions of bodies, then of free obstacles.
+
+    q combinations are in equilibrium, p combinations have given amplitudes.
 
     Attributes
     ----------
     motion : (M, k, o) array
         v by free motions of obstacles.
     resultant, load : (q, M, k), (q,) arrays
-        Eσ + f = 0.
+        E and f of the equilibrium Eσ + f = 0.
     held, amplitude : (p, r), (p,) arrays
-        Combinations of all r = p + q motions, and what they are.
+        Combinations of all r = p + q motions, and their given amplitudes.
     """
 
     motion: Array
@@ -32,7 +33,7 @@ class Balance:
 
     @classmethod
     def at_rest(cls, shape: tuple[int, int], motions: int) -> Balance:
-        """Bodies that do not move as a whole, and no free obstacles."""
+        """Return the rows of bodies that do not move as a whole, without free obstacles."""
         return cls(
             np.zeros((*shape, 0)),
             np.zeros((0, *shape)),
@@ -49,16 +50,17 @@ class Balance:
 
 @frozen
 class Posed:
-    """A linear problem.
+    """A linear problem of bodies in contact.
 
     Attributes
     ----------
     expansion : Expansion
-        Of the law.
+        Expansion of the linear law.
     offset : (M, k) array
-        v beyond the displacements [length].
+        Part of v that is not caused by displacements [length].
     factors, rows : arrays
-        Loads: factors of all columns on the right, and what this rank's rows get besides.
+        Loads: factors of all columns on the right-hand side, and terms that are added to this
+        rank's rows.
     balance : Balance
     """
 
@@ -71,16 +73,16 @@ class Posed:
 
 @frozen
 class State:
-    """A solution.
+    """A solution of a linear problem.
 
     Attributes
     ----------
     z : (N,) array
-        Displacements, and tractions over scales, of all bodies.
+        Displacements, and tractions over their scales, of all bodies [length].
     v, sigma : (M, k) arrays
-        [length], [stress]
+        v [length] and σ [stress] on Γ_C.
     alpha : (r,) array
-        Rigid motions of bodies, then of free obstacles.
+        Amplitudes of the rigid motions of bodies, then of free obstacles.
     beta : (r,) array
         Multipliers of the motions of bodies.
     """

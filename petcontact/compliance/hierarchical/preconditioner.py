@@ -1,5 +1,5 @@
-"""Two levels for the equations of bodies in contact: groups that go far, and patches of both sides
-of a contact."""
+"""The two-level preconditioner for bodies in contact: coarse groups of nodes, and local patches
+with both sides of a contact."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from .rows import BodyRows
 
 
 class Preconditioner:
-    """Of the equations with some expansion.
+    """The preconditioner for the equations with a given expansion.
 
     Parameters
     ----------
     rows : sequence of BodyRows
     coupling : Coupling
     motions : pair of (N, r) arrays
-        Orthonormal rigid motions, along which the operator is the identity, and weights of them in
-        any displacement.
+        Orthonormal rigid motions, along which the operator is the identity, and the weights that
+        give their amplitudes in any displacement.
     total : callable
         Sums an array over the ranks.
     share : (int, int)
-        This rank and their number: it has every so manieth patch.
+        Number of this rank and of all ranks, over which the patches are dealt out in turn.
     expansion : Expansion
-        Of given tractions.
+        Expansion for given tractions.
     """
 
     def __init__(
@@ -54,18 +54,20 @@ class Preconditioner:
         self._factor()
 
     def copy(self) -> Preconditioner:
-        """One that goes its own way, and shares what has not changed."""
+        """Return an independent copy that shares unchanged arrays."""
         other = copy.copy(self)
         other._local, other._coarse = self._local.copy(), self._coarse.copy()
         return other
 
     def update(self, expansion: Expansion) -> None:
-        """Serve another expansion: the coarse level anew, patches where a law has changed by more
-        than CHANGED."""
+        """Change to another expansion.
+
+        The coarse level is factorised anew, and patches whose law has changed by more than 0.2.
+        """
         if expansion is self.expansion:
             return
         law = expansion.relation.basis
-        # patches are inverted anew where a node's law, whose basis has unit size, changes by this
+        # a patch is inverted anew if the law of a node, whose basis has unit size, changes by this
         nodes = np.abs(law - self._law).max(axis=(1, 2)) > 0.2
         moved = np.zeros(self._coupling.size, dtype=bool)
         moved[self._coupling.secondary.reshape(self._coupling.shape)[nodes]] = True
@@ -81,8 +83,10 @@ class Preconditioner:
         self._coarse.factor(factors, self._sums @ grouped.T)
 
     def solve(self, r: Array, product: Callable[[Array], Array]) -> Array:
-        """An approximate solution for the equations of the bodies (N,); `product` gives what
-        unknowns (N,) leave of them."""
+        """Return an approximate solution (N,) of the equations of the bodies.
+
+        `product` returns the left-hand side (N,) of these equations for unknowns (N,).
+        """
         coarse = self._coarse.solve(r)
         return np.asarray(coarse + self._total(self._local.solve(r - product(coarse))))
 
