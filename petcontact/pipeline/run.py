@@ -32,7 +32,7 @@ from .steps.cycles import wear_history
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.path import automatic, with_paths
+from .steps.path import with_paths
 from .steps.start import finished_before, first_iterate
 
 
@@ -120,20 +120,7 @@ def run(
 
 def with_report(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution of a prepared problem with all that is to be said of it."""
-    return with_path(problem, reported(problem, solution), None)
-
-
-def with_path(problem: PreparedProblem, solution: Solution, wanted: float | None) -> Solution:
-    """Return a solution with the error of its path.
-
-    Steps that name no increments are solved again with more where that error exceeds the wanted
-    one.
-    """
-    solution = with_paths(problem, solution, wanted)
-    followed = automatic(problem, solution, wanted)
-    if followed is None or not (again := unreported(followed, None)).converged:
-        return solution
-    return with_paths(followed, reported(followed, again), wanted)
+    return with_paths(problem, reported(problem, solution), None)
 
 
 def unreported(

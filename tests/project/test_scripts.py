@@ -140,8 +140,8 @@ LONG = {
     "verify_meshes": "--quick",
     "assemblies": "solve hip",
 }
-APART = {"attack", "gallery"}
-"""Have tests of their own: test_attack.py, tests/manual/test_gallery.py."""
+APART = {"attack", "gallery", "verify_manual"}
+"""Have tests of their own: test_attack.py, tests/manual/test_gallery.py and test_manual.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and
 words are looked at."""

@@ -27,8 +27,9 @@ from ...runtime.world import world
 from ..eliminate import Announce
 from ..judge.findings import judged, new_finding
 from ..judge.first_panels import missed_curves
-from ..run import prepare, reported, run, with_path
-from ..steps.increment import Monitor
+from ..run import prepare, reported, run, unreported
+from ..steps.increment import Monitor, PreparedProblem
+from ..steps.path import divided_load, with_paths
 from .budget import USELESS, Reached, short_of
 from .difference import apart_on_one_mesh
 from .fixed_mesh import carries_something, with_estimate
@@ -152,7 +153,7 @@ class AdaptiveSolve:
                 accuracy = replace(solution.accuracy, path=math.nan)
                 solution = replace(solution, accuracy=accuracy)
             else:
-                solution = with_path(problem, solution, wanted)
+                solution = _with_path(problem, solution, wanted)
             missed = missed_curves(problem.discrete, solution, first, wanted)
             solution = solution.with_findings(missed)
         steps = {"step": solution.problem.step}
@@ -170,6 +171,18 @@ class AdaptiveSolve:
                 solution, accuracy=record, status="not converged", reason=f"{ENDED} {number}"
             )
             self._reached(Reached(number, nodes, error, seconds, ended))
+
+
+def _with_path(problem: PreparedProblem, solution: Solution, wanted: float) -> Solution:
+    """Add to a solution the error of its path.
+
+    A load without steps is solved again in increments where that error exceeds the wanted one.
+    """
+    solution = with_paths(problem, solution, wanted)
+    followed = divided_load(problem, solution, wanted)
+    if followed is None or not (again := unreported(followed, None)).converged:
+        return solution
+    return with_paths(followed, reported(followed, again), wanted)
 
 
 def adapt(

@@ -142,11 +142,12 @@ class _Shares:
         The largest share, and that of the next increment where no factor is known.
     halves : Halves, optional
         With `increments = "auto"`: how small an increment has to be.
+    last : Tried, optional
+        The last increment that was solved without halves.
     """
 
     def __init__(self, increment: Increment, monitor: Monitor | None) -> None:
-        self._monitor = monitor
-        self._last: Tried | None = None
+        self.last: Tried | None = None
         self.reached, self.whole = increment.target, _first_share(increment.step)
         self.halves = Halves(monitor) if increment.step.increments == "auto" else None
         factors = increment.problem.factors.get(increment.number, ())
@@ -163,19 +164,34 @@ class _Shares:
         target = self.known[0] if self.known else min(1.0, self.reached + self.size)
         return 1.0 if 1.0 - target < 1e-9 else target
 
-    def solved(self, increment: Increment) -> tuple[list[Tried] | None, bool]:
-        """The next increment, or its halves; None where it failed, and whether its halves
-        differ."""
-        if self.halves and not self.known:
-            return self.halves(increment), self.halves.error > 1.0
-        return _unless_failed(self.alone(increment)), False
+    @property
+    def by_halves(self) -> Halves | None:
+        """What solves the next increment by its halves, where that is asked for."""
+        return None if self.known else self.halves
 
-    def alone(self, increment: Increment) -> Tried:
-        """An increment as it is, which is not solved again where it was the last one."""
+    def solved_before(self, increment: Increment) -> Tried | None:
+        """Return the last increment if it is this one, which need not be solved again."""
         ends = increment.begun, increment.target
-        if self._last is None or ends != (self._last[0].begun, self._last[0].target):
-            self._last = with_wear(increment, increment.solved(self._monitor), self._monitor)
-        return self._last
+        same = self.last is not None and ends == (self.last[0].begun, self.last[0].target)
+        return self.last if same else None
+
+    def smaller(self, failed: Increment, more: bool) -> bool:
+        """Take a smaller share after an increment that failed; return whether there is one.
+
+        `more` says that it may be as small as an unheld load or halves that differ ask for.
+        """
+        if self.known:
+            self.size, self.known = self.target - self.reached, []
+            return True
+        problem = failed.problem
+        # with held normals and no steps a part of the load is solved for only where the whole load
+        # has no equilibrium
+        divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
+        least = self.whole * 0.5 ** max(problem.halvings, HALVINGS * more)
+        if 0.5 * self.size < least or not (divisible or is_unbalanced(failed)):
+            return False
+        self.size *= 0.5
+        return True
 
     def reach(self) -> None:
         """Go on from the end of the next increment; the one after it is larger where halves do not
@@ -186,8 +202,18 @@ class _Shares:
 
 
 def _unless_failed(tried: Tried) -> list[Tried] | None:
-    """An increment; None where it failed."""
+    """Return an increment in a list, or None where it failed."""
     return [tried] if tried[1].converged or tried[1].stopped else None
+
+
+def _is_doubtful(increment: Increment) -> bool:
+    """Return whether the whole step cannot be held, as far as that costs less than a solve.
+
+    The set of loads that contact can hold is convex: between two of them no load needs a test.
+    """
+    system = increment.problem.system
+    jointly = any(body.is_solved_jointly for body in system.bodies)
+    return (system.size <= LOOKED_AT_FIRST or jointly) and is_unbalanced(increment.to(1.0))
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
@@ -196,30 +222,22 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     Where it is known at which load factors the increments of "auto" end, they are solved without
     halves, until one of them fails.
     """
-    problem, state, shares = increment.problem, increment.before, _Shares(increment, monitor)
-    # with held normals and no steps a part of the load is solved for only where the whole load has
-    # no equilibrium
-    divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
-    # the set of loads that contact can hold is convex: between two of them no load needs a test
-    costly = problem.system.size <= LOOKED_AT_FIRST or any(
-        body.is_solved_jointly for body in problem.system.bodies
-    )
-    doubt = costly and is_unbalanced(increment.to(1.0))
+    state, shares, doubt = increment.before, _Shares(increment, monitor), _is_doubtful(increment)
     while shares.reached < 1.0 - 1e-12:
         following = replace(increment, target=shares.target, begun=shares.reached, before=state)
         # an unheld load needs no solve
         unheld = doubt and is_unbalanced(following)
-        tried, apart = (None, False) if unheld else shares.solved(following)
-        if tried is None and shares.known:
-            shares.size, shares.known = shares.target - shares.reached, []
-            continue
+        whole, tried, apart = shares.solved_before(following), None, False
+        if (by_halves := shares.by_halves) and not unheld:
+            tried, apart = by_halves(following), by_halves.error > 1.0
+        elif not unheld:
+            whole = whole or with_wear(following, following.solved(monitor), monitor)
+            shares.last, tried = whole, _unless_failed(whole)
         if tried is None:
-            doubt = True
-            least = shares.whole * 0.5 ** max(problem.halvings, HALVINGS * (unheld or apart))
-            if 0.5 * shares.size >= least and (divisible or is_unbalanced(following)):
-                shares.size *= 0.5
+            doubt = doubt or not shares.known
+            if shares.smaller(following, more=unheld or apart):
                 continue
-            tried = [shares.alone(following)]
+            tried = [whole or with_wear(following, following.solved(monitor), monitor)]
         yield from tried
         state = tried[-1][2]
         shares.reach()

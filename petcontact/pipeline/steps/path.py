@@ -35,9 +35,8 @@ MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
 UNNAMED = 16
-"""Largest number of increments of all steps together, where they name none. In one step it divides
-an error that falls like √h by four. The number is chosen for its cost; what is left of the error is
-reported."""
+"""Largest number of increments of a load without steps. It divides an error that falls like √h by
+four. The number is chosen for its cost; what is left of the error is reported."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -66,27 +65,19 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
     return solution.with_findings(large if error > limit else [])
 
 
-def automatic(
-    problem: PreparedProblem, solution: Solution, wanted: float | None
+def divided_load(
+    problem: PreparedProblem, solution: Solution, wanted: float
 ) -> PreparedProblem | None:
-    """Return the problem with more increments in the steps that name none, where the error of the
-    path exceeds the wanted one; else None, as in problems with cycles, where jumps matter.
+    """Return a problem without steps with its load in increments, where the error of the path
+    exceeds the wanted one; else None.
 
     They are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`.
     """
-    named = ["increments" in step.model_fields_set for step in problem.steps]
-    posed = problem.discrete.problem
-    begins = posed.method.start in ("zero", "frictionless") and posed.cycle is None
-    error, limit = solution.accuracy.path, wanted or limit_of("path")
-    if all(named) or not begins or not error > limit:
+    posed, error = problem.discrete.problem, solution.accuracy.path
+    if posed.step or posed.method.start not in ("zero", "frictionless") or not error > wanted:
         return None
-    count = int(min(np.ceil((error / limit) ** 2), UNNAMED // len(problem.steps)))
-    if count < 2:
-        return None
-    steps = tuple(
-        step if own else step.model_copy(update={"increments": count})
-        for step, own in zip(problem.steps, named, strict=True)
-    )
+    count = int(min(np.ceil((error / wanted) ** 2), UNNAMED))
+    steps = tuple(step.model_copy(update={"increments": count}) for step in problem.steps)
     posed = posed.model_copy(update={"step": steps})
     return replace(problem, discrete=replace(problem.discrete, problem=posed))
 

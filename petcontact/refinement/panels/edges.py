@@ -102,8 +102,7 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
         _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
     ) < TOGETHER * np.minimum(width[i], width[j])
     i, j = i[near], j[near]
-    tangent = (b - a) / length[:, None]
-    inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent
+    inside -= (np.sum(inside * (b - a), axis=1) / length**2)[:, None] * (b - a)
     inside /= np.linalg.norm(inside, axis=1, keepdims=True)
     between = np.arccos(np.clip(np.sum(inside[i] * inside[j], axis=1), -1.0, 1.0))
     convex = np.sum(inside[i] * normal[j], axis=1) <= 0.0
