@@ -71,5 +71,5 @@ def _below_loads(mesh: BoundaryMesh, found: BodyResult) -> Iterator[Array]:
 def _below(x: Array, inward: Array, area: float) -> Array:
     """Points at all depths below some places (k, d), what presses on them having an area."""
     dim = x.shape[1]
-    half = 0.5 * area if dim == 2 else float(np.sqrt(area / np.pi))
+    half = (area / {2: 2.0, 3: np.pi}[dim]) ** (1.0 / (dim - 1))
     return np.asarray(x + half * DEPTHS[:, None, None] * inward).reshape(-1, dim)

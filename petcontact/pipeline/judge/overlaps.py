@@ -61,7 +61,8 @@ def _noise(bodies: BodiesSystem, system: ContactSystem, outcome: ContactState) -
         + np.abs(moved).max(initial=0.0)
         + np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     )
-    return np.asarray((WRITTEN if is_monolithic(system) else CHAINED) * sizes)
+    share = WRITTEN if is_monolithic(system) else CHAINED
+    return np.asarray(share * sizes)
 
 
 def overlaps(
