@@ -1,8 +1,7 @@
-"""How contact couples the unknowns of bodies: every displacement and traction there by the unknowns
-of a linearised law.
+"""The coupling of the unknowns of bodies by contact: displacements and tractions there follow from
+the unknowns of a linearised law.
 
-At each node of the secondaries v and σ satisfy a linear law of which [V; W], orthonormal, is a
-basis:
+At each node of the secondaries v and σ satisfy a linear law with the orthonormal basis [V; W]:
 
     v = v_0 + V η,   σ = σ_0 + s W η.
 
@@ -55,13 +54,13 @@ class Relation:
 
     @classmethod
     def given_traction(cls, shape: tuple[int, int]) -> Relation:
-        """σ = 0, v unknown."""
+        """Return the relation σ = 0 with v unknown."""
         eye = np.broadcast_to(np.eye(shape[1]), (*shape, shape[1]))
         return cls(np.zeros(shape), np.zeros(shape), eye, np.zeros_like(eye))
 
     @classmethod
     def of(cls, v_0: Array, sigma_0: Array, n_v: Array, n_sigma: Array, scale: Array) -> Relation:
-        """v = v_0 + N_v y and σ = σ_0 + N_σ y; `scale` is s (M,)."""
+        """Return the relation v = v_0 + N_v y, σ = σ_0 + N_σ y; `scale` is s (M,)."""
         k = v_0.shape[1]
         both = np.concatenate([n_v, n_sigma / scale[:, None, None]], axis=1)
         size = np.sqrt(np.sum(both**2, axis=1, keepdims=True))
@@ -75,7 +74,7 @@ class Relation:
         return cls(v_0, sigma_0, both[:, :k], both[:, k:])
 
     def nearest(self, v: Array, scale: Array) -> Relation:
-        """The same law from its v_0 that is nearest to some v (M, k): what is open is not a
+        """Return the same law with the v_0 nearest to some v (M, k), so that open gaps are no
         load."""
         eta = np.einsum("mji,mj->mi", self.of_v, v - self.v_0)
         sigma = scale[:, None] * np.einsum("mij,mj->mi", self.of_sigma, eta)
@@ -87,13 +86,13 @@ class Relation:
 
     @property
     def basis(self) -> Array:
-        """[V; W], (M, 2k, k)."""
+        """The basis [V; W], (M, 2k, k)."""
         return np.concatenate([self.of_v, self.of_sigma], axis=1)
 
 
 @frozen
 class Expansion:
-    """Factors of all columns by the unknowns, and the traction in contact.
+    """The factors of all columns and the tractions in contact as functions of the unknowns.
 
     Attributes
     ----------
@@ -110,27 +109,27 @@ class Expansion:
 
 
 class Coupling:
-    """Which unknowns of which bodies meet, and the expansion of a relation between them.
+    """The unknowns of bodies that meet, and the expansion of a relation between them.
 
     Unknowns and columns are those of the first body, then those of the second, and so on.
 
     Attributes
     ----------
     size, columns : int
-        Numbers of them.
+        Number of unknowns and of columns.
     first, first_column : (bodies + 1,) arrays
-        Of each body.
+        First unknown and first column of each body.
     shape : (M, k)
     directions : (M, k, 3) array
-        Of v and σ.
+        Directions of v and σ.
     scale : (M,) array
         s [stress/length].
     met : (q,) array
-        Unknowns that displacements in contact are, or would be.
+        Unknowns that stand for displacements in contact.
     secondary : (k M,) array
-        Those of them that are of the secondaries' nodes, node by node.
+        The part of `met` at the nodes of the secondaries, node by node.
     opposite : (k M, q) sparse array
-        -o by all displacements in contact; o is along the directions of the interfaces.
+        Matrix from all displacements in contact to -o, along the directions of the interfaces.
 
     Raises
     ------
@@ -205,7 +204,7 @@ class Coupling:
         )
 
     def expansion(self, relation: Relation, motion: Array) -> Expansion:
-        """P, for free motions of obstacles (M, k, r)."""
+        """Return the expansion P for free motions of obstacles (M, k, r)."""
         m, k = self.shape
         of_v, of_sigma = (
             blocks(relation.of_v),
@@ -229,8 +228,10 @@ class Coupling:
         return Expansion(relation, factors, traction)
 
     def known(self, relation: Relation, offset: Array) -> tuple[Array, Array]:
-        """Factors of all columns, and σ (k M,), where the unknowns are 0; v is `offset` (M, k)
-        beyond the displacements."""
+        """Return the factors of all columns and σ (k M,) for unknowns that are 0.
+
+        v exceeds the displacements by `offset` (M, k).
+        """
         u, opposite = np.zeros(len(self.met)), np.zeros(self.scale.size * self.shape[1])
         start = (relation.v_0 - offset).ravel()
         for _ in range(1 + self._depth):
@@ -245,7 +246,7 @@ class Coupling:
         return self._to_u @ u - self._to_t @ (self._felt @ sigma), sigma
 
     def nearest(self, relation: Relation, v: Array, sigma: Array, opposite: Array) -> Array:
-        """y (k M,) of a relation that is nearest to v and σ (M, k), beside o (k M,)."""
+        """Return the y (k M,) of a relation that is nearest to v and σ (M, k), given o (k M,)."""
         left = (sigma - relation.sigma_0) / self.scale[:, None]
         eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(
             relation.of_sigma, left.ravel(), True
@@ -253,74 +254,78 @@ class Coupling:
         return eta + self._by(relation.of_v, opposite, True)
 
     def uncoupled(self, z: Array) -> Array:
-        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along
-        its directions."""
+        """Return the unknowns (N, r) of displacements (N, r) in open contact.
+
+        Those of secondaries are along the directions of the contact.
+        """
         unknowns = z.copy()
         unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
         return unknowns
 
     def tractions(self, sigma: Array) -> Array:
-        """Factors of all columns, on the right, of the tractions on all bodies by σ (M, k)."""
+        """Return the factors of all columns on the right for the tractions σ (M, k) on all
+        bodies."""
         return np.asarray(self._to_t @ (self._felt @ sigma.ravel()))
 
     def given(self, number: int, traction: Array) -> Array:
-        """Factors of all columns, on the right, of tractions over its scale (m, k) on one body."""
+        """Return the factors of all columns on the right for tractions (m, k) on one body, over its
+        scale."""
         first, last = self.first_column[number : number + 2]
         factors = np.zeros(self.columns)
         factors[self._t[(self._t >= first) & (self._t < last)]] = traction.ravel()
         return factors
 
     def of_unknowns(self, factors: Any) -> Any:
-        """Of the factors of all columns, (columns, ...), those of the columns of unknowns, (N,
-        ...)."""
+        """Return the factors of the unknowns' columns, (N, ...), out of those of all columns,
+        (columns, ...)."""
         return factors[self._unknowns]
 
     def padded(self, unknowns: Array) -> Array:
-        """Factors of all columns, (columns, r), out of those of the columns of unknowns, (N, r)."""
+        """Return factors of all columns, (columns, r): those of the unknowns (N, r) and zeros."""
         result = np.zeros((self.columns, unknowns.shape[1]))
         result[self._unknowns] = unknowns
         return result
 
     def _by(self, each: Array, x: Array, transposed: bool = False) -> Array:
-        """Each node's matrix times its components."""
+        """Return each node's matrix times its components."""
         return np.asarray(
             np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", each, x.reshape(self.shape))
         ).ravel()
 
 
 def blocks(each: Array) -> Sparse:
-    """Block diagonal of (m, k, k)."""
+    """Return the block diagonal matrix of (m, k, k)."""
     m, k = each.shape[:2]
     rows = np.ascontiguousarray(each), np.arange(m), np.arange(m + 1)
     return matrix_of(scipy.sparse.bsr_array(rows, shape=(k * m, k * m)))
 
 
 def _wider(matrix: Sparse, more: int) -> Sparse:
-    """With columns of zeros behind."""
+    """Return the matrix with columns of zeros after its own."""
     shape = matrix.shape[0], matrix.shape[1] + more
     return matrix_of((matrix.data, matrix.indices, matrix.indptr), shape=shape)
 
 
 def _behind(matrix: Sparse, before: int) -> Sparse:
-    """With columns of zeros before."""
+    """Return the matrix with columns of zeros before its own."""
     shape = matrix.shape[0], matrix.shape[1] + before
     return matrix_of((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)
 
 
 def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Any:
-    """The matrix with a 1 at each of these places."""
+    """Return the matrix with a 1 at each of these rows and columns."""
     return matrix_of((np.ones(len(rows)), (rows, columns)), shape=shape)
 
 
 def _secondary_nodes(
     bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface], k: int
 ) -> Index:
-    """Numbers of the secondaries' nodes (M,) among the contact nodes of all bodies.
+    """Return the numbers of the secondaries' nodes (M,) among the contact nodes of all bodies.
 
     Raises
     ------
     InputError
-        If a node is that of two secondaries.
+        If a node belongs to two secondaries.
     """
     start = np.cumsum([0, *(body.slot.size for body in rows)]) // k
     found = [
@@ -337,7 +342,8 @@ def _secondary_nodes(
 
 
 def _stiffness(rows: Sequence[BodyRows], interfaces: Sequence[Interface]) -> Array:
-    """Unit of tractions at the secondaries' nodes (M,): that of the softer body [stress/length]."""
+    """Return the unit of tractions at the secondaries' nodes (M,): that of the softer body
+    [stress/length]."""
     softness = [
         sum(1.0 / rows[b].scale for b in (face.body, face.primary) if b is not None)
         for face in interfaces

@@ -1,5 +1,5 @@
-"""The equations of bodies, solved together with a linear law of contact, and with equilibrium of
-bodies that are free.
+"""The equations of bodies, solved together with a linear law of contact and with the equilibrium of
+free bodies.
 
 With Q an orthonormal basis of the rigid motions that nothing holds, and D the weights by which any
 displacement has some of them, DᵀQ = 1, A stands for A - (AQ - Q)Dᵀ: regular, and unlike the
@@ -25,22 +25,21 @@ from .preconditioner import Preconditioner
 from .rows import BodyRows
 
 ROUGH = 1e-3
-"""Reduction of the residual from which sizes of what lay still are taken."""
+"""Reduction of the residual after which the sizes of bodies that lay still are measured."""
 
 
 class MixedEquations:
-    """The discrete equations of bodies with a linear relation between displacements and tractions
-    in contact.
+    """The equations of bodies with a linear relation of displacements and tractions in contact.
 
-    Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the
+    Every rank has whole vectors and some rows of each body. PETSc's unknowns are those of the
     bodies, and on the last rank those of rigid motions.
 
     Attributes
     ----------
     krylov : FlexibleKrylov
-        Its iterations are those of the last solve.
+        The Krylov method, with the iterations of the last solve.
     defect : float
-        Residual that the last solve left, of each body relative to its solution.
+        Residual of the last solve, of each body relative to its solution.
     """
 
     def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Any) -> None:
@@ -102,15 +101,14 @@ class MixedEquations:
     # ----------------------------------------------------------------------------------------------
 
     def loads(self, shares: Array, only: int | None = None) -> tuple[Array, Array]:
-        """Factors of all columns and this rank's rows for load states of these weights (K,), of all
-        bodies or one."""
+        """Return the factors of all columns and this rank's rows for load states with weights (K,),
+        of all bodies or of one."""
         parts = [body.load(shares * (only in (None, b))) for b, body in enumerate(self.rows)]
         factors, rows = (np.concatenate(values) for values in zip(*parts, strict=True))
         return factors, rows
 
     def elastic(self, loads: tuple[Array, Array], rtol: float) -> State:
-        """The bodies by themselves, moved by nothing but strain; given tractions are among the
-        factors."""
+        """Solve the bodies alone, without rigid motions; given tractions are among the factors."""
         expansion, balance = self._free
         posed = Posed(expansion, np.zeros(self.coupling.shape), *loads, balance)
         return self.solve(posed, self.at_rest, rtol, 0.0, self._open)
@@ -123,10 +121,10 @@ class MixedEquations:
         forcing: float,
         preconditioner: Preconditioner | None = None,
     ) -> State:
-        """The solution near one before.
+        """Solve from a solution that is known.
 
-        The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol
-        of the solution's size.
+        The Krylov method reduces the residual to `forcing` of that at the start, but not below rtol
+        times the size of the solution.
         """
         preconditioner = preconditioner or self._laws
         relation, count = posed.expansion.relation, posed.balance.count
@@ -177,23 +175,25 @@ class MixedEquations:
         return self._state(posed, known, sigma, x)
 
     def _strained(self, z: Array) -> Array:
-        """Sizes of the bodies' displacements without rigid motions, which have no residual, but for
-        their round-off: where bodies meet, that of the largest is in the equations of both."""
+        """Return the sizes of the bodies' displacements without rigid motions.
+
+        Rigid motions have no residual but their round-off. Where bodies meet, the equations of both
+        have the round-off of the larger one.
+        """
         strained = self._sizes(z - self.motions @ (self._dual.T @ z))
         return np.maximum(strained, HALF * self._sizes(z).max(initial=0.0))
 
     def _weighed(
         self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array
     ) -> tuple[Array, float]:
-        """This rank's rows of what is left and its norm: each body's over its own size, however
-        stiff others are."""
+        """Return this rank's rows of the residual and its norm, each body's over its own size."""
         sizes = np.maximum(sizes, HALF * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, known, sigma, x)
         return left, self._norm(left)
 
     def _start(self, posed: Posed, start: State) -> Array:
-        """Unknowns that are nearest to a solution."""
+        """Return the unknowns that are nearest to a solution."""
         coupling, motion, bodies = self.coupling, posed.balance.motion, int(self.ends[-1])
         alpha = np.zeros(bodies + motion.shape[2])
         common = min(len(alpha), len(start.alpha))
@@ -236,7 +236,7 @@ class MixedEquations:
         return State(z, v.reshape(coupling.shape) + posed.offset, sigma, alpha, beta)
 
     def _split(self, x: Array) -> tuple[Array, Array]:
-        """Unknowns of P, and those of rigid motions."""
+        """Return the unknowns of P, and those of rigid motions."""
         n, bodies = self.coupling.size, int(self.ends[-1])
         return np.concatenate([x[:n], x[n + bodies :]]), x[n:]
 
@@ -244,14 +244,14 @@ class MixedEquations:
     # ----------------------------------------------------------------------------------------------
 
     def _multiplied(self, factors: Array) -> Array:
-        """This rank's rows of all bodies."""
+        """Return this rank's rows of all bodies."""
         columns = self.coupling.first_column
         return np.concatenate(
             [body.mult(factors[columns[b] : columns[b + 1]]) for b, body in enumerate(self.rows)]
         )
 
     def _residual(self, posed: Posed, known: Array, sigma: Array, x: Array) -> Array:
-        """This rank's rows of the right-hand side less the left."""
+        """Return this rank's rows of the right-hand side less the left-hand side."""
         rows, border = self._left(posed, x, known, sigma)
         balance = posed.balance
         wanted = np.concatenate([-balance.load, balance.amplitude]) * self._border_scale(balance)
@@ -272,7 +272,7 @@ class MixedEquations:
     def _border_rows(
         self, posed: Posed, unknowns: Array, factors: Array, sigma: Array | float = 0.0
     ) -> Array:
-        """The rows of rigid motions, (r,)."""
+        """Return the rows of rigid motions, (r,)."""
         balance = posed.balance
         if not balance.count:
             return np.zeros(0)
@@ -285,7 +285,8 @@ class MixedEquations:
         return np.asarray(rows * self._border_scale(balance))
 
     def _border_scale(self, balance: Balance) -> Array:
-        """Of the rows of rigid motions: as large as all those of contact together."""
+        """Return the scale of the rows of rigid motions, which makes them as large as all rows of
+        contact together."""
         root = np.sqrt(len(self.coupling.scale))
         scale = self.coupling.scale
         each = np.abs(balance.resultant).sum(axis=(1, 2)) * (scale.mean() if scale.size else 1.0)
@@ -301,13 +302,13 @@ class MixedEquations:
     # ----------------------------------------------------------------------------------------------
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
-        """The matrix of type python, as PETSc calls it."""
+        """Multiply by the matrix; PETSc calls this method."""
         assert self._used is not None
         rows, border = self._left(self._used[0], self.whole(x.getArray(readonly=True)))
         y.setArray(self._local(self._weight[self._mine] * rows, border))
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
-        """The preconditioner of type python."""
+        """Apply the preconditioner; PETSc calls this method."""
         assert self._used is not None
         posed, preconditioner = self._used
         r, (columns, inverse) = self.whole(x.getArray(readonly=True)), self._border
@@ -317,8 +318,8 @@ class MixedEquations:
         y.setArray(self._local((z - columns @ beside)[self._mine], beside))
 
     def _product(self, z: Array, beside: Array | None = None) -> Array:
-        """What unknowns of the bodies, and of rigid motions, make of the equations of the bodies,
-        whole. Collective."""
+        """Return the whole equations of the bodies for unknowns of bodies and of rigid motions.
+        Collective."""
         assert self._used is not None
         posed = self._used[0]
         beside = np.zeros(posed.balance.count) if beside is None else beside
@@ -326,8 +327,8 @@ class MixedEquations:
         return self.whole(self._local(rows, np.zeros(0)))
 
     def _eliminated(self) -> tuple[Array, Array]:
-        """What the preconditioner makes of the columns of rigid motions (N, r), and the inverse of
-        what the border sees."""
+        """Return the preconditioned columns of rigid motions (N, r), and the inverse of their
+        border block."""
         assert self._used is not None
         posed, preconditioner = self._used
         count, bodies = posed.balance.count, int(self.ends[-1])
@@ -354,22 +355,23 @@ class MixedEquations:
     # ----------------------------------------------------------------------------------------------
 
     def _local(self, rows: Array, border: Array) -> Array:
-        """This rank's part of a vector."""
+        """Return this rank's part of a vector."""
         return np.concatenate([rows, border]) if self._is_last else rows
 
     def whole(self, own: Array) -> Array:
-        """A vector of all unknowns, body after body, then those of rigid motions. Collective."""
+        """Return a whole vector: the unknowns body after body, then those of rigid motions.
+        Collective."""
         gathered = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
         result = np.array(gathered)
         result[self._order] = gathered[: len(self._order)]
         return result
 
     def sum(self, values: Array) -> Array:
-        """The sum over the ranks."""
+        """Return the sum over the ranks."""
         return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
 
     def _sizes(self, x: Array) -> Array:
-        """Norms of each body's part of a whole vector."""
+        """Return the norm of each body's part of a whole vector."""
         return np.asarray(
             np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1]))
         )
@@ -378,18 +380,18 @@ class MixedEquations:
         return float(np.sqrt(self.sum(np.array([own @ own]))[0]))
 
     def view(self, matrix: Any, viewer: Any) -> None:
-        """The line of -ksp_view, of the matrix and of the preconditioner."""
+        """Print the line of -ksp_view for the matrix and the preconditioner."""
         viewer.printfASCII(
             f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, "
             f"{self.memory() / 1e6:.0f} MB\n"
         )
 
     def memory(self) -> int:
-        """Memory on all ranks [bytes]."""
+        """Return the memory on all ranks [bytes]."""
         own = sum(body.nbytes for body in self.rows) + self._open.nbytes + self._laws.nbytes
         return int(self.sum(np.array([own], dtype=np.float64))[0])
 
     def close(self) -> None:
-        """Free the PETSc objects, and let go of the matrices."""
+        """Free the PETSc objects and the matrices."""
         self.krylov.close()
         self._used, self.rows = None, []

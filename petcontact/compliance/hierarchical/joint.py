@@ -1,5 +1,4 @@
-"""The equations of all bodies with those of contact: solves for loads, tractions and linear laws,
-and the last solution."""
+"""Solves of the equations of all bodies and of contact: for loads, tractions and linear laws."""
 
 from __future__ import annotations
 
@@ -24,7 +23,7 @@ RTOL = 1e-9
 
 
 class JointBodies:
-    """The equations of all bodies, and their last solution.
+    """The equations of all bodies with their last solution.
 
     Attributes
     ----------
@@ -32,9 +31,9 @@ class JointBodies:
     at_rest : (K, N) array
         Unknowns in each load state without contact tractions.
     base : (K, M k) array
-        v there.
+        v of each load state [length].
     tolerance : float
-        Smallest of the compressions.
+        Smallest tolerance of the compressions.
     """
 
     def __init__(
@@ -67,11 +66,11 @@ class JointBodies:
         self._corrected: State | None = None
 
     def unknowns_of(self, number: int) -> Array:
-        """Displacements in contact of a body among all unknowns, (m, k)."""
+        """Return the numbers of a body's displacements in contact among all unknowns, (m, k)."""
         return np.asarray(self.equations.coupling.first[number] + self.equations.rows[number].slot)
 
     def moved_by(self, number: int, traction: Array, shares: Array) -> State:
-        """One body under contact tractions (k m,) and its loads."""
+        """Return the unknowns of one body under contact tractions (k m,) and its loads."""
         given = (
             traction.reshape(self._bodies[number].data.contact_shape)
             / self.equations.rows[number].scale
@@ -82,7 +81,7 @@ class JointBodies:
         )
 
     def solution_for(self, number: int, shares: Array, traction: Array) -> State:
-        """One where this body has these loads and contact tractions."""
+        """Return a solution in which the body has these loads and contact tractions."""
         # without contact tractions what an iteration left is not small beside the solution
         if traction.any() and np.array_equal(shares, self._shares):
             for state in filter(None, (self._last, self._corrected)):
@@ -94,26 +93,25 @@ class JointBodies:
         return self.moved_by(number, traction, shares)
 
     def strained(self, number: int, state: State) -> Array:
-        """The unknowns of a body without its rigid motion."""
+        """Return the unknowns of a body without its rigid motion."""
         equations = self.equations
         here = slice(equations.coupling.first[number], equations.coupling.first[number + 1])
         mine = slice(equations.ends[number], equations.ends[number + 1])
         return np.asarray(state.z[here] - equations.rows[number].motions @ state.alpha[mine])
 
     def multipliers(self, number: int, state: State) -> Array:
-        """Of the rigid motions of a body."""
+        """Return the multipliers of the rigid motions of a body."""
         return state.beta[self.equations.ends[number] : self.equations.ends[number + 1]]
 
     def under(self, sigma: Array, rtol: float = RTOL) -> State:
-        """All bodies under σ (M, k) alone: one solve; v is S σ."""
+        """Return all bodies under σ (M, k) alone, by one solve; v is S σ."""
         factors, rows = self.equations.loads(self._unloaded)
         return self.equations.elastic(
             (factors + self.equations.coupling.tractions(sigma), rows), rtol
         )
 
     def corrected(self, difference: Array) -> Array:
-        """S times a small change (M, k) of the last solution's σ, after which that is known,
-        too."""
+        """Return S times a small change (M, k) of σ, and add it to the last solution."""
         last, sizes = (
             self._last,
             [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)],
@@ -177,7 +175,7 @@ class JointBodies:
         return self._last
 
     def balance(self, modes: Modes | None, constraint: RigidModeConstraint | None) -> Balance:
-        """Equilibrium of the motions that a law resists; others stay where they are."""
+        """Return the equilibrium of the motions that a law resists; the others stay fixed."""
         shape, bodies = self.equations.coupling.shape, int(self.equations.ends[-1])
         if modes is None or constraint is None:
             return Balance.at_rest(shape, 0)
@@ -193,7 +191,7 @@ class JointBodies:
     def robin(
         self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0
     ) -> State:
-        """δσ + ρ δv = r without loads."""
+        """Solve δσ + ρ δv = r without loads."""
         eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
         loaded = None if modes is None else Modes(modes.motion, modes.resultant, -work)
         constraint = (

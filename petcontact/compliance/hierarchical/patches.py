@@ -1,5 +1,5 @@
-"""Which nodes of several bodies the preconditioner takes together: patches of both sides of a
-contact, and coarse groups."""
+"""The nodes that the preconditioner takes together: patches on both sides of a contact, and coarse
+groups."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from .coupling import Coupling
 from .rows import BodyRows
 
 OWN = 64
-"""Nodes of a cluster."""
+"""Largest number of nodes of a cluster."""
 MARGIN = 0.3
-"""Of half its extent, on each side."""
+"""Margin of a patch on each side, over half the extent of its cluster [-]."""
 CROWDED = 150
-"""Nodes of a cluster with its margin, of which the nearest are taken."""
+"""Largest number of nodes of a cluster with its margin; the nearest ones are taken."""
 
 
 class Nodes:
-    """The nodes of all bodies in one row, and which of them face one another.
+    """The nodes of all bodies in one row, and the pairs of them that face one another.
 
     Attributes
     ----------
     first : (bodies + 1,) array
-        Of each body.
+        First node of each body.
     leader : (n,) array
-        Of a primary's node the secondary's node that it faces most; else the node itself.
+        For a node of a primary, the node of the secondary that it faces most; else the node itself.
     """
 
     def __init__(self, rows: Sequence[BodyRows], coupling: Coupling) -> None:
@@ -62,13 +62,13 @@ class Nodes:
         self._search = [scipy.spatial.cKDTree(body.x) for body in rows]
 
     def of(self, unknowns: Index) -> Index:
-        """The nodes of these patches."""
+        """Return the nodes of patches of unknowns."""
         body = np.searchsorted(self._coupling.first, unknowns, side="right") - 1
         components = np.array([rows.components for rows in self.rows])[body]
         return np.asarray(self.first[body] + (unknowns - self._coupling.first[body]) // components)
 
     def unknowns(self, body: int, nodes: Index) -> Index:
-        """Of some nodes of a body, counted in it."""
+        """Return the unknowns of some nodes of a body; nodes are numbered within the body."""
         components = self.rows[body].components
         return np.asarray(
             self._coupling.first[body]
@@ -76,8 +76,11 @@ class Nodes:
         )
 
     def patches(self) -> list[Patch]:
-        """One a cluster: its nodes, those that face them, a margin around both, and what faces
-        that."""
+        """Return one patch a cluster.
+
+        It has the nodes of the cluster, those that face them, a margin around both, and the nodes
+        that face the margin.
+        """
         led = [np.empty(0, dtype=np.int64)] * int(self.first[-1])
         follower = np.flatnonzero(self.leader != np.arange(len(self.leader)))
         order = follower[np.argsort(self.leader[follower], kind="stable")]
@@ -112,7 +115,7 @@ class Nodes:
         )
 
     def _around(self, b: int, own: Index) -> Index:
-        """Nodes of body b among `own`, with the nodes of that body nearest to them."""
+        """Return the nodes of body b in `own`, and the nearest other nodes of that body."""
         keep: Index = own[(own >= self.first[b]) & (own < self.first[b + 1])]
         if not len(keep):
             return keep
@@ -133,12 +136,12 @@ class Nodes:
         return np.asarray(np.union1d(keep, others + self.first[b]), dtype=np.int64)
 
     def groups(self) -> tuple[Index, Index]:
-        """Of each unknown, and of each column or -1: of unknowns as these, of tractions in contact
-        as many more.
+        """Return the coarse group of each unknown, and of each column or -1.
 
-        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes.
-        Components that turn by much within a group sum up to nothing, or to what another component
-        does: then the coarse level is singular.
+        Tractions in contact have groups of their own, as many as unknowns. Nodes that face one
+        another have the same group, else the coarse level couples the wrong nodes. A group holds
+        nodes with nearly the same directions of components only: else sums over it cancel, and the
+        coarse level is singular.
         """
         n = int(self.first[-1])
         # about 900 unknowns of the coarse level, whose LU every rank has
@@ -172,8 +175,7 @@ class Nodes:
         return group, columns
 
     def _directions(self) -> Index:
-        """Of each node the directions of its components, rounded: where curved faces, or the choice
-        of tangents, turn."""
+        """Return the rounded directions of the components of each node."""
         first, each = (
             self._coupling.first,
             np.concatenate([body.frame.reshape(-1, 3) for body in self.rows]),
@@ -190,7 +192,7 @@ class Nodes:
 
 
 def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: Index) -> Array:
-    """Of this rank's entries of all bodies, (groups, column groups)."""
+    """Return the sums of this rank's entries of all bodies, (groups, column groups)."""
     count = int(group.max()) + 1
     result = np.zeros((count, 2 * count))
     for b, body in enumerate(rows):

@@ -1,5 +1,5 @@
-"""The discrete equations of one body as rows that can be multiplied and sampled: an H-matrix, or an
-eliminated body."""
+"""The discrete equations of one body, on an H-matrix or eliminated, as rows that are multiplied and
+sampled."""
 
 from __future__ import annotations
 
@@ -22,35 +22,34 @@ from ...runtime.threads import threads_per_rank
 from ..body.base import ElasticBody, gauge
 
 LEAF = 32
-"""Nodes of the smallest clusters."""
+"""Number of nodes of the smallest clusters."""
 
 
 class BodyRows(Protocol):
-    """A z = B t + loads on some nodes of a body, in the order of a cluster tree.
+    """The equations A z = B t + loads of a body, in the order of a cluster tree.
 
-    Columns are those of the unknowns z, then those beside them: of the tractions in contact t, and
-    of loads.
+    The columns of the unknowns z come first, then those of the tractions in contact t and of loads.
 
     Attributes
     ----------
     components : int
-        Unknowns, and equations, a node.
+        Number of unknowns, and of equations, a node.
     tree : Clusters
     x, part : (n, 3), (n,) arrays
-        Nodes [length], and their parts of the boundary.
+        Nodes [length], and the part of the boundary of each.
     frame : (n, components, 3) array
         Directions of the unknowns.
     bounds : (ranks + 1,) array
         First equation of each rank.
     columns : int
-        Of unknowns and beside.
+        Number of all columns.
     slot, beside : (m, k) arrays
         Columns of u and of t of the contact nodes, in the contact directions.
     scale : float
-        Tractions are factors times it [stress/length].
+        Unit of tractions: they are factors times it [stress/length].
     motions, gauge : (size, r) arrays
-        Rigid motions that nothing holds, by the unknowns; and the weights whose sums are 0 of
-        unknowns without such motions.
+        Rigid motions that nothing holds, in terms of the unknowns, and weights. Unknowns without
+        such motions have weighted sums of 0.
     """
 
     components: int
@@ -67,20 +66,21 @@ class BodyRows(Protocol):
     gauge: Array
 
     def mult(self, factors: Array) -> Array:
-        """[A B] times factors of all columns: this rank's rows."""
+        """Return this rank's rows of [A B] times the factors of all columns."""
         ...
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """Entries between some nodes by columns, (c, components k), and which columns these are."""
+        """Return the entries between some nodes by columns, (c, components k), and the numbers of
+        these columns."""
         ...
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """Sums of this rank's entries by groups of rows and columns, -1 being none."""
+        """Return the sums of this rank's entries by groups of rows and columns; -1 is no group."""
         ...
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """Factors of the columns, and this rank's rows, that the load states of these weights (K,)
-        add on the right."""
+        """Return the factors of the columns and this rank's rows that load states add on the right,
+        by their weights (K,)."""
         ...
 
     @property
@@ -88,7 +88,7 @@ class BodyRows(Protocol):
 
 
 class CompressedRows:
-    """The integral equations on an H-matrix; a rank has the rows of a range of nodes.
+    """The integral equations on an H-matrix; each rank has the rows of a range of nodes.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class CompressedRows:
     comm : PETSc.Comm
     tolerance : float
     progress : callable
-        Called with the share of the matrix that is built.
+        Function that is called with the share of the matrix that is built.
 
     Raises
     ------
@@ -182,11 +182,11 @@ class CompressedRows:
         self.gauge = gauge(mesh, data, modes).T.reshape(moved.shape)[self.nodes].reshape(size, -1)
 
     def mult(self, factors: Array) -> Array:
-        """The H-matrix times a vector."""
+        """Return the H-matrix times a vector."""
         return self.matrix.mult(factors)
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """A block of exact entries."""
+        """Return a block of exact entries."""
         breaking_point()
         d, beside = self.components, self._entries.beside
         more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
@@ -196,11 +196,11 @@ class CompressedRows:
         return block(self._entries, nodes, nodes), columns
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """By products with the blocks' factors."""
+        """Return the sums by groups, by products with the factors of the blocks."""
         return self.matrix.coarse(row_group[self._own], column_group, groups)
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """Of known data and volume loads, and of point forces."""
+        """Return the load of known data, volume loads and point forces."""
         factors = np.zeros(self.columns)
         factors[self.components * len(self.x) :] = self._operators.amplitudes @ shares
         if not self._operators.data.point.size:
@@ -208,26 +208,26 @@ class CompressedRows:
         return factors, self._operators.point_loads[self._own] @ shares
 
     def by_nodes(self, z: Array) -> Array:
-        """Unknowns (size, ...) in the order of the mesh's nodes."""
+        """Return unknowns (size, ...) in the order of the mesh's nodes."""
         result = np.empty((len(self.nodes), self.components, *z.shape[1:]))
         result[self.nodes] = z.reshape(result.shape)
         return result.reshape(z.shape)
 
     @property
     def nbytes(self) -> int:
-        """Of the H-matrix, on this rank."""
+        """Memory of the H-matrix on this rank [bytes]."""
         return self.matrix.nbytes
 
 
 class CondensedRows:
-    """u = u_0 + S t of a body that is eliminated, on its contact nodes.
+    """The equations u = u_0 + S t of an eliminated body on its contact nodes.
 
     Parameters
     ----------
     body : ElasticBody
         With a dense compliance.
     comm : PETSc.Comm
-        Over whose ranks the rows are split.
+        Communicator whose ranks share the rows.
     """
 
     def __init__(self, body: ElasticBody, comm: Any) -> None:
@@ -250,19 +250,19 @@ class CondensedRows:
         self.motions = self.gauge = body.contact_modes[components]
 
     def mult(self, factors: Array) -> Array:
-        """The product: u + S t."""
+        """Return the product u + S t."""
         u, t = np.split(factors, 2)
         return np.asarray(u[self._own] + self._matrix[self._own] @ t)
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """The identity, and entries of S."""
+        """Return the identity and entries of S."""
         k = self.components
         some = (k * nodes[:, None] + np.arange(k)).ravel()
         values = np.concatenate([np.eye(len(some)), self._matrix[some[:, None], some].T])
         return values, np.concatenate([some, self.columns // 2 + some])
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """By sums of columns, then of rows."""
+        """Return the sums by groups: of columns first, then of rows."""
         result, own = np.zeros(groups), np.arange(self._own.start, self._own.stop)
         of_u, of_t = np.split(column_group, 2)
         both = own[(row_group[own] >= 0) & (of_u[own] >= 0)]
@@ -274,18 +274,17 @@ class CondensedRows:
         return result
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """Displacement u_0 without contact tractions."""
+        """Return the displacement u_0 without contact tractions."""
         return np.zeros(self.columns), (shares @ self._rest)[self._own]
 
     @property
     def nbytes(self) -> int:
-        """Of S, which is the body's own."""
+        """Memory of S, which belongs to the body [bytes]."""
         return 0
 
 
 class OperatorEntries:
-    """Columns of A_0, and beside them those of G_Ct and of the load, as `compression.hmatrix` asks
-    for them."""
+    """The columns of A_0, then those of G_Ct and of the load, for `compression.hmatrix`."""
 
     def __init__(self, operators: BoundaryOperators) -> None:
         self._operators, self.components = operators, operators.kernel.dim
@@ -294,5 +293,5 @@ class OperatorEntries:
         self.compiled = operators.compiled
 
     def fill(self, rows: Index, columns: Index, system: Array | None, beside: Array | None) -> None:
-        """As in `Entries`."""
+        """Fill in entries as in `Entries`."""
         self._operators.fill_columns(rows, columns, system, beside)

@@ -1,9 +1,8 @@
-"""Bodies of which some are on H-matrices, and their contact system: neither S nor the inverse of
-A_0 is ever formed.
+"""The contact system of bodies on H-matrices, without S and without the inverse of A_0.
 
 The equations of all bodies are solved together with a linear relation between v and σ on Γ_C. A
-given σ, the Robin condition σ + ρv = f and a step of Newton's method are such relations, so that
-each is one Krylov solve, from the solution before.
+given σ, the Robin condition σ + ρv = f and a step of Newton's method are such relations. Each is
+one Krylov solve that starts from the last solution.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .joint import JointBodies
 
 FORCING = 0.05
-"""Residual of an inner solve of Newton's method over that before it."""
+"""Ratio of the residuals after and before an inner solve of Newton's method."""
 
 
 class _SolvedCompliance(ContactCompliance):
-    """S by solves, for what asks for it by name; Newton's method takes `MonolithicSystem`."""
+    """The compliance S by solves; Newton's method takes `MonolithicSystem` instead."""
 
     matrix_free = True
 
@@ -33,53 +32,52 @@ class _SolvedCompliance(ContactCompliance):
         self._joint, self.soft = joint, soft
 
     def softened(self, layer: Array) -> ContactCompliance:
-        """With the layer added to v."""
+        """Return the compliance with a layer added to v."""
         soft = np.zeros(self._joint.equations.coupling.shape)
         soft[:, -1] = layer
         return _SolvedCompliance(self._joint, self.surrogate, soft)
 
     def apply(self, sigma: Array) -> Array:
-        """The product S σ, by one solve."""
+        """Return S σ, by one solve."""
         state, equations = self._joint.under(sigma), self._joint.equations
         self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
         return state.v + self.soft * sigma
 
     def matrix(self) -> Array:
-        """S, a solve a column: for tests."""
+        """Return S, with one solve a column; tests use it."""
         shape = self._joint.equations.coupling.shape
         return np.column_stack(
             [self.apply(unit.reshape(shape)).ravel() for unit in np.eye(shape[0] * shape[1])]
         )
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
-        """δσ + ρ δv = r: one solve."""
+        """Solve δσ + ρ δv = r."""
         state, equations = self._joint.robin(rho, r, modes, work, self.soft), self._joint.equations
         self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
         return state.v + self.soft * state.sigma, state.sigma
 
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix."""
+        """Name of the KSP without a prefix."""
         return self._joint.equations.krylov.kind
 
 
 class MonolithicBodies(JointBodies):
-    """All bodies, and the contact systems that they make."""
+    """All bodies, which make the contact systems."""
 
     def compliance(self, surrogate: MakeSurrogate) -> ContactCompliance:
-        """The compliance S as a matrix, a solve for each column."""
+        """Return the compliance S, which is applied by solves."""
         return _SolvedCompliance(self, surrogate)
 
     def system(
         self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
     ) -> MonolithicSystem:
-        """The contact system at some load."""
+        """Return the contact system of a load."""
         return MonolithicSystem(u_0, weight, modes, operator, self, shares)
 
 
 class MonolithicSystem(ComposedSystem):
-    """The contact system of bodies of which some are on H-matrices: one Krylov solve for each
-    linear problem.
+    """The contact system of bodies on H-matrices; each linear problem is one Krylov solve.
 
     Parameters
     ----------
@@ -119,8 +117,8 @@ class MonolithicSystem(ComposedSystem):
         return self._joint.equations.krylov.reason
 
     def apply(self, sigma: Array) -> Array:
-        """S σ: one solve, or none where σ is that of the last solution, or of a small change of it
-        that was asked for."""
+        """Return S σ, by one solve, or none if σ is that of the last solution or of the last small
+        change of it."""
         if self._known is None:
             return super().apply(sigma)
         last, moved = self._known
@@ -137,8 +135,8 @@ class MonolithicSystem(ComposedSystem):
         )
 
     def _changed(self, difference: Array) -> Array:
-        """S times a small change of the last σ: one solve, or none where it is the one before up to
-        round-off of σ."""
+        """Return S times a small change of the last σ, by one solve, or none if it is the change
+        before, up to round-off of σ."""
         assert self._known is not None
         least = SOLVED * np.linalg.norm(self._known[0])
         if self._change is None or np.linalg.norm(difference - self._change[0]) > least:
@@ -153,10 +151,10 @@ class MonolithicSystem(ComposedSystem):
         tolerance: float,
         constraint: RigidModeConstraint | None,
     ) -> tuple[Array, Array, Array]:
-        """σ, v and α of a linearised law: one solve, from the last solution.
+        """Return σ, v and α of a linearised law, by one solve from the last solution.
 
-        With y = σ - ρv on the active components, σ = Π' y + constant and v = (σ - y)/ρ, sticking
-        ones having v = 0; on the others σ is the constant, and v unknown.
+        The active components have y = σ - ρv, σ = Π' y + constant and v = (σ - y)/ρ; those that
+        stick have v = 0. On the other components σ is the constant, and v is unknown.
         """
         self.elastic_solves += 1
         k = rho.shape[1]
