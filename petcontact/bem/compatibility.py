@@ -13,6 +13,7 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side, shown
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
+from ..model.bodies import Condition
 from ..model.expressions import evaluate
 from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
 from ..model.problem import Contact, Displacement, Periodic, Problem
@@ -33,34 +34,35 @@ def check_compatible(boundary: Boundary, problem: Problem) -> None:
 
 @check_compatible.register
 def _(outline: Outline, problem: Problem) -> None:
-    after = outline.neighbours[1].tolist()
-    for k, following in enumerate(after):
+    conditions = {each.part: (number, each) for number, each in enumerate(problem.boundary)}
+    for k, following in enumerate(outline.neighbours[1].tolist()):
         if following != k:
-            _check_end(problem, outline, (k, 1.0), (following, -1.0))
-            _check_end(problem, outline, (following, -1.0), (k, 1.0))
+            _check_end(conditions, outline, (k, 1.0), (following, -1.0))
+            _check_end(conditions, outline, (following, -1.0), (k, 1.0))
 
 
 def _check_end(
-    problem: Problem, outline: Outline, end: tuple[int, float], meeting: tuple[int, float]
+    conditions: dict[str, tuple[int, Condition]],
+    outline: Outline,
+    end: tuple[int, float],
+    meeting: tuple[int, float],
 ) -> None:
-    """Whether the end of a side, by its number and its ξ, moves along the normal of the one that
-    it meets."""
+    """Refuse an end of a side, by its number and its ξ, that moves along the normal of the side
+    which it meets."""
     side, other = outline.sides[end[0]], outline.sides[meeting[0]]
-    contact = next((c for c in problem.boundary if c.part == other.part), None)
-    for number, moved in enumerate(problem.boundary):
-        if moved.part != side.part or not isinstance(moved, Displacement):
-            continue
-        if not (isinstance(contact, Contact) and contact.plain):
-            continue
-        normal = lifted(_at(other, meeting[1])[1], len(moved.value))
-        u = _displacement(moved, side, outline.offsets[end[0]], end[1], normal)
-        least = 1e-12 * outline.diameter
-        if u is not None and abs(u @ normal) > SINGLE * np.linalg.norm(u) + least:
-            raise InputError(
-                f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
-                f"{shown(_at(side, end[1])[0])}, "
-                f"where it meets the contact part {other.part!r}, whose u_n is 0"
-            )
+    number, moved = conditions.get(side.part, (0, None))
+    contact = conditions.get(other.part, (0, None))[1]
+    if not (isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain):
+        return
+    normal = lifted(_at(other, meeting[1])[1], len(moved.value))
+    u = _displacement(moved, side, outline.offsets[end[0]], end[1], normal)
+    least = 1e-12 * outline.diameter
+    if u is not None and abs(u @ normal) > SINGLE * np.linalg.norm(u) + least:
+        raise InputError(
+            f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
+            f"{shown(_at(side, end[1])[0])}, "
+            f"where it meets the contact part {other.part!r}, whose u_n is 0"
+        )
 
 
 def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:

@@ -18,6 +18,7 @@ from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among
 from ..model.problem import Problem
+from ..refinement.known_data import gap_edges
 from .body_fields import BodyFields, states_at
 from .records import StepResult
 from .report import Accuracy
@@ -115,6 +116,17 @@ class Evaluated:
         return {
             name: volume_solution(self.problem, k, mesh)
             for k, (name, mesh) in enumerate(self.meshes.items())
+        }
+
+    @functools.cached_property
+    def gap_edges(self) -> dict[str, Array]:
+        """Points (k, d) of each interface's secondary on which an edge presses, by its gap
+        [length]."""
+        boundaries = self.problem.boundaries
+        return {
+            side.name: gap_edges(boundaries[side.body], side.part, side.law.gap)
+            for side in self.problem.interfaces
+            if side.law.normal == "unilateral"
         }
 
     def state_at(

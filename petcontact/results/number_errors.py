@@ -18,13 +18,14 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
+from ..frozen import frozen
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated
 from .numbers import Number, numbers_of, resultant, stress_name
-from .peaks import FINEST, NEAR
+from .peaks import FINEST, hill_reach
 from .records import PairResult, StepResult
-from .unbounded import corners_of, unbounded_places
+from .unbounded import Unbounded, corners_of, unbounded_places
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -59,10 +60,13 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     for factor, other in solution.paths:
         there = {number.key: number for number in numbers_of(other, peaks=False)}
         ends = {(step.step, step.cycle) for step in other.steps}
+        stresses = _stresses_near(last, [each for each in numbers if each.key[2:] in ends])
         for key, error in errors.items():
             number = now[key]
             if not np.isinf(number.error):
-                change = np.nan if key[2:] not in ends else _path_change(last, other, number, there)
+                change = np.nan
+                if key[2:] in ends:
+                    change = _path_change(last, other, number, there, stresses)
                 errors[key] = error + factor * change
         now, last = now | there, other
     return {
@@ -72,17 +76,22 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
 
 
 def _path_change(
-    solution: Evaluated, other: Evaluated, number: Number, there: dict[Key, Number]
+    solution: Evaluated,
+    other: Evaluated,
+    number: Number,
+    there: dict[Key, Number],
+    stresses: dict[Key, _Stresses],
 ) -> float:
     """What a number differs by on another path; a maximum by what its function does anywhere."""
     if number.name not in FUNCTIONS or number.key not in there:
-        return _change(solution, other, number, there.get(number.key))
+        return _change(solution, other, number, there.get(number.key), stresses)
     pairs = [_end(each, number).pairs[number.of] for each in (solution, other)]
     one, two = (FUNCTIONS[number.name](pair) for pair in pairs)
     return float(np.abs(one - two)[pairs[0].state != OPEN].max(initial=0.0))
 
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
+    stresses = _stresses_near(solution, numbers)
     others = [
         (each, share, {number.key: number for number in numbers_of(each, peaks=False)})
         for each, share in _coarser(solution)
@@ -93,7 +102,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         error = number.error
         for other, share, there in others:
             old = there.get(number.key)
-            error = np.fmax(error, share * _change(solution, other, number, old))
+            error = np.fmax(error, share * _change(solution, other, number, old, stresses))
             if single and old is not None:
                 apart = float(np.abs(number.value - old.value).max())
                 error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
@@ -125,13 +134,18 @@ def _of_increments(number: Number) -> float:
 
 
 def _change(
-    solution: Evaluated, coarser: Evaluated, number: Number, before: Number | None
+    solution: Evaluated,
+    coarser: Evaluated,
+    number: Number,
+    before: Number | None,
+    stresses: dict[Key, _Stresses],
 ) -> float:
     """How far a number may be off, by what two meshes differ by."""
     if np.isinf(number.error):
         return number.error
     if stress_name(number):
-        return _stress_change(solution, coarser, number)
+        near = stresses.get(number.key)
+        return 0.0 if near is None else _stress_change(solution, coarser, number, near)
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
@@ -184,25 +198,63 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
     return max(most - top, top - least)
 
 
-def _stress_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
+@frozen
+class _Stresses:
+    """A largest stress and the stress around it.
+
+    Attributes
+    ----------
+    x, parts : (q, d), (q,) arrays
+        The place, places beside it, and those of the surface at which the stress is more than half
+        as large and has a bound; and their parts, empty inside the body.
+    values : (q,) array
+        The stress there [stress].
+    count : int
+        How many are the place and those beside it.
+    at_corner : bool
+        Whether the place is a corner.
+    """
+
+    x: Array
+    parts: Any
+    values: Array
+    count: int
+    at_corner: bool
+
+
+def _stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, _Stresses]:
+    """Return the stress around each largest stress that has a place."""
+    found, unbounded = dict[Key, _Stresses](), dict[tuple[int, int], dict[str, list[Unbounded]]]()
+    for number in numbers:
+        place = number.place if stress_name(number) and number.size != 0.0 else None
+        if place is None or np.isinf(number.error):
+            continue
+        end = _end(solution, number)
+        if (at := (end.step, end.cycle)) not in unbounded:
+            unbounded[at] = unbounded_places(solution, end)
+        x, parts, count = _places(solution, number, unbounded[at][number.of])
+        mesh = solution.meshes[number.of]
+        corners = corners_of(mesh)
+        away = np.linalg.norm(corners.x - place, axis=1)
+        at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
+        values = _stress_at(solution, number, x, parts)
+        found[number.key] = _Stresses(x, parts, values, count, bool(number.part and at_corner))
+    return found
+
+
+def _stress_change(
+    solution: Evaluated, coarser: Evaluated, number: Number, near: _Stresses
+) -> float:
     """What a largest stress changes by where it lies and around it, and by how much it may be
     larger elsewhere. At a corner it may go on changing as slowly as it does in the last element,
     and in an element that both meshes have it is known as well as the solution is."""
-    if number.place is None or number.size == 0.0:
-        return 0.0
-    x, parts, count = _places(solution, number)
-    now, before = (_stress_at(each, number, x, parts) for each in (solution, coarser))
-    change, mesh = np.abs(now - before), solution.meshes[number.of]
+    now, count = near.values, near.count
+    change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
     if np.isnan(change[:count]).all():
         return np.nan
     rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
     off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
-    corners = corners_of(mesh)
-    ends = (
-        np.linalg.norm(corners.x - number.place, axis=1)
-        < FINEST * sizes(mesh)[corners.element[:, 0]]
-    )
-    if number.part and ends.any():
+    if near.at_corner:
         off = max(off, np.ptp(now[:count]))
     if number.part and _alike(*(_element_at(each, number) for each in (solution, coarser))):
         off = np.fmax(off, solution.accuracy.error * number.size)
@@ -223,22 +275,23 @@ def _alike(one: tuple[int, float], other: tuple[int, float]) -> bool:
     return one[0] <= other[0] and one[1] > 0.8 * other[1]
 
 
-def _places(solution: Evaluated, number: Number) -> tuple[Array, Any, int]:
-    """The place of a largest stress and places beside it, how many these are, and those of the
-    surface at which it is more than half as large and has a bound; and the parts of all."""
-    mesh, place, end = solution.meshes[number.of], number.place, _end(solution, number)
+def _places(
+    solution: Evaluated, number: Number, unbounded: Sequence[Unbounded]
+) -> tuple[Array, Any, int]:
+    """The places of `_Stresses`, their parts, and how many are the place and those beside it."""
+    mesh, place = solution.meshes[number.of], number.place
     assert place is not None, "largest stresses lie somewhere"
     if not number.part:
         reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
         ways = np.eye(mesh.dim)
         x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
         return x, np.full(len(x), ""), len(x)
-    element, state = solution.boundary_state(number.of, end)
+    element, state = solution.boundary_state(number.of, _end(solution, number))
     parts = np.array(mesh.part_names)[mesh.part[element]]
     away = np.linalg.norm(state.x - place, axis=1)
     rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
-    for each in unbounded_places(solution, end)[number.of]:
-        rival &= np.linalg.norm(state.x - each.x, axis=1) > NEAR * np.ptp(mesh.x, axis=0).max()
+    for each in unbounded:
+        rival &= np.linalg.norm(state.x - each.x, axis=1) > hill_reach(mesh)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))

@@ -17,6 +17,7 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
+from ..mesh.boundary_mesh import BoundaryMesh
 from .evaluated import Evaluated
 from .peak_places import places_inside
 from .records import StepResult, step_ends
@@ -133,7 +134,7 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     next to a place without a bound it says how near the points are, and no more."""
     k = int(np.argmax(stress))
     mesh, place = solution.meshes[body], ", ".join(f"{each:.4g}" for each in points[k])
-    reach = NEAR * float(np.ptp(mesh.x, axis=0).max())
+    reach = hill_reach(mesh)
     near = [
         each.sides
         for each in unbounded_places(solution, solution.last)[body]
@@ -141,6 +142,11 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
     return f"{stress[k]:.4g} at ({place}){where}"
+
+
+def hill_reach(mesh: BoundaryMesh) -> float:
+    """Return the distance from a place without a bound up to which stress is left out [length]."""
+    return NEAR * float(np.ptp(mesh.x, axis=0).max())
 
 
 def _value(found: tuple[StressPeak, _Samples]) -> float:
@@ -163,7 +169,7 @@ class _Samples:
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
         size = float(np.ptp(mesh.x, axis=0).max())
-        self._reach = NEAR * size
+        self._reach = hill_reach(mesh)
         self._beside = self._near_unbounded(self._x)
         # no element sees a peak of its own nearer to such a place than half its length
         within, near = sizes(mesh)[self._element], [e for place in places for e in place.elements]

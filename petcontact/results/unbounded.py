@@ -34,7 +34,6 @@ from ..refinement.corner_exponents import (
     corner_exponent,
     pair_exponent,
 )
-from ..refinement.known_data import gap_edges
 from ..refinement.panels.edges import SMOOTH, edges
 from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
@@ -153,12 +152,11 @@ def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, 
 def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
     """Yield the name of a body and each place where an edge of the other body presses on it, as a
     jump of the gap shows it."""
-    problem = solution.problem
-    for side in (each for each in problem.interfaces if each.law.normal == "unilateral"):
+    interfaces = solution.problem.interfaces
+    for side in (each for each in interfaces if each.law.normal == "unilateral"):
         pair, name = step.pairs[side.name], solution.sides[side.name][0]
         mesh, closed = solution.meshes[name], pair.x[pair.pressure > 0.0]
-        found = gap_edges(problem.boundaries[side.body], side.part, side.law.gap)
-        for number, x in enumerate(found, 1):
+        for number, x in enumerate(solution.gap_edges[side.name], 1):
             elements = meeting(mesh, x, float(sizes(mesh).min()))[1]
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():
@@ -221,7 +219,11 @@ class _Closed:
         )
 
 
-def _beside(sides: list[_Closed | tuple[SideKind, ...]], mirrored: int) -> tuple[SideKind, ...]:
+Sides = list[_Closed | tuple[SideKind, ...]]
+"""What the two sides of a corner do: what each touches, or what it may be."""
+
+
+def _beside(sides: Sides, mirrored: int) -> tuple[SideKind, ...]:
     """What the side beside the contact may be, free where there is none; that with the number
     `mirrored` is seen in a mirror, in which the contact lies at θ = 0."""
     for number, side in enumerate(sides):
@@ -271,31 +273,23 @@ class _Body:
             stiffer = moduli[partner] / moduli[name] if partner in moduli else 1e6
             self._pairs.append((pair, partner if partner in moduli else "", stiffer))
 
-    def corners_and_sides(
-        self,
-    ) -> Iterator[tuple[_Corner, list[_Closed | tuple[SideKind, ...]]]]:
+    def corners_and_sides(self) -> Iterator[tuple[_Corner, Sides]]:
         """Each corner with what its two sides do."""
-        mesh, at = self._mesh, self._corners
-        for x, elements, angle, leaving in zip(at.x, at.element, at.angle, at.leaving, strict=True):
-            parts = [mesh.part_names[mesh.part[element]] for element in elements]
-            corner = _Corner(
-                x,
-                round(float(angle), 6),
-                tuple(elements.tolist()),
-                " and ".join(dict.fromkeys(parts)),
-            )
-            yield (
-                corner,
-                [
-                    self._touched(element, x)
-                    or kinds_seen(self._conditions.get(part), way, mesh.dim)
-                    for element, part, way in zip(elements, parts, leaving, strict=True)
-                ],
-            )
+        return map(self._corner_and_sides, range(len(self._corners.x)))
 
-    def exponent(
-        self, corner: _Corner, sides: list[_Closed | tuple[SideKind, ...]], partner: _Body | None
-    ) -> float:
+    def _corner_and_sides(self, number: int) -> tuple[_Corner, Sides]:
+        """Return a corner by its number with what its two sides do."""
+        mesh, at = self._mesh, self._corners
+        x, elements, angle = at.x[number], at.element[number], round(float(at.angle[number]), 6)
+        parts = [mesh.part_names[mesh.part[element]] for element in elements]
+        names = " and ".join(dict.fromkeys(parts))
+        sides = [
+            self._touched(element, x) or kinds_seen(self._conditions.get(part), way, mesh.dim)
+            for element, part, way in zip(elements, parts, at.leaving[number], strict=True)
+        ]
+        return _Corner(x, angle, tuple(elements.tolist()), names), sides
+
+    def exponent(self, corner: _Corner, sides: Sides, partner: _Body | None) -> float:
         """The least λ of a corner; where it presses with one side and ends at a free one, its own
         or that of the other body, that of both."""
         closed = [side for side in sides if isinstance(side, _Closed)]
@@ -327,9 +321,10 @@ class _Body:
         is none those of a smooth free side, and the place on it that the point faces and the
         elements that meet there."""
         size = float(np.ptp(self._mesh.x, axis=0).max())
-        for corner, sides in self.corners_and_sides():
-            if np.linalg.norm(corner.x - x) < SINGLE * size:
-                return corner.angle, _beside(sides, 1), None
+        meets = np.flatnonzero(np.linalg.norm(self._corners.x - x, axis=1) < SINGLE * size)
+        if len(meets):
+            corner, sides = self._corner_and_sides(int(meets[0]))
+            return corner.angle, _beside(sides, 1), None
         near = (1.0 + SINGLE) * float(np.linalg.norm(self._mesh.x - x, axis=1).min())
         across = meeting(self._mesh, x, near)[0] - x
         if along := float(across @ normal):
