@@ -247,10 +247,8 @@ def reference_self(element, xi, poisson_ratio, length):
     def add(offset, weights, traction):
         # The node itself is the origin: the tangent there, and x - y along the element from it.
         tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
-        r, direction = (
-            element._along(tangent, offset),
-            tangent * np.exp(1j * element.angle * offset),
-        )
+        r = element._along(tangent, offset)
+        direction = tangent * np.exp(1j * element.angle * offset)
         u, t = kelvin(r, direction, poisson_ratio, length)
         against = basis(element.order, xi + offset) * weights * element.half
         return u @ against.T, t @ against.T if traction else 0

@@ -35,11 +35,9 @@ def filled(ops: BoundaryOperators) -> tuple[Array, Array, Array]:
     `fill_dense`."""
     n, d = ops.mesh.x.shape
     m, k = ops.data.contact_shape
-    system, contact, loads = (
-        np.empty((n, d, n, d)),
-        np.zeros((m * k, n, d)),
-        np.zeros((ops.data.states, n, d)),
-    )
+    system = np.empty((n, d, n, d))
+    contact = np.zeros((m * k, n, d))
+    loads = np.zeros((ops.data.states, n, d))
     fill_dense(ops, np.arange(n), system, contact, loads)
     return system.reshape(d * n, -1).T, contact.reshape(m * k, -1).T, loads.reshape(-1, d * n).T
 

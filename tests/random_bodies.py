@@ -52,10 +52,8 @@ def _drawn(rng: np.random.Generator) -> Problem:
     loops: list = [_loop(rng, outer, names, float(rng.choice([0.0, 0.0, 0.25, 0.5])))]
     holes = int(rng.choice([0, 0, 0, 1, 2]))
     for hole in range(holes):
-        centre, radius = (
-            outer.mean(axis=0) + size * rng.uniform(-0.25, 0.25, 2),
-            size * rng.uniform(0.05, 0.2),
-        )
+        centre = outer.mean(axis=0) + size * rng.uniform(-0.25, 0.25, 2)
+        radius = size * rng.uniform(0.05, 0.2)
         if rng.random() < 0.6:
             loops.append(Circle(part=f"hole {hole}", center=tuple(centre), radius=radius))
         else:
@@ -210,16 +208,12 @@ def random_contact(seed, number):
     """A quadrilateral in unilateral contact with friction, on a rigid floor that is flat or bent,
     or on another one."""
     random = np.random.default_rng([seed, number, 17])
-    wide, tall, lean = (
-        random.uniform(1.0, 3.0),
-        random.uniform(0.5, 2.0, 2),
-        random.uniform(-0.3, 0.3, 4),
-    )
+    wide = random.uniform(1.0, 3.0)
+    tall = random.uniform(0.5, 2.0, 2)
+    lean = random.uniform(-0.3, 0.3, 4)
     low, gap = random.uniform(1.0, 2.5), random.choice([0.0, random.uniform(0.0, 0.01)])
-    mu, tilt = (
-        random.choice([0.0, random.uniform(0.0, 1.0)]),
-        random.choice([0.0, random.uniform(-0.02, 0.02)]),
-    )
+    mu = random.choice([0.0, random.uniform(0.0, 1.0)])
+    tilt = random.choice([0.0, random.uniform(-0.02, 0.02)])
     upper = np.array([[0.0, 0.0], [wide, 0.0], [wide + lean[0], tall[0]], [lean[1], tall[0]]]) - [
         0.5 * wide,
         0.0,
@@ -283,10 +277,8 @@ def random_contact(seed, number):
         ][: int(random.choice([1, 2]))],
     }
     if random.random() < 0.5:
-        bend, place = (
-            float(random.choice([0.0, random.uniform(0.0, 0.2)])),
-            random.uniform(-0.3, 0.3),
-        )
+        bend = float(random.choice([0.0, random.uniform(0.0, 0.2)]))
+        place = random.uniform(-0.3, 0.3)
         data |= {
             "body": bodies[:1],
             "obstacle": [{"name": "floor"}],

@@ -85,22 +85,18 @@ def _changed(body, part, *value):
 
 def _plate(random):
     """A plate that is solid or a ring, held below, its top at height 0."""
-    inner, outer, high = (
-        random.choice([0.0, 0.3]),
-        random.uniform(2.0, 4.0),
-        random.uniform(1.0, 3.0),
-    )
+    inner = random.choice([0.0, 0.3])
+    outer = random.uniform(2.0, 4.0)
+    high = random.uniform(1.0, 3.0)
     corners = [[inner, -high], [outer, -high], [outer, 0.0], [inner, 0.0]]
     return _part("plate", corners, SIDES, _moved("bottom", 0.0, 0.0))
 
 
 def _pressed(random):
     """A ball, a cone, a punch with a sharp edge, or a ring on a plate."""
-    wide, tall, down = (
-        random.uniform(0.5, 1.8),
-        random.uniform(0.5, 2.0),
-        -random.uniform(2e-3, 2e-2),
-    )
+    wide = random.uniform(0.5, 1.8)
+    tall = random.uniform(0.5, 2.0)
+    down = -random.uniform(2e-3, 2e-2)
     inner = float(random.choice([0.0, 0.5 * wide]))
     if random.random() < 0.35:
         inner, radius = 0.0, random.uniform(2.0, 8.0)
@@ -178,10 +174,8 @@ def _on_floor(random):
     lean, tall = random.uniform(-0.3, 0.3, 2), random.uniform(0.5, 2.0)
     corners = [[inner, 0.0], [inner + wide, 0.0], [inner + wide + lean[0], tall]]
     corners += [[inner + (lean[1] if inner else 0.0), tall]]
-    bend, place = (
-        random.choice([0.0, random.uniform(0.0, 0.1)]),
-        inner + wide * random.uniform(0, 1),
-    )
+    bend = random.choice([0.0, random.uniform(0.0, 0.1)])
+    place = inner + wide * random.uniform(0, 1)
     down = -random.uniform(2e-3, 2e-2)
     across = random.choice(["free", 0.0])
     return {

@@ -132,10 +132,8 @@ def test_rigid_modes_strain_nothing(d):
     independent."""
     x = 5.0 + np.random.default_rng(d).standard_normal((9, d))
     modes = MOTIONS[x.shape[1]].of(x)
-    assert (
-        modes.shape == (9, d, d * (d + 1) // 2)
-        and np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
-    )
+    assert modes.shape == (9, d, d * (d + 1) // 2)
+    assert np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
     apart = x[:, None] - x
     assert np.abs(np.einsum("ijc,ijcm->ijm", apart, modes[:, None] - modes)).max() < 1e-13
 

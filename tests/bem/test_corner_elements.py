@@ -32,10 +32,8 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
         first, f, g = 1.0, f"cos({1.0 + power!r}*{theta})", f"(-sin({1.0 + power!r}*{theta}))"
     else:
         first = kappa - power
-        f, g = (
-            f"({first!r}*cos({power - 1.0!r}*{theta}))",
-            f"({kappa + power!r}*sin({power - 1.0!r}*{theta}))",
-        )
+        f = f"({first!r}*cos({power - 1.0!r}*{theta}))"
+        g = f"({kappa + power!r}*sin({power - 1.0!r}*{theta}))"
     r = f"hypot(x, y)**{power - 1.0!r}"
     value = [f"{r}*({f}*x - {g}*y)", f"{r}*({f}*y + {g}*x)"]
     right, up = LENGTH * math.sin(0.5 * angle), LENGTH * math.cos(0.5 * angle)

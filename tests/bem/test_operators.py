@@ -98,10 +98,8 @@ def test_columns_against_residual():
     ops = operators(2)
     everything = np.arange(ops.mesh.n_nodes)
     rng = np.random.default_rng(2)
-    x, sigma = (
-        rng.standard_normal(2 * len(everything)),
-        rng.standard_normal((len(ops.data.contact_nodes), 1)),
-    )
+    x = rng.standard_normal(2 * len(everything))
+    sigma = rng.standard_normal((len(ops.data.contact_nodes), 1))
     u, traction = ops.split(x, END, sigma)
     direct = ops.residual(everything, u, traction).ravel()
     beside = ops.amplitudes @ END
@@ -118,10 +116,8 @@ def test_contact_columns_in_any_directions():
         problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])})
     )
     m, everything = len(ops.data.contact_nodes), np.arange(ops.mesh.n_nodes)
-    assert (
-        ops.data.contact_directions.shape == (m, 2)
-        and ops.data.traction_known[ops.data.contact_nodes].all()
-    )
+    assert ops.data.contact_directions.shape == (m, 2)
+    assert ops.data.traction_known[ops.data.contact_nodes].all()
     frame = ops.data.contact_frame
     assert np.allclose(frame, np.eye(2))
     rng = np.random.default_rng(3)

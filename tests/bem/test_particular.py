@@ -86,10 +86,8 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
     rng, material = np.random.default_rng(degree), steel("strain" if d == 3 else plane)
     force, heat = [random(rng, d, degree) for _ in range(d)], random(rng, d, degree)
     found = particular_solution(box, force, heat, material)
-    x, step = (
-        box.centre + (0.5 * rng.uniform(-1.0, 1.0, (20, d)) * box.half) @ box.axes,
-        1e-3 * box.half.min(),
-    )
+    x = box.centre + (0.5 * rng.uniform(-1.0, 1.0, (20, d)) * box.half) @ box.axes
+    step = 1e-3 * box.half.min()
 
     def slope(function, j):
         # fourth order
@@ -102,10 +100,8 @@ def test_stress_is_hookes_of_u_and_balances_the_force(name, plane, degree):
         gradient, axis1=1, axis2=2
     ) - found.thermal_stress(x)
     stress = mu * (gradient + gradient.transpose(0, 2, 1)) + even[:, None, None] * np.eye(d)
-    size, round_off = (
-        np.abs(found.stress(x)).max(),
-        1e-15 * np.abs(box.centre).max() / box.half.min() / step,
-    )
+    size = np.abs(found.stress(x)).max()
+    round_off = 1e-15 * np.abs(box.centre).max() / box.half.min() / step
     blur = 1e-7 + 100.0 * round_off * box.half.max()
     assert np.abs(found.stress(x) - stress).max() < blur * size
     b = np.stack([values(component, box.local(x)) for component in force], axis=1) @ box.axes

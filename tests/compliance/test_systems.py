@@ -27,11 +27,9 @@ def test_robin_against_numpy(case, solver, comm):
         posed = Posed(case, comm)
         system, operators = posed.system, posed.operators
         system_matrix, contact, loads = filled(operators)
-        contact, load, unknowns = (
-            contact / operators.traction_scale,
-            loads[:, 1],
-            operators.data.contact_unknowns,
-        )
+        contact = contact / operators.traction_scale
+        load = loads[:, 1]
+        unknowns = operators.data.contact_unknowns
         f = 100.0 * rng.standard_normal((len(unknowns), 1))
         for rho in (1.0, 3e3, 1e7):
             robin = system_matrix.copy()

@@ -193,9 +193,8 @@ def test_blocks_tile_the_matrix(shape):
     for row, column in zip(blocks.row, blocks.column, strict=True):
         met[tree.first[row] : tree.last[row], tree.first[column] : tree.last[column]] += 1
     assert (met == 1).all()
-    assert (np.diff(tree.first[tree.leaves]) <= 16).all() and np.array_equal(
-        np.sort(tree.order), np.arange(N)
-    )
+    assert (np.diff(tree.first[tree.leaves]) <= 16).all()
+    assert np.array_equal(np.sort(tree.order), np.arange(N))
     for most in (5, 60, 1000):
         cut = tree.cut(most)
         assert np.array_equal(tree.first[cut][1:], tree.last[cut][:-1]) and tree.last[cut][-1] == N

@@ -46,10 +46,8 @@ def test_corrections_are_inversions(changes):
         for k, mine in enumerate(nodes)
     ]
     first = np.zeros(2, dtype=np.int64)
-    local, residual = (
-        LocalSolves([Source(matrix)], first, patches, NODES),
-        random.standard_normal(NODES),
-    )
+    local = LocalSolves([Source(matrix)], first, patches, NODES)
+    residual = random.standard_normal(NODES)
     stuck, every, corrected = set[int](), np.ones(NODES, dtype=bool), 0
     local.update(expansion(random, stuck), every)
     before = local.copy()

@@ -106,10 +106,8 @@ def test_a_law_with_adhesion_is_what_an_optimiser_finds(strength, bound):
     _, system, matrix = cylinder()
     law = Adhesion(np.full(COUNT, strength), np.full(COUNT, bound))
     root = np.linalg.cholesky(0.5 * (matrix + matrix.T)).T
-    least, most = (
-        np.tile([-bound - 1e-300, -np.inf], COUNT),
-        np.tile([bound + 1e-300, strength], COUNT),
-    )
+    least = np.tile([-bound - 1e-300, -np.inf], COUNT)
+    most = np.tile([bound + 1e-300, strength], COUNT)
     target = -np.linalg.solve(root.T, system.u_0.ravel())
     exact = scipy.optimize.lsq_linear(
         root, target, (least, most), method="bvls", tol=1e-14
@@ -162,11 +160,8 @@ def test_methods_by_name_class_and_object():
     table = Method(rule="fixed", rho=7.0, omega=1.5)
     for given in ("projection", Projection):
         found = method_of(given, options=table)
-        assert (
-            isinstance(found, Projection)
-            and (found.rho, found.omega) == (7.0, 1.5)
-            and isinstance(found.rule, Fixed)
-        )
+        assert isinstance(found, Projection) and (found.rho, found.omega) == (7.0, 1.5)
+        assert isinstance(found.rule, Fixed)
     assert isinstance(method_of(SemismoothNewton), SemismoothNewton)
     own = GradientProjection(1.0)
     assert method_of(own) is own

@@ -96,12 +96,10 @@ def test_two_blocks_are_pressed_as_theory_says(d, tmp_path, capsys):
     assert "*DFLUX: not taken" in told.err and told.err.count("\n") == 1
     assert "# not taken: line" in (tmp_path / "own.toml").read_text()
     problem = load(tmp_path / "own.toml")
-    assert [body.name for body in problem.body] == ["body1", "body2"] and problem.contact[
-        0
-    ].friction_coefficient == 0.3
-    assert (
-        problem.contact[0].secondary == "body2.HIGH" and problem.contact[0].primary == "body1.LOW"
-    )
+    assert [body.name for body in problem.body] == ["body1", "body2"]
+    assert problem.contact[0].friction_coefficient == 0.3
+    assert problem.contact[0].secondary == "body2.HIGH"
+    assert problem.contact[0].primary == "body1.LOW"
     solution = solve(problem)
     assert solution.converged, solution.reason
     stiff = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
@@ -126,11 +124,8 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     )
     problem = load(tmp_path / "own.toml")
     pair, upper = problem.contact[0], problem.body[1]
-    assert (
-        pair.normal == "bonded"
-        and upper.material.plane == "stress"
-        and upper.material.density == 7.8e-9
-    )
+    assert pair.normal == "bonded" and upper.material.plane == "stress"
+    assert upper.material.density == 7.8e-9
     assert upper.loads.acceleration == (0.0, -9.81)
     assert [c.pressure for c in upper.boundary if c.condition == "traction"] == [2.0]
     assert len(problem.step) == 2 and problem.step[1].boundary[0].pressure == 5.0
@@ -265,10 +260,8 @@ def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
     problem, after = converted([*text[:place], *lines, *text[place:]], tmp_path / "more", capsys)
     assert len(after) == len(before) + 1 and any(line.endswith(named) for line in after), after
     assert [body.boundary for body in problem.body] == [body.boundary for body in plain.body]
-    assert (
-        len(problem.contact) == 1
-        and "# not taken: " in (tmp_path / "more" / "own.toml").read_text()
-    )
+    assert len(problem.contact) == 1
+    assert "# not taken: " in (tmp_path / "more" / "own.toml").read_text()
 
 
 def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path, capsys):

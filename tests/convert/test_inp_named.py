@@ -51,9 +51,8 @@ def test_nothing_is_lost_without_a_word(tmp_path):
 
 def test_nodes_that_are_held_one_by_one_hold_their_faces(tmp_path):
     found = converted(tmp_path, DECK)
-    assert (
-        'part = "NODES1+NODES2"' in found.toml and "value = [\n    0.0,\n    0.0,\n]" in found.toml
-    )
+    assert 'part = "NODES1+NODES2"' in found.toml
+    assert "value = [\n    0.0,\n    0.0,\n]" in found.toml
     alone = DECK.replace("1,1,2\n2,2,2\n2,1,1\n", "4,1,1\n")
     (note,) = [note for note in converted(tmp_path, alone).notes if "BOUNDARY" in note]
     assert "1 node (4)" in note

@@ -94,11 +94,8 @@ def test_ruiz_is_friction_work_and_tension(fretting):
     )
     lower, upper = first.found
     assert (lower.sites.body, upper.sites.body) == ("lower", "upper")
-    assert (
-        lower.value == pytest.approx(work)
-        and upper.value == pytest.approx(work)
-        and work.max() > 1e-4
-    )
+    assert lower.value == pytest.approx(work) and upper.value == pytest.approx(work)
+    assert work.max() > 1e-4
     second = fatigue(fretting, "ruiz-2", first="pull", last="push again")
     nodes = fretting.nodes["interface"]
     tension = [fretting.stress_on_boundary("lower", step)[nodes, 0] for step in fretting.steps[-2:]]
@@ -164,16 +161,14 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
         == 0
     )
     said = capsys.readouterr().out
-    assert (
-        "crossland: 2 increments" in said
-        and "lower.top" in said
-        and "over the limit 0.2: 0." in said
-    )
+    assert "crossland: 2 increments" in said and "lower.top" in said
+    assert "over the limit 0.2: 0." in said
     with open("out.csv") as file:
         rows = list(csv.DictReader(file))
     assert set(rows[0]) == {"body", "part", "x", "y", "depth", "arc_length", "crossland"}
     largest, sign, error = said.split("largest ")[1].split()[:3]
-    assert sign == "+-" and max(float(row["crossland"]) for row in rows) == pytest.approx(
+    assert sign == "+-"
+    assert max(float(row["crossland"]) for row in rows) == pytest.approx(
         float(largest), abs=float(error)
     )
     assert (tmp_path / "out.svg").stat().st_size > 10_000

@@ -276,10 +276,8 @@ def curved(kind, order, rng):
         )
     )
     mesh = triangles(mesh) if kind == "triangles" else mesh
-    stretched, away = (
-        np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3)),
-        rng.uniform(-3.0, 3.0, 3),
-    )
+    stretched = np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3))
+    away = rng.uniform(-3.0, 3.0, 3)
     points = (values @ stretched + away for values in (mesh.corners, mesh.middles))
     return SurfaceMesh(next(points), mesh.order, mesh.part, mesh.part_names, next(points))
 
@@ -315,10 +313,8 @@ def test_linear_fields_on_constant_elements(kind):
     """The slope next to the middle of an element comes from its neighbours; in space none was
     taken, and no stress told."""
     rng = np.random.default_rng(0)
-    mesh, slope = (
-        curved(kind, 0, rng),
-        rng.normal(size=(3, 3))[: 2 + (kind != "curve"), : 2 + (kind != "curve")],
-    )
+    mesh = curved(kind, 0, rng)
+    slope = rng.normal(size=(3, 3))[: 2 + (kind != "curve"), : 2 + (kind != "curve")]
     strain, d = 0.5 * (slope + slope.T), len(slope)
     stress = 2.0 * SOFT.shear_modulus * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(d))
     field = BoundaryField(mesh, mesh.x @ slope.T, mesh.normal @ stress, SOFT)
@@ -337,19 +333,16 @@ def test_points_of_the_boundary_are_found(seed, order, space):
     element, place = everywhere(mesh, 3, rng)
     x = at(mesh, element, place)
     found, where = located(mesh, x)
-    assert (
-        np.all(found >= 0)
-        and np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
-    )
+    assert np.all(found >= 0)
+    assert np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
     normal = np.column_stack(
         [mesh.variables_at(element, place)[f"n{c}"] for c in "xyz"[: mesh.dim]]
     )
     assert np.all(located(mesh, x - 1e-3 * normal)[0] != element)
     part = int(rng.integers(len(mesh.part_names)))
     held = located(mesh, x, mesh.part_names[part])[0]
-    assert np.all(held[mesh.part[element] == part] >= 0) and np.all(
-        mesh.part[held[held >= 0]] == part
-    )
+    assert np.all(held[mesh.part[element] == part] >= 0)
+    assert np.all(mesh.part[held[held >= 0]] == part)
 
 
 def test_a_kink_at_the_end_of_a_state_is_not_smoothed():

@@ -297,9 +297,8 @@ def test_field_on_a_grid_and_its_file(tmp_path):
     assert np.allclose(field.sigma_zz, 0.3 * (field.stress[:, 0] + field.stress[:, 1]))
     write_vtu(tmp_path / "field.vtu", field)
     back = meshio.read(tmp_path / "field.vtu")
-    assert np.array_equal(back.points[:, :2], field.x) and np.array_equal(
-        back.cells_dict["triangle"], field.cells
-    )
+    assert np.array_equal(back.points[:, :2], field.x)
+    assert np.array_equal(back.cells_dict["triangle"], field.cells)
     assert np.array_equal(back.point_data["displacement"][:, :2], field.u)
     assert np.array_equal(back.point_data["stress"][:, [0, 1, 3]], field.stress)
     assert np.array_equal(back.point_data["von_mises"], field.von_mises)

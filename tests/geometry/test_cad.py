@@ -160,9 +160,8 @@ def test_one_solid_of_an_assembly(tmp_path):
     )
     ball = Gmsh(file, solid=2).outline()
     area, volume, _ = measures(ball, 0.3)
-    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4) and len(
-        ball.faces
-    ) == 1
+    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4)
+    assert len(ball.faces) == 1
 
 
 @needs_gmsh

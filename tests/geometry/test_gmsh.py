@@ -41,9 +41,8 @@ def test_physical_groups_are_parts_and_loops_are_closed(name):
         [4.0, 6.0, 4.0], rel=1e-14
     )
     corners = np.array([side.start for side in body.loops[0]])
-    assert np.array_equal(corners.min(axis=0), [0.0, 0.0]) and np.array_equal(
-        corners.max(axis=0), [4.0, 3.0]
-    )
+    assert np.array_equal(corners.min(axis=0), [0.0, 0.0])
+    assert np.array_equal(corners.max(axis=0), [4.0, 3.0])
 
 
 @pytest.mark.parametrize("name", ["plate_v22_order2", "plate_v41_order2"])

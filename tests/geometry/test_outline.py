@@ -287,9 +287,8 @@ def test_sides_that_go_on_are_joined(count):
     assert [side.part for side in joined.sides] == [side.part for side in body.sides]
     for side, whole in zip(joined.sides, body.sides, strict=True):
         assert np.allclose([side.start, side.end], [whole.start, whole.end], atol=1e-12)
-        assert side.curvature == pytest.approx(
-            whole.curvature, rel=1e-9
-        ) and side.length == pytest.approx(whole.length)
+        assert side.curvature == pytest.approx(whole.curvature, rel=1e-9)
+        assert side.length == pytest.approx(whole.length)
 
 
 def test_what_does_not_go_on_is_not_joined():

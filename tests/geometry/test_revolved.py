@@ -105,10 +105,8 @@ def vector_area(mesh):
         a, m = mesh.corners[mine, :count], mesh.middles[mine, :count]
         c = np.roll(a, -1, axis=1)
         for s, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
-            x, dx = (
-                0.5 * s * (s - 1) * a + (1 - s * s) * m + 0.5 * s * (s + 1) * c,
-                (s - 0.5) * a - 2 * s * m + (s + 0.5) * c,
-            )
+            x = 0.5 * s * (s - 1) * a + (1 - s * s) * m + 0.5 * s * (s + 1) * c
+            dx = (s - 0.5) * a - 2 * s * m + (s + 0.5) * c
             total += 0.5 * weight * np.cross(x, dx).sum(axis=(0, 1))
     return total
 

@@ -43,11 +43,9 @@ def test_normals_are_mended(seed: int) -> None:
 
 
 def test_a_body_has_cavities_but_is_one_piece() -> None:
-    cavity, beside, within = (
-        0.25 + 0.5 * CUBE,
-        CUBE + np.array([2.0, 0.0, 0.0]),
-        0.375 + 0.25 * CUBE,
-    )
+    cavity = 0.25 + 0.5 * CUBE
+    beside = CUBE + np.array([2.0, 0.0, 0.0])
+    within = 0.375 + 0.25 * CUBE
     both = surface(np.vstack([CUBE, cavity]), np.vstack([FACES, FACES + 8]))
     assert enclosed(checked_surface(both, "two")) == pytest.approx(1.0 - 0.125)
     for pieces in ((CUBE, beside), (CUBE, cavity, within)):

@@ -204,9 +204,8 @@ def test_values_by_place_are_those_by_name():
     assert Displacement("top", (0, "free")) == Displacement(part="top", value=(0, "free"))
     assert Traction("left", (400, 0)) == Traction(part="left", value=(400, 0))
     assert Circle("hole", (0, 0), 1.0) == Circle(part="hole", center=(0, 0), radius=1.0)
-    assert Step("press", 4) == Step(name="press", increments=4) and Units("mm") == Units(
-        length="mm"
-    )
+    assert Step("press", 4) == Step(name="press", increments=4)
+    assert Units("mm") == Units(length="mm")
     assert Obstacle("punch", "free").displacement == "free" and Bem("hodlr").mat_type == "hodlr"
 
 
@@ -284,11 +283,8 @@ def test_a_problem_shows_itself_in_a_few_lines():
         "  method: semismooth-newton>",
     ]
     table = two(title="Stack <2>")._repr_html_()
-    assert (
-        "Stack &lt;2&gt;" in table
-        and table.count("<tr>") == 4
-        and "upper.bottom on lower.top" in table
-    )
+    assert "Stack &lt;2&gt;" in table and table.count("<tr>") == 4
+    assert "upper.bottom on lower.top" in table
     assert "contact on bottom, bilateral, friction bound by g" in repr(
         block(boundary=[Contact("bottom", friction_bound=g)])
     )

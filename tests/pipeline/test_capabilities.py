@@ -23,10 +23,8 @@ from petcontact.sweep.store.case_table import read_case_table
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-SOFT, HARD = (
-    {"young_modulus": 100.0, "poisson_ratio": 0.3},
-    {"young_modulus": 200.0, "poisson_ratio": 0.25},
-)
+SOFT = {"young_modulus": 100.0, "poisson_ratio": 0.3}
+HARD = {"young_modulus": 200.0, "poisson_ratio": 0.25}
 
 
 @dataclass(frozen=True)
@@ -263,9 +261,8 @@ def fields(case, tmp_path):
         )
         == 0
     )
-    assert (tmp_path / "f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(
-        case.solution.meshes
-    )
+    assert (tmp_path / "f.png").exists()
+    assert len(list(tmp_path.glob("b*.vtu"))) == len(case.solution.meshes)
 
 
 def von_mises_in_a_sweep(case, tmp_path):
@@ -392,9 +389,8 @@ def wear(case, tmp_path):
     solution = solve(problem)
     assert solution.converged and solution.wear.cycle[-1] == 8
     depth, weight = solution.wear.depth["pair"], solution.pairs["pair"].weight
-    assert np.all(np.diff(depth @ weight) > 0.0) and np.array_equal(
-        depth[-1], solution.pairs["pair"].wear.sum(axis=1)
-    )
+    assert np.all(np.diff(depth @ weight) > 0.0)
+    assert np.array_equal(depth[-1], solution.pairs["pair"].wear.sum(axis=1))
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()
 

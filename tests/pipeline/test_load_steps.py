@@ -154,12 +154,10 @@ def test_a_parabola_pressed_and_pushed():
         (press, (-0.45920, 0.45920), (-0.162307, 0.162307)),
         (push, (-0.49663, 0.44419), (-0.37396, -0.01631)),
     ):
-        assert ends(pair, None) == pytest.approx(closed, abs=0.03) and ends(
-            pair, 0
-        ) == pytest.approx(stick, abs=0.03)
-        assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.4 * pair.pressure + 1e-12) and np.all(
-            pair.gap >= -1e-12
-        )
+        assert ends(pair, None) == pytest.approx(closed, abs=0.03)
+        assert ends(pair, 0) == pytest.approx(stick, abs=0.03)
+        assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.4 * pair.pressure + 1e-12)
+        assert np.all(pair.gap >= -1e-12)
         slides = pair.state == 1
         assert np.allclose(
             pair.sigma_t[slides, 0], -pair.bound[slides] * np.sign(pair.slip_increment[slides, 0])
@@ -269,9 +267,8 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
             "moment",
         }
         assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
-        assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(
-            file["contact/state"]
-        ) <= {0, 1, 2}
+        assert np.array_equal(file["contact/pressure"], pair["pressure"])
+        assert set(file["contact/state"]) <= {0, 1, 2}
     again = read_result(tmp_path / "result.h5")
     assert again.verdict() == solution.verdict()
 
@@ -306,9 +303,8 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
 
 def test_no_contact_is_told():
     solution = solve(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
-    assert solution.converged and "no contact anywhere (pair 'interface' lies" in " ".join(
-        solution.verdict().split()
-    )
+    assert solution.converged
+    assert "no contact anywhere (pair 'interface' lies" in " ".join(solution.verdict().split())
 
 
 def test_several_bodies_need_a_body_name():
@@ -359,9 +355,8 @@ def test_a_solve_goes_on_from_any_increment_of_a_file(written):
     whole, path = written
     for after in ("", ":1", ":3"):
         again = going_on(f"{path}{after}")
-        assert again.converged and [s.load_factor for s in again.steps] == [
-            s.load_factor for s in whole.steps
-        ]
+        assert again.converged
+        assert [s.load_factor for s in again.steps] == [s.load_factor for s in whole.steps]
         one, other = (s.last.pairs["interface"] for s in (whole, again))
         assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12)
         assert np.allclose(one.slip, other.slip, atol=1e-12)
@@ -426,17 +421,13 @@ def test_a_body_that_only_contact_holds_is_unloaded_to_nothing(dimension, increm
     data = {"body": [body], "obstacle": [{"name": "floor"}], "contact": [pair], "step": steps}
     solution = solve(parse(Problem, data, "test"))
     ends = {step.name: step for step in solution.steps if step.load_factor == 1.0}
-    assert (
-        not ends["let go"].pairs["pair"].pressure.any()
-        and not ends["let go"].pairs["pair"].sigma_t.any()
-    )
+    assert not ends["let go"].pairs["pair"].pressure.any()
+    assert not ends["let go"].pairs["pair"].sigma_t.any()
     assert max(ends["let go"].residuals[key] for key in ("normal", "tangential", "overlap")) < 1e-10
     again, first = (ends[name].pairs["pair"].pressure for name in ("press again", "press"))
     assert np.allclose(again, 2.0 * first, rtol=1e-6)
-    assert (
-        not solution.converged
-        and "body 'block' cannot be held: the load pushes it along +" in solution.reason
-    )
+    assert not solution.converged
+    assert "body 'block' cannot be held: the load pushes it along +" in solution.reason
 
 
 def test_a_wedge_that_jams_is_told():
@@ -447,9 +438,8 @@ def test_a_wedge_that_jams_is_told():
         .replace("levels = 6, order = 3", "levels = 4, order = 2")
     )
     told = solve(posed(text)).warnings
-    assert len(told) == 2 and all(
-        "stays pressed after step 'let go'" in line and "jams" in line for line in told
-    )
+    assert len(told) == 2
+    assert all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
     held = posed(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]"))
     assert solve(held).warnings == []
 
@@ -475,10 +465,8 @@ normal = "unilateral"
 """)
     assert main(["solve", str(tmp_path / "case.toml"), "--no-figures"]) == 2
     error = capsys.readouterr().err
-    assert (
-        error.count("\n") == 1
-        and "part 'right' has no condition; each of bottom, right, top, left needs one" in error
-    )
+    assert error.count("\n") == 1
+    assert "part 'right' has no condition; each of bottom, right, top, left needs one" in error
 
 
 def held_and_freed(first, second, normal="bonded", **method):
@@ -533,10 +521,8 @@ def test_components_are_held_and_freed_by_steps(values):
     alone = solve(held_and_freed(values[1], values[1])).last
     assert solution.converged, solution.reason
     for key in ("u", "traction"):
-        found, wanted = (
-            getattr(solution.last.bodies["block"], key),
-            getattr(alone.bodies["block"], key),
-        )
+        found = getattr(solution.last.bodies["block"], key)
+        wanted = getattr(alone.bodies["block"], key)
         assert np.allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
     first, half, last = (step.bodies["block"].u for step in solution.steps)
     assert np.allclose(half, 0.5 * (first + last), atol=1e-12 if values[1][1] != "free" else 1e-5)

@@ -73,11 +73,8 @@ def test_displacements_beyond_all_sizes_are_not_accepted(modulus, recwarn, comm)
     case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
     material = case.material.model_copy(update={"young_modulus": modulus})
     solution = solve(case.model_copy(update={"material": material}), comm=comm)
-    assert (
-        not solution.converged
-        and "times its size, at most 1e+09 is accepted" in solution.reason
-        and not recwarn.list
-    )
+    assert not solution.converged and "times its size, at most 1e+09 is accepted" in solution.reason
+    assert not recwarn.list
 
 
 @pytest.mark.parametrize(
@@ -173,9 +170,8 @@ def test_a_body_that_is_held_all_around_has_a_solution(loads):
     solution = solve(problem)
     assert solution.converged, solution.reason
     pair, wanted = solution.last.pairs["rim"], [0.0, 0.01 * ("point_force" in loads)]
-    assert np.abs(solution.last.bodies["body"].u).max() < 1e-15 and pair.force == pytest.approx(
-        wanted, abs=1e-14
-    )
+    assert np.abs(solution.last.bodies["body"].u).max() < 1e-15
+    assert pair.force == pytest.approx(wanted, abs=1e-14)
     assert 0.003 < np.abs(pair.pressure).max() < 0.004 or pair.pressure == pytest.approx(
         1.3 * 9e-5 / 0.52, rel=0.02
     )

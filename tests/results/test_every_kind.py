@@ -87,10 +87,8 @@ def test_what_is_written_is_read(solution, tmp_path):
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and repr(again) == repr(solution)
     for step, other in zip(again.steps, solution.steps, strict=True):
-        assert vars(step.history) == vars(other.history) and (step.rho, step.residual) == (
-            other.rho,
-            other.residual,
-        )
+        assert vars(step.history) == vars(other.history)
+        assert (step.rho, step.residual) == (other.rho, other.residual)
         assert list(step.pairs) == list(other.pairs)
         for name, pair in step.pairs.items():
             for key in {*vars(other.pairs[name]), "pressure_error", "sigma_t_error"} - {
@@ -105,9 +103,8 @@ def test_what_is_written_is_read(solution, tmp_path):
 
 def test_a_table_and_the_rich_display(solution):
     table = pytest.importorskip("pandas") and solution.to_dataframe()
-    assert len(table) == sum(len(nodes) for nodes in solution.nodes.values()) and set(
-        table.pair
-    ) == set(solution.pairs)
+    assert len(table) == sum(len(nodes) for nodes in solution.nodes.values())
+    assert set(table.pair) == set(solution.pairs)
     force = sum(pair.force for pair in solution.pairs.values())
     normal = np.concatenate([pair.normal for pair in solution.pairs.values()])
     normal = lifted(normal, len(force))
@@ -149,10 +146,8 @@ def test_stress_on_the_boundary(solution, tmp_path):
     solution.save(tmp_path / "r.h5")
     count = len(solution.steps)
     for name, mesh in solution.meshes.items():
-        stress, some = (
-            solution.stress_on_boundary(name),
-            np.arange(0, mesh.n_nodes, max(1, mesh.n_nodes // 9)),
-        )
+        stress = solution.stress_on_boundary(name)
+        some = np.arange(0, mesh.n_nodes, max(1, mesh.n_nodes // 9))
         size = np.abs(stress).max()
         assert np.abs(solution.stress_at(mesh.x[some], name) - stress[some]).max() < 1e-9 * size
         d = mesh.components

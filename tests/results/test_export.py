@@ -131,9 +131,8 @@ def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path,
     solution, path = plane
     assert main(["export", str(path), "--csv", str(tmp_path / "a.csv"), "--step", "last"]) == 0
     found = rows(tmp_path / "a.csv")
-    assert {row["step"] for row in found} == {"push"} and {row["load_factor"] for row in found} == {
-        "1.0"
-    }
+    assert {row["step"] for row in found} == {"push"}
+    assert {row["load_factor"] for row in found} == {"1.0"}
     assert [float(row["sigma_t"]) for row in found] == solution.pairs["top"].sigma_t[:, 0].tolist()
     assert (
         main(
@@ -187,10 +186,8 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
         root = file["VTKHDF"]
         assert root.attrs["Type"] == b"UnstructuredGrid" and tuple(root.attrs["Version"]) == (2, 2)
         points, cells = int(root["NumberOfPoints"][0]), int(root["NumberOfCells"][0])
-        assert (
-            root["Points"].shape == (points, 3)
-            and len(root["Types"]) == cells == len(root["Offsets"]) - 1
-        )
+        assert root["Points"].shape == (points, 3)
+        assert len(root["Types"]) == cells == len(root["Offsets"]) - 1
         assert (
             root["Offsets"][-1] == len(root["Connectivity"]) == root["NumberOfConnectivityIds"][0]
         )
@@ -209,9 +206,8 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
         assert set(root["CellData/contact"][()]) <= {-1, 0, 1, 2}
         inside = np.isnan(root["PointData/traction"][-points:, 0])
         x = root["Points"][()][inside][:, :d]
-        assert inside.any() and np.allclose(
-            root["PointData/displacement"][-points:][inside][:, :d], solution.at(x)
-        )
+        assert inside.any()
+        assert np.allclose(root["PointData/displacement"][-points:][inside][:, :d], solution.at(x))
         assert np.allclose(root["PointData/von_mises"][-points:][inside], solution.von_mises_at(x))
 
 
@@ -230,9 +226,8 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     from petcontact.results.figures.animation import animate
 
     animate(replace(single, steps=single.steps * 2), tmp_path / "c.gif")
-    assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8") and not list(
-        tmp_path.glob("*.tmp")
-    )
+    assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8")
+    assert not list(tmp_path.glob("*.tmp"))
 
 
 @pytest.mark.parametrize(

@@ -95,10 +95,8 @@ def test_units_stand_on_every_axis(solution):
 
 
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
-    assert (
-        solution.history.exchanged[-1] == 0
-        and len(solution.history.exchanged) == solution.iterations
-    )
+    assert solution.history.exchanged[-1] == 0
+    assert len(solution.history.exchanged) == solution.iterations
     left, right = drawn(curves.draw_history, solution).axes
     assert right.get_title() == "active sets"
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
@@ -275,9 +273,8 @@ def test_outlines_run_round_over_elements_of_mixed_orders():
 def test_states_differ_by_shape_and_colour(plate):
     axes = drawn(plane.draw_deformed, plate).axes[0]
     lines = {line.get_label(): line for line in axes.lines if line.get_label() in ("stick", "slip")}
-    assert {line.get_marker() for line in lines.values()} == {"s", "o"} and len(
-        {*map(str, (line.get_color() for line in lines.values()))}
-    ) == 2
+    assert {line.get_marker() for line in lines.values()} == {"s", "o"}
+    assert len({*map(str, (line.get_color() for line in lines.values()))}) == 2
     shown = sum(len(line.get_xdata()) for line in lines.values())
     assert shown == len(plate.contact.nodes)
 

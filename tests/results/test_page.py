@@ -73,10 +73,8 @@ def test_the_page_holds_the_fields_of_the_solution(solution):
     assert body["away"] == [0.0] * 3
     x, triangles = unpacked(body["x"], "<f4", 3), unpacked(body["triangles"], "<u4", 3)
     assert triangles.max() < len(x) and unpacked(body["rims"], "<u4", 2).max() < len(x)
-    assert (
-        len(found["steps"]) == len(body["steps"]) == 2
-        and found["steps"][-1] == "one, load factor 1"
-    )
+    assert len(found["steps"]) == len(body["steps"]) == 2
+    assert found["steps"][-1] == "one, load factor 1"
     last, top = body["steps"][-1], np.abs(x[:, dim - 1] - 1.0) < 1e-6
     move = unpacked(last["move"], "<f4", 3)
     # elements of the sides have values of their own at the edge

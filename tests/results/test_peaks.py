@@ -172,9 +172,8 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
         for side, (least, _) in zip(outline.sides, corner_exponents(problem, outline), strict=True)
         if least < 1.0
     ]
-    assert expected and sorted(map(tuple, np.round(there, 9))) == sorted(
-        map(tuple, np.round(expected, 9))
-    )
+    assert expected
+    assert sorted(map(tuple, np.round(there, 9))) == sorted(map(tuple, np.round(expected, 9)))
 
 
 def _finer(problem: Problem) -> Problem:

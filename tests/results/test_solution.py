@@ -84,9 +84,8 @@ def test_numpy_scalars_and_arrays_are_numbers():
 
 def test_reactions_balance_the_loads(solution):
     forces = solution.reactions()
-    assert forces["left"] == pytest.approx([1600.0, 0.0]) and forces["right"] == pytest.approx(
-        [0.0, 0.0]
-    )
+    assert forces["left"] == pytest.approx([1600.0, 0.0])
+    assert forces["right"] == pytest.approx([0.0, 0.0])
     assert np.abs(sum(forces.values())).max() < 8.0  # of 1600: constant elements
     finer = solve(example(1, mesh=MeshOptions(element_size=0.05)))
     assert np.abs(sum(finer.reactions().values())).max() < 0.6 * np.abs(sum(forces.values())).max()
@@ -97,10 +96,8 @@ def test_reactions_balance_the_loads(solution):
     assert "  bottom: bilateral contact" in solution.verdict()
     assert "  left: held by" not in solution.verdict()
     pulled = contact.weight[contact.sigma_n > 0.0].sum() / 8.0
-    assert (
-        solution.tension_share == pytest.approx(pulled)
-        and f"tension on {100 * pulled:.3g} % of" in solution.verdict()
-    )
+    assert solution.tension_share == pytest.approx(pulled)
+    assert f"tension on {100 * pulled:.3g} % of" in solution.verdict()
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
 
 
@@ -109,19 +106,15 @@ def test_fields_at_points(solution):
     u, stress = field_at(
         solution.mesh, solution.u, solution.traction, solution.problem.material, points
     )
-    assert np.array_equal(solution.at(points), u) and np.array_equal(
-        solution.stress_at(points), stress
-    )
+    assert np.array_equal(solution.at(points), u)
+    assert np.array_equal(solution.stress_at(points), stress)
 
 
 def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
     solution.save(tmp_path / "r.h5")
     for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
-        assert (
-            np.array_equal(other.u, solution.u)
-            and other.problem == solution.problem
-            and other.history == solution.history
-        )
+        assert np.array_equal(other.u, solution.u) and other.problem == solution.problem
+        assert other.history == solution.history
         assert other.verdict() == solution.verdict()
 
 
@@ -137,31 +130,25 @@ def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
             for group in ("boundary", "contact", "history")
             for name in file[group]
         ]
-        assert len(datasets) > 20 and all(
-            data.attrs["description"] and data.attrs["unit"] for data in datasets
-        )
-        assert (
-            file["contact/sigma_t"].attrs["unit"] == "MPa"
-            and plain["contact/sigma_t"].attrs["unit"] == "stress"
-        )
+        assert len(datasets) > 20
+        assert all(data.attrs["description"] and data.attrs["unit"] for data in datasets)
+        assert file["contact/sigma_t"].attrs["unit"] == "MPa"
+        assert plain["contact/sigma_t"].attrs["unit"] == "stress"
         assert file["history/rho"].attrs["unit"] == "MPa/mm"
 
 
 def test_a_function_is_named_in_files(tmp_path):
     solve(posed(bottom=Contact(part="bottom", friction_bound=ramp))).save(tmp_path / "r.h5")
     read = Solution.load(tmp_path / "r.h5")
-    assert (
-        read.problem.boundary[0].friction_bound == "<function ramp>"
-        and read.contact.friction_bound[0] > 150.0
-    )
+    assert read.problem.boundary[0].friction_bound == "<function ramp>"
+    assert read.contact.friction_bound[0] > 150.0
 
 
 def test_a_table_of_the_contact_nodes(solution):
     table = pytest.importorskip("pandas") and solution.to_dataframe()
     assert list(table.columns[:4]) == ["x", "y", "u_t", "sigma_t"] and len(table) == 40
-    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0]) and set(table.part) == {
-        "bottom"
-    }
+    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0])
+    assert set(table.part) == {"bottom"}
 
 
 def test_pictures_on_axes_of_ones_own(solution):

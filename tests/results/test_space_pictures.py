@@ -163,10 +163,8 @@ def test_colours_have_levels_that_are_read_easily():
         8,
     ]
     signed = band_colours(np.array([-3.0, 1.0]))
-    assert (
-        signed.norm.boundaries[0] == -signed.norm.boundaries[-1]
-        and signed.cmap.name != band_colours(np.ones(1)).cmap.name
-    )
+    assert signed.norm.boundaries[0] == -signed.norm.boundaries[-1]
+    assert signed.cmap.name != band_colours(np.ones(1)).cmap.name
     assert band_colours(np.full(3, np.nan)).norm.boundaries[-1] == 1.0
 
 
@@ -207,9 +205,8 @@ def test_a_small_contact_fills_the_picture_of_a_large_face():
     place, closed = pair.x[:, :2], pair.state != OPEN
     draw_gap(figure, solution)
     (low, high), width = figure.axes[0].get_xlim(), np.ptp(place[:, 0])
-    assert (
-        high - low < 0.8 * width and low < place[closed, 0].min() and place[closed, 0].max() < high
-    )
+    assert high - low < 0.8 * width and low < place[closed, 0].min()
+    assert place[closed, 0].max() < high
     assert pair.gap[~closed].min() < figure.axes[1].get_ylim()[1] < 0.5 * pair.gap.max()
 
 
@@ -237,9 +234,8 @@ def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
     figure = Figure()
     drawings(found)["surface"](figure, found)
     titles = [axes.get_title() for axes in figure.axes]
-    assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"] and len(
-        figure.axes
-    ) == 5
+    assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"]
+    assert len(figure.axes) == 5
     alone = figure.axes[1]
     assert alone.get_zlim()[1] - alone.get_zlim()[0] < 0.6 * np.ptp(figure.axes[0].get_zlim())
 
@@ -336,10 +332,8 @@ def test_panels_that_face_nothing_have_no_gap_in_the_picture():
     drawn."""
 
     def box(name, low, high, boundary):
-        material, geometry = (
-            {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            {"shape": "box", "lower": low, "upper": high},
-        )
+        material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+        geometry = {"shape": "box", "lower": low, "upper": high}
         return {
             "name": name,
             "material": material,

@@ -53,11 +53,9 @@ force = [0.0, -0.02]
 
 
 def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
-    material, at, force = (
-        Material(young_modulus=2.0, poisson_ratio=0.3),
-        np.array([[0.1, 0.2]]),
-        np.array([[0.3, -1.0]]),
-    )
+    material = Material(young_modulus=2.0, poisson_ratio=0.3)
+    at = np.array([[0.1, 0.2]])
+    force = np.array([[0.3, -1.0]])
     kernel, x, h = Kelvin2D(material, 1.0), np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
     grad = np.stack(
         [
@@ -101,9 +99,8 @@ def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc,
     assert 3 * sum(counted) == one_by_one
     for ours, alone in zip(together, single, strict=True):
         size = np.abs(alone.stress).max()
-        assert np.allclose(ours.u, alone.u, rtol=0.0, atol=1e-13) and np.allclose(
-            ours.stress, alone.stress, atol=1e-9 * size
-        )
+        assert np.allclose(ours.u, alone.u, rtol=0.0, atol=1e-13)
+        assert np.allclose(ours.stress, alone.stress, atol=1e-9 * size)
     assert not np.allclose(together[0].stress, together[2].stress, rtol=0.1)
 
 
@@ -127,9 +124,8 @@ def test_a_disc_on_the_floor_under_its_weight(disc, tmp_path):
         rtol=2e-3,
     )
     files = write_collection(tmp_path / "disc.vtu", solution, (12, 12))
-    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"] and all(
-        path.exists() for path in files
-    )
+    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"]
+    assert all(path.exists() for path in files)
     times = [row.get("timestep") for row in ET.parse(files[-1]).iter("DataSet")]
     assert times == ["1", "1", "1.5", "1.5", "2", "2"]
     assert "displacement" in meshio.read(files[1]).point_data
@@ -178,10 +174,8 @@ ksp_rtol = 1e-9
 def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
     """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not
     -0.0, and are no zone."""
-    whole, broken = (
-        BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"),
-        BLOCK.replace("PLANE", plane),
-    )
+    whole = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0")
+    broken = BLOCK.replace("PLANE", plane)
     for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
         solution = solve(posed(text))
         write_solution(tmp_path / name, solution)
@@ -192,23 +186,17 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
         assert np.allclose(
             boundary["u"][()], np.column_stack([0 * x[:, 0], -strain / 100.0 * x[:, 1]]), atol=1e-12
         )
-        assert np.allclose(contact["sigma_n"], -1.0) and contact["u_t"].shape == contact[
-            "sigma_t"
-        ].shape == (16, 1)
-        assert np.allclose(contact["tangent"], [1.0, 0.0]) and np.all(
-            contact["friction_bound"][()] == 0.0
-        )
+        assert np.allclose(contact["sigma_n"], -1.0)
+        assert contact["u_t"].shape == contact["sigma_t"].shape == (16, 1)
+        assert np.allclose(contact["tangent"], [1.0, 0.0])
+        assert np.all(contact["friction_bound"][()] == 0.0)
         assert np.allclose(file["steps/1/contact/bottom"].attrs["force"], [0.0, 2.0])
-        assert (
-            all(file.attrs[key] for key in ("argv", "versions"))
-            and "-ksp_rtol 1e-09" in file.attrs["petsc_options"]
-        )
+        assert all(file.attrs[key] for key in ("argv", "versions"))
+        assert "-ksp_rtol 1e-09" in file.attrs["petsc_options"]
     with h5py.File(tmp_path / "broken.h5") as file:
         contact, zones = file["contact"], file.attrs["zones"]
-        assert (
-            set(contact["state"][contact["x"][:, 0] > 1.5]) == {2}
-            and not np.signbit(contact["pressure"]).any()
-        )
+        assert set(contact["state"][contact["x"][:, 0] > 1.5]) == {2}
+        assert not np.signbit(contact["pressure"]).any()
         assert zones.shape[1] == 3 and set(json.loads(file.attrs["zone_parts"])) == {"bottom"}
         assert np.isclose(zones[:, 1].max(), 1.5) and set(zones[:, 2]) <= {-1.0, 0.0, 1.0}
 
@@ -219,15 +207,10 @@ def test_the_verdict_of_an_increment_that_failed():
     text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
     solution = solve(posed(text))
     verdict = " ".join(solution.verdict().split())
-    assert (
-        solution.status == "not converged"
-        and "along +y beyond what contact and friction allow" in verdict
-    )
-    assert (
-        "failed at" in verdict
-        and "reached" not in verdict
-        and "-0" not in verdict.replace("e-0", "")
-    )
+    assert solution.status == "not converged"
+    assert "along +y beyond what contact and friction allow" in verdict
+    assert "failed at" in verdict and "reached" not in verdict
+    assert "-0" not in verdict.replace("e-0", "")
 
 
 def check_described(path, item):
@@ -243,20 +226,14 @@ def test_what_failed_is_kept_apart(tmp_path):
         {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]},
     ]
     solution = solve(parse(Problem, data, "test"))
-    assert solution.status == "not converged" and all(
-        step.status == "converged" for step in solution.steps
-    )
-    assert (
-        solution.failed is not None
-        and solution.failed.step == 2
-        and solution.last is solution.steps[-1]
-    )
+    assert solution.status == "not converged"
+    assert all(step.status == "converged" for step in solution.steps)
+    assert solution.failed is not None and solution.failed.step == 2
+    assert solution.last is solution.steps[-1]
     write_solution(tmp_path / "r.h5", solution)
     with h5py.File(tmp_path / "r.h5") as file:
-        assert (
-            len(file["steps"]) == len(solution.steps)
-            and file["failed"].attrs["status"] == "not converged"
-        )
+        assert len(file["steps"]) == len(solution.steps)
+        assert file["failed"].attrs["status"] == "not converged"
         assert len(file["increments/step"]) == len(solution.steps) + 1
         file.visititems(lambda path, item: check_described(path, item))
         rows, counts = file["history"], file["increments/iterations"][()]

@@ -226,9 +226,8 @@ def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_p
     assert table_of(tmp_path / "bits") == table_of(computed)
     for id_ in small.ids:
         a, b = load_case(tmp_path / "bits", id_), load_case(computed, id_)
-        assert np.array_equal(a.contact.u_t, b.contact.u_t) and np.array_equal(
-            a.traction, b.traction
-        )
+        assert np.array_equal(a.contact.u_t, b.contact.u_t)
+        assert np.array_equal(a.traction, b.traction)
 
 
 def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, computed):
@@ -246,7 +245,8 @@ def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch
     quietly(small, tmp_path / "out", only=["*-rho1-*"])
     monkeypatch.setitem(sys.modules, "pandas", None)
     columns = load_sweep(tmp_path / "out" / "results.h5")
-    assert np.isfinite(columns["max_u_t"]).sum() == 4 and set(columns["status"]) == {
+    assert np.isfinite(columns["max_u_t"]).sum() == 4
+    assert set(columns["status"]) == {
         "converged",
         "missing",
     }
@@ -488,10 +488,8 @@ def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
         "[1.0, 3.0]\n"
     )
     summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
-    assert (
-        list(summary.failed) == ["example1-rho1"]
-        and "ZeroDivisionError" in summary.failed["example1-rho1"]
-    )
+    assert list(summary.failed) == ["example1-rho1"]
+    assert "ZeroDivisionError" in summary.failed["example1-rho1"]
     with pytest.raises(InputError, match="cannot be imported"):
         quietly(
             read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))),
@@ -540,10 +538,8 @@ def test_a_case_of_a_large_sweep_that_is_invalid_fails_in_its_turn(tmp_path, mon
         'problems = ["example1.toml"]\n[cross]\nrho = [1.0, -1.0, 2.0]\n[set]\nelement_size = 0.4\n'
     )
     summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
-    assert (
-        list(summary.failed) == ["example1-rho-1"]
-        and "method.rho" in summary.failed["example1-rho-1"]
-    )
+    assert list(summary.failed) == ["example1-rho-1"]
+    assert "method.rho" in summary.failed["example1-rho-1"]
 
 
 # -- the folder
@@ -653,9 +649,8 @@ def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small
     assert done.returncode == 1, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
     assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
-    assert not (tmp_path / "out" / "results.h5").exists() and not list(
-        (tmp_path / "out").glob("*.tmp")
-    )
+    assert not (tmp_path / "out" / "results.h5").exists()
+    assert not list((tmp_path / "out").glob("*.tmp"))
     assert read_case_table(tmp_path / "out").status == 8 * ["converged"]
     again = quietly(sweep, tmp_path / "out")
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)

@@ -124,13 +124,11 @@ class Kirsch:
             + 2.0 / r * (-0.8 * sin(angle) + sin(3 * angle))
             - 2.0 / r**3 * sin(3 * angle)
         )
-        q, c2, s2, c4, s4 = (
-            1.0 / r**2,
-            cos(2 * angle),
-            sin(2 * angle),
-            cos(4 * angle),
-            sin(4 * angle),
-        )
+        q = 1.0 / r**2
+        c2 = cos(2 * angle)
+        s2 = sin(2 * angle)
+        c4 = cos(4 * angle)
+        s4 = sin(4 * angle)
         stress = [
             1.0 - q * (1.5 * c2 + c4) + 1.5 * q**2 * c4,
             -q * (0.5 * c2 - c4) - 1.5 * q**2 * c4,

@@ -52,10 +52,8 @@ def outline(vertices, counts, order, *, ratio=None):
     ends."""
     start, end, line = [], [], []
     for k, corner in enumerate(vertices):
-        corner, following = (
-            np.array(corner, float),
-            np.array(vertices[(k + 1) % len(vertices)], float),
-        )
+        corner = np.array(corner, float)
+        following = np.array(vertices[(k + 1) % len(vertices)], float)
         t = np.linspace(0, 1, counts + 1)
         if ratio is not None:
             half = np.concatenate([[0.0], ratio ** np.arange(counts, 0, -1.0) / 2])
@@ -127,10 +125,8 @@ def test_entries_off_the_element(order, distance):
     """A third of the distances for each order, all of them for any three."""
     rng = np.random.default_rng([order, DISTANCES.index(distance)])
     element, size = random_element(rng, order)
-    along, angle = (
-        np.array([-1.0, 1.0, rng.uniform(-1, 1)]),
-        rng.uniform(0.2, 2.9, 3) * rng.choice([-1, 1], 3),
-    )
+    along = np.array([-1.0, 1.0, rng.uniform(-1, 1)])
+    angle = rng.uniform(0.2, 2.9, 3) * rng.choice([-1, 1], 3)
     tangent = (element.end - element.start) / size
     normal = np.array([-tangent[1], tangent[0]])
     step = distance * size * (np.cos(angle)[:, None] * tangent + np.sin(angle)[:, None] * normal)

@@ -30,11 +30,9 @@ def assert_as_reference(element, point, distance, size):
 def test_kernels_of_the_stress(order, angle):
     rng = np.random.default_rng(order)
     for distance in (1e-5, 1e-3, 0.05, 0.3, 0.8, 1.4, 3.0, 6.1, 60.0, 1e4):
-        start, turn, size = (
-            rng.normal(size=2),
-            rng.uniform(0, 2 * np.pi),
-            10.0 ** rng.uniform(-2, 1),
-        )
+        start = rng.normal(size=2)
+        turn = rng.uniform(0, 2 * np.pi)
+        size = 10.0 ** rng.uniform(-2, 1)
         end = start + size * np.array([np.cos(turn), np.sin(turn)])
         element = Element(start, end, 2 * np.sin(angle) / size, order)
         s = rng.uniform(-1, 1)

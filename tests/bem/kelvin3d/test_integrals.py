@@ -98,10 +98,8 @@ def test_linear_patch_on_quadrilaterals_and_triangles_from_a_file(order: int) ->
     nodes = np.sort(rng.choice(mesh.n_nodes, 60, replace=False))
     strain = rng.normal(size=(3, 3))
     strain = strain + strain.T
-    u, t = (
-        mesh.x @ strain,
-        mesh.normal @ (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3)),
-    )
+    u = mesh.x @ strain
+    t = mesh.normal @ (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3))
     defect, moved = 0.5 * u[nodes], 0.5 * np.ones(len(nodes))
     for batch in mesh.batches():
         g, h = integrals(mesh.x[nodes], batch.elements, NU)

@@ -90,10 +90,8 @@ def test_all_methods_find_one_solution(case, comm):
 
 def test_default_and_starts(comm):
     prepared = Posed(example(1), comm)
-    assert (
-        Method().resolved_name == DEFAULT_METHOD
-        and Method(rule="fixed").resolved_name == "projection"
-    )
+    assert Method().resolved_name == DEFAULT_METHOD
+    assert Method(rule="fixed").resolved_name == "projection"
     zero, frictionless = (
         prepared.iterate(Method(start=start)) for start in ("zero", "frictionless")
     )

@@ -88,11 +88,9 @@ def test_backup_ends_where_full_exchanges_cycle():
     for seed in range(300):
         rng = np.random.default_rng(seed)
         skew = rng.standard_normal((6, 6))
-        matrix, base, law = (
-            0.3 * np.eye(6) + skew - skew.T,
-            rng.standard_normal(6),
-            Tresca(np.full(6, 0.5)),
-        )
+        matrix = 0.3 * np.eye(6) + skew - skew.T
+        base = rng.standard_normal(6)
+        law = Tresca(np.full(6, 0.5))
         solver, tau, seen = restricted(matrix, base), np.zeros((6, 1)), set()
         while True:
             step = next(pivots(solver, law, base[:, None], None, tau))

@@ -163,9 +163,8 @@ def test_no_load_is_solved_at_once():
 def test_a_small_change_alone_is_no_convergence():
     """At a ρ far off the iterates hardly move: the friction residual has a say, too."""
     criterion = Criterion(1e-6)
-    assert (
-        criterion.met(1e-7, 1e-4) and not criterion.met(1e-7, 1e-2) and not criterion.met(1e-5, 0.0)
-    )
+    assert criterion.met(1e-7, 1e-4) and not criterion.met(1e-7, 1e-2)
+    assert not criterion.met(1e-5, 0.0)
     residual = Criterion(1e-6, "residual")
     assert residual.met(1.0, 1e-7) and not residual.met(0.0, 1e-5)
     state = solve(

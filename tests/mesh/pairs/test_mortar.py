@@ -132,10 +132,8 @@ def passes(one, other, rng, direction=None):
 @given(SEEDS, st.integers(0, 5), st.integers(0, 5))
 def test_straight_sides_pass_force_moment_and_constants(seed, order, opposite):
     rng = np.random.default_rng(seed)
-    one, other = (
-        side(rng, order, 0.0, up=True),
-        side(rng, opposite, rng.choice([0.0, 0.1]), up=False),
-    )
+    one = side(rng, order, 0.0, up=True)
+    other = side(rng, opposite, rng.choice([0.0, 0.1]), up=False)
     facing, even = passes(one, other, rng)
     assert facing.met.all() and np.allclose(even, 1.0, atol=1e-12)
 
@@ -161,7 +159,8 @@ def test_arcs_pass_force_and_moment(seed, order, opposite, swapped):
     rng = np.random.default_rng(seed)
     pin, hole = circle(rng, order, 0.99, hole=False), circle(rng, opposite, 1.0, hole=True)
     facing, even = passes(*((hole, pin) if swapped else (pin, hole)), rng)
-    assert facing.met.all() and np.allclose(
+    assert facing.met.all()
+    assert np.allclose(
         even, 1.0 / 0.99 if swapped else 0.99, atol=0.03 if order and opposite else 0.15
     )
 
@@ -170,10 +169,8 @@ def test_arcs_pass_force_and_moment(seed, order, opposite, swapped):
 @given(SEEDS, st.integers(0, 3), st.integers(0, 3))
 def test_plane_faces_pass_force_moment_and_constants(seed, order, opposite):
     rng = np.random.default_rng(seed)
-    one, other = (
-        square(rng, order, 0.0, up=True),
-        square(rng, opposite, rng.choice([0.0, 0.1]), up=False),
-    )
+    one = square(rng, order, 0.0, up=True)
+    other = square(rng, opposite, rng.choice([0.0, 0.1]), up=False)
     facing, even = passes(one, other, rng)
     assert facing.met.all() and np.allclose(even, 1.0, atol=1e-11)
 
@@ -209,11 +206,8 @@ def test_faces_that_match_pass_values_on_as_they_are(order):
         )
     for one, other in pairs:
         facing = face(one, "face", other, "face", None)
-        assert (
-            facing.matched
-            and np.all(facing.values.data == 1.0)
-            and np.all(np.diff(facing.values.indptr) == 1)
-        )
+        assert facing.matched and np.all(facing.values.data == 1.0)
+        assert np.all(np.diff(facing.values.indptr) == 1)
         assert np.allclose(facing.loads.data, 1.0, atol=1e-14)
 
 
@@ -225,9 +219,8 @@ def test_what_lies_behind_is_not_faced():
     none = np.zeros(len(corners), dtype=np.int64)
     both = SurfaceMesh(corners, none + 1, none, ("face",))
     facing, even = passes(square(rng, 1, 0.0, up=True), both, rng)
-    assert np.allclose(facing.distance, 0.1) and np.allclose(
-        even[both.x[:, 2] < 0.3], 1.0, atol=1e-12
-    )
+    assert np.allclose(facing.distance, 0.1)
+    assert np.allclose(even[both.x[:, 2] < 0.3], 1.0, atol=1e-12)
     assert not even[both.x[:, 2] > 0.3].any()
 
 
@@ -339,9 +332,8 @@ def test_the_far_side_of_a_ball_is_not_met():
     above, below = (replace(ball, part=0 * ball.part, part_names=("face",)) for ball in balls)
     facing = face(above, "face", below, "face", None)
     assert np.all(facing.met == (facing.distance < 10.0)) and facing.met.any()
-    assert np.all(
-        above.x[facing.secondary][facing.met, 2] < 2.1
-    ) and facing.distance.min() == pytest.approx(0.1, abs=0.1)
+    assert np.all(above.x[facing.secondary][facing.met, 2] < 2.1)
+    assert facing.distance.min() == pytest.approx(0.1, abs=0.1)
     own, opposite = above.faces("face")[1], below.faces("face")[1]
     segments = own.segments(opposite, above.order, below.order, None)
     assert own.at(segments.face, segments.place)[0][:, 2].max() < 2.1

@@ -167,10 +167,8 @@ def test_a_key_may_be_given_a_name(tmp_path):
     )
     given = '"boundary.2.value.0" = "push"\nrho = "start"'
     sweep = read_sweep(sweep_file(tmp_path, text.format(given)))
-    assert (
-        sweep.coordinate_names == ["problem", "push", "start"]
-        and sweep.ids[1] == "example1-push400-rho2"
-    )
+    assert sweep.coordinate_names == ["problem", "push", "start"]
+    assert sweep.ids[1] == "example1-push400-rho2"
     mistakes = {
         'omega = "x"': "method.omega does not vary",
         'rho = "two words"': "names",

@@ -124,11 +124,9 @@ def test_any_coordinates_down_and_across_average_the_rest(table):
 
 def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
     (means,) = make_tables(table, ["problem"], ["element_size"], "max_u_t")
-    values, problem, h = (
-        table.numbers("max_u_t"),
-        np.array(table.values("problem")),
-        table.numbers("element_size"),
-    )
+    values = table.numbers("max_u_t")
+    problem = np.array(table.values("problem"))
+    h = table.numbers("element_size")
     expected = np.nanmean(values[(problem == "example1") & (h == 0.2)])
     assert means.cells[("example1",), (0.2,)].ours == pytest.approx(expected, rel=1e-14)
     assert means.text(("example1",), (0.2,)) == f"{expected:.5g}"

@@ -36,12 +36,10 @@ def parts_of(sizes, case, prepare, teams):
 def dealt_out(folder, parts, group, case, prepare, teams):
     """What each team computes on a clock of its own: the team that is free first claims next. Its
     batches and its time."""
-    counters, batches, clocks, holds = (
-        Counters(folder),
-        [[] for _ in range(teams)],
-        np.zeros(teams),
-        [-1] * teams,
-    )
+    counters = Counters(folder)
+    batches = [[] for _ in range(teams)]
+    clocks = np.zeros(teams)
+    holds = [-1] * teams
     claims = [dealt(parts, counters) for _ in range(teams)]
     busy = set(range(teams))
     while busy:

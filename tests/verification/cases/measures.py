@@ -100,10 +100,8 @@ def _edges(solution, pair, state, step):
     """First and last end, along the secondary, of what is closed or sticks, as points (2, d)."""
     found, _ = _of_pair(solution, pair, step)
     order = np.argsort(found.arc_length)
-    s, inside = (
-        found.arc_length[order],
-        found.state[order] != 2 if state == "closed" else found.state[order] == 0,
-    )
+    s = found.arc_length[order]
+    inside = found.state[order] != 2 if state == "closed" else found.state[order] == 0
     states = np.where(inside, 1, 2) if state == "closed" else np.where(inside, 0, 1)
     p, q, bound, gap, moved = (
         values[order]

@@ -192,21 +192,17 @@ def test_cavities_of_curved_cells_point_inward() -> None:
     inner = icosphere(1)
     mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner[:, [0, 2, 1, 5, 4, 3]]}), 2)
     outward = np.sum(mesh.normal * mesh.x, axis=1)
-    assert np.all(outward[mesh.nodes_of("inner")] < 0.0) and np.all(
-        outward[mesh.nodes_of("outer")] > 0.0
-    )
+    assert np.all(outward[mesh.nodes_of("inner")] < 0.0)
+    assert np.all(outward[mesh.nodes_of("outer")] > 0.0)
 
 
 def test_results_keep_curved_panels(tmp_path: Path) -> None:
     solution = lame(tmp_path, 1)
     petcontact.write_solution(tmp_path / "r.h5", solution)
-    mesh, again = (
-        solution.meshes["shell"],
-        petcontact.read_result(tmp_path / "r.h5").meshes["shell"],
-    )
-    assert np.array_equal(mesh.middles, again.middles, equal_nan=True) and np.allclose(
-        mesh.x, again.x, atol=1e-15
-    )
+    mesh = solution.meshes["shell"]
+    again = petcontact.read_result(tmp_path / "r.h5").meshes["shell"]
+    assert np.array_equal(mesh.middles, again.middles, equal_nan=True)
+    assert np.allclose(mesh.x, again.x, atol=1e-15)
 
 
 def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
@@ -230,10 +226,8 @@ def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
     assert solution.converged and mesh.n_elements == 96
     assert abs(mesh.weight.sum() / (4.0 * np.pi) - 1.0) < 1e-4
     pressed = pair.pressure > 0.0
-    assert (
-        np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35)
-        and np.count_nonzero(pressed) >= 4
-    )
+    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35)
+    assert np.count_nonzero(pressed) >= 4
     resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
     assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)
 

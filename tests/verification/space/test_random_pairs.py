@@ -61,17 +61,13 @@ def posed(seed, folder):
     loads alone."""
     draw = np.random.default_rng(seed)
     kind = str(draw.choice(["box", "gmsh", "gmsh", "sphere", "standing", "lying"]))
-    law, orders, young = (
-        str(draw.choice(LAWS)),
-        draw.integers(3, size=2).tolist(),
-        float(10.0 ** draw.uniform(-2, 2)),
-    )
+    law = str(draw.choice(LAWS))
+    orders = draw.integers(3, size=2).tolist()
+    young = float(10.0 ** draw.uniform(-2, 2))
     geometry, size, facing, loaded, gap = shape(kind, draw, folder, SIZES[orders[1]])
-    press, mu, depth = (
-        0.01 * min(1.0, young),
-        float(draw.uniform(0.2, 0.6)),
-        float(draw.uniform(0.01, 0.03)),
-    )
+    press = 0.01 * min(1.0, young)
+    mu = float(draw.uniform(0.2, 0.6))
+    depth = float(draw.uniform(0.01, 0.03))
     upper = {
         "name": "upper",
         "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
