@@ -77,15 +77,15 @@ def eliminated(
     check_memory(*_sizes(discrete, dense))
     for b in dense:
         bodies[b] = eliminated_alone(discrete, b, comm)
-    found = [body for body in bodies if body is not None]
+    complete = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
     join: Any = None
-    if any(body.is_solved_jointly for body in found):
+    if any(body.is_solved_jointly for body in complete):
         from ..compliance.hierarchical.body import joined
 
         join = joined
-    return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
+    return BodiesSystem(complete, discrete.interfaces, x, centres, comm, cases, join)
 
 
 def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Callable[[float], None]:

@@ -334,9 +334,9 @@ def _of(
 def _named(name: str, there: dict[str, Any]) -> Array:
     if name not in there:
         raise InputError(f"no operator {name!r}; there are {', '.join(there)}")
-    found = there[name]()
-    if found is None:
+    matrix = there[name]()
+    if matrix is None:
         raise InputError(
             f"{name}: the body is compressed; take its products, or bem.mat_type = 'dense'"
         )
-    return np.asarray(found)
+    return np.asarray(matrix)

@@ -93,8 +93,8 @@ class CondensedBody:
         ]
         lines.append("*MATRIX INPUT, NAME=PETCONTACT, TYPE=SYMMETRIC")
         for row, column in zip(*np.tril_indices(len(stiffness)), strict=True):
-            place = (row // d + 1, row % d + 1, column // d + 1, column % d + 1)
-            lines.append(f"{', '.join(map(str, place))}, {float(stiffness[row, column])!r}")
+            entry = (row // d + 1, row % d + 1, column // d + 1, column % d + 1)
+            lines.append(f"{', '.join(map(str, entry))}, {float(stiffness[row, column])!r}")
         return "\n".join([*lines, "*MATRIX ASSEMBLE, STIFFNESS=PETCONTACT", ""])
 
 
@@ -147,7 +147,7 @@ def condensed_body(
         raise InputError(f"body {name!r} is in no contact")
     faces = [_free_face(mesh, number, part) for part in parts]
     meshes = list(solution.meshes.values())
-    data = [boundary_data(problem, b, other, faces) for b, other in enumerate(meshes)]
+    data = [boundary_data(problem, b, body_mesh, faces) for b, body_mesh in enumerate(meshes)]
     _check_steps(problem, number, mesh, faces, data[number])
     data, law = add_volume_loads(problem, meshes, data), Tresca(np.zeros(0), mesh.components - 1)
     discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
@@ -172,8 +172,8 @@ def _check_steps(
 ) -> None:
     """Refuse a body of which a later step holds or frees other components than the first one."""
     for step in range(2, len(problem.step) + 1):
-        known = boundary_data(problem, number, mesh, faces, step).traction_known
-        if not np.array_equal(known, first.traction_known):
+        traction_known = boundary_data(problem, number, mesh, faces, step).traction_known
+        if not np.array_equal(traction_known, first.traction_known):
             raise InputError(
                 f"body {problem.body[number].name!r}: step {step} holds what is free before, or "
                 "the other way round; a superelement has one compliance: condense the problem of "

@@ -87,7 +87,7 @@ class Ladder:
     rougher: float
     milder: Level
 
-    def to(self, accuracy: float) -> tuple[Level, ...]:
+    def reaching(self, accuracy: float) -> tuple[Level, ...]:
         """Return the levels for a wanted accuracy."""
         if accuracy < self.rough:
             return self.levels

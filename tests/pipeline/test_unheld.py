@@ -169,7 +169,7 @@ def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
         [increment.system.apply(one.reshape(4, 2)).ravel() for one in np.eye(8)]
     ).T
     for factor, count in ((0.05, 1), (0.1, 0)):
-        system = increment.to(factor).system
+        system = increment.ending_at(factor).system
         assert (
             sum(
                 solves(system, compliance, 0.05, sets)

@@ -103,7 +103,7 @@ def short_of(
     """
     if trouble and strategy.asked and not strategy.exhausted:
         return trouble
-    known = (
+    reached = (
         f"the error is estimated to be {estimate:.2g}"
         if math.isfinite(estimate)
         else "the error is not known"
@@ -115,4 +115,4 @@ def short_of(
             f"{', '.join(f'{d:.1e}' for d in strategy.differences[-3:])}"
         )
     where += f"; {differ}" if differ else ""
-    return f"{known}, {accuracy:g} was wanted: {where}"
+    return f"{reached}, {accuracy:g} was wanted: {where}"

@@ -48,30 +48,28 @@ class Difference:
 class Ends(NamedTuple):
     """Arc lengths along a part at which tractions may be infinite, and its length [length]."""
 
-    places: Array
+    arc_lengths: Array
     length: float
 
 
-def difference(
-    coarse: Solution, fine: Solution, places: dict[str, Ends] | None = None
-) -> Difference:
+def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = None) -> Difference:
     """Return the difference of tractions at the nodes of that solution which has more of them.
 
     A first mesh that has seen no edges may have smaller elements than the next one, which shows at
-    its own nodes only. `places` are the singular points from `fading_places`.
+    its own nodes only. `ends` are the singular points from `fading_places`.
     """
-    places = fading_places(fine.problem) if places is None else places
+    ends = fading_places(fine.problem) if ends is None else ends
     inside = whole = 0.0
     growing: dict[str, dict[float, float]] = {}
     for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name in fine_step.pairs:
             both = [(coarse, coarse_step.pairs[name]), (fine, fine_step.pairs[name])]
-            both.sort(key=lambda each: len(each[1].weight))
+            both.sort(key=lambda solved: len(solved[1].weight))
             (fewer, old), (_, pair) = both
             mesh = as_curve(fewer.meshes[fewer.sides[name][0]])
             to_more = _interpolation(mesh, fewer.sides[name][1], fewer.nodes[name], pair.arc_length)
             change = to_more @ _tractions(old) - _tractions(pair)
-            near, fade = _fading(pair, places[name])
+            near, fade = _fading(pair, ends[name])
             weight = pair.weight * fade**2
             size, size_whole = (float(np.sqrt(w @ pair.size**2)) for w in (weight, pair.weight))
             if size == 0.0:
@@ -80,9 +78,9 @@ def difference(
             inside = max(inside, float(np.sqrt((fade**2 @ square).max())) / size)
             whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
             before, after = (
-                _peaks(step.pairs[name], places[name]) for step in (coarse_step, fine_step)
+                _peaks(step.pairs[name], ends[name]) for step in (coarse_step, fine_step)
             )
-            for k, s in enumerate(places[name].places.tolist()):
+            for k, s in enumerate(ends[name].arc_lengths.tolist()):
                 if after[k] > GROWS * before[k]:
                     around = (near == k) & (fade < 1.0)
                     share = float(np.sqrt(square[around].sum(axis=0).max())) / size_whole
@@ -133,18 +131,18 @@ def displacement_scale(solution: Solution) -> float:
     return max(slip, LEAST_SLIP * whole) or 1.0
 
 
-def apart_on_one_mesh(solution: Solution, other: Solution) -> float:
+def apart_on_one_mesh(solution: Solution, second: Solution) -> float:
     """Return the relative L2 difference of two solutions on one mesh, the largest over step ends
     [-].
 
     It is that of u_t in the paper's problem, else that of p and q over all interfaces.
     """
-    if other.kind == "bilateral":
-        change = other.contact.u_t - solution.contact.u_t
-        square = float(other.contact.weight @ np.sum(change**2, axis=1))
-        return math.sqrt(square) / displacement_scale(other)
+    if second.kind == "bilateral":
+        change = second.contact.u_t - solution.contact.u_t
+        square = float(second.contact.weight @ np.sum(change**2, axis=1))
+        return math.sqrt(square) / displacement_scale(second)
     worst = 0.0
-    for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
+    for one, two in zip(step_ends(solution.steps), step_ends(second.steps), strict=True):
         for name, pair in two.pairs.items():
             old, size = one.pairs[name], float(np.sqrt(pair.weight @ pair.size**2)) or math.inf
             shear = np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1)
@@ -160,7 +158,9 @@ def fading_places(problem: Problem) -> dict[str, Ends]:
     return {
         side.name: Ends(
             singular_places(outlines[side.body], side.part, pressed[side.body]),
-            sum(one.length for one in outlines[side.body].sides if one.part == side.part),
+            sum(
+                segment.length for segment in outlines[side.body].sides if segment.part == side.part
+            ),
         )
         for side in problem.interfaces
     }
@@ -171,9 +171,9 @@ def _fading(pair: PairResult, ends: Ends) -> tuple[Index, Array]:
 
     The factor falls from 1 to 0 towards the point over the share FADE of the part.
     """
-    if len(ends.places) == 0:
+    if len(ends.arc_lengths) == 0:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
-    apart = np.abs(pair.arc_length[:, None] - ends.places[None])
+    apart = np.abs(pair.arc_length[:, None] - ends.arc_lengths[None])
     return apart.argmin(axis=1), np.minimum(1.0, apart.min(axis=1) / (FADE * ends.length))
 
 
@@ -182,7 +182,8 @@ def _peaks(pair: PairResult, ends: Ends) -> list[float]:
     near, fade = _fading(pair, ends)
     size = np.abs(_tractions(pair)).max(axis=1)
     return [
-        float(size[(near == k) & (fade < 1.0)].max(initial=0.0)) for k in range(len(ends.places))
+        float(size[(near == k) & (fade < 1.0)].max(initial=0.0))
+        for k in range(len(ends.arc_lengths))
     ]
 
 

@@ -65,11 +65,11 @@ class FirstMeshes:
         self.plain, self.thin = dict[int, SurfaceMesh](), dict[int, float]()
 
     def mesh(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, nodes: float
+        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, nodes: float
     ) -> SurfaceMesh:
         """Return the first mesh of a body; a thin body may have about `nodes` nodes."""
         if not self._soft:
-            return self._own(number, one(), boundary, nodes)
+            return self._own(number, single_problem(), boundary, nodes)
         self._all = self._all or self._of_all(nodes)
         return self._all[number]
 
@@ -108,32 +108,32 @@ class FirstMeshes:
         )
 
 
-def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Problem:
+def first_options(single: Problem, boundary: Boundary, *, bilateral: bool) -> Problem:
     """Return the body's problem with the options of its first mesh.
 
     The order is 2 for u_t, which is smooth. Otherwise it is 1, which is as accurate for the same
     number of nodes and cheaper.
     """
-    if not one.mesh.automatic:
-        return one
+    if not single.mesh.automatic:
+        return single
     options: dict[str, Any] = {"order": 2 if bilateral else 1}
-    touching = [c.part for c in one.boundary if isinstance(c, Contact)]
-    options |= _first_sizes(boundary, one, touching)
-    return one.model_copy(update={"mesh": MeshOptions(**options)})
+    touching = [c.part for c in single.boundary if isinstance(c, Contact)]
+    options |= _first_sizes(boundary, single, touching)
+    return single.model_copy(update={"mesh": MeshOptions(**options)})
 
 
 @functools.singledispatch
-def _first_sizes(boundary: Any, one: Problem, touching: list[str]) -> dict[str, Any]:
+def _first_sizes(boundary: Any, single: Problem, touching: list[str]) -> dict[str, Any]:
     """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}
-    usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+    usual = mesh_of(single.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
     areas = [usual.weight[usual.nodes_of(part)].sum() for part in touching]
     return {"element_size": math.sqrt(min(areas) / ROUND)}
 
 
 @_first_sizes.register
-def _(boundary: BoxSurface, one: Problem, touching: list[str]) -> dict[str, Any]:
+def _(boundary: BoxSurface, single: Problem, touching: list[str]) -> dict[str, Any]:
     extent = boundary.upper - boundary.lower
     longest = LONGEST * float(extent.min())
     area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
@@ -143,14 +143,14 @@ def _(boundary: BoxSurface, one: Problem, touching: list[str]) -> dict[str, Any]
 
 
 def thick_enough(
-    one: Problem, boundary: Boundary, mesh: SurfaceMesh, nodes: float
+    single: Problem, boundary: Boundary, mesh: SurfaceMesh, nodes: float
 ) -> tuple[SurfaceMesh, float]:
     """Return the first mesh with panels that are small next to the thickness, and their entry of
     MULTIPLES.
 
     Parameters
     ----------
-    one : Problem
+    single : Problem
         The body with the options of its first mesh.
     boundary : Boundary
         The surface onto which cut panels are projected.
@@ -170,12 +170,12 @@ def thick_enough(
     if needed[-1] > nodes or not slender(mesh, multiple).any():
         return mesh, multiple
     # choose the first size such that repeated halving ends just below the limit
-    worst, size = float(ratio.max()) / multiple, one.mesh.element_size
+    worst, size = float(ratio.max()) / multiple, single.mesh.element_size
     assert size is not None
-    options = one.mesh.model_copy(
+    options = single.mesh.model_copy(
         update={"element_size": size / (worst / 2.0 ** math.floor(math.log2(worst)))}
     )
-    mesh = as_surface(mesh_of(one.model_copy(update={"mesh": options}), boundary))
+    mesh = as_surface(mesh_of(single.model_copy(update={"mesh": options}), boundary))
     while (over := slender(mesh, multiple)).any():
         mesh = cut(mesh, over, boundary)
     return mesh, multiple

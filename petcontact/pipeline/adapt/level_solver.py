@@ -127,8 +127,10 @@ class LevelSolver:
         self.missed = 0.0
         self._release()
 
-        def make(number: int, one: Callable[[], Problem], boundary: Boundary) -> BoundaryMesh:
-            made = strategy.refine(number, one, boundary, level)
+        def make(
+            number: int, single_problem: Callable[[], Problem], boundary: Boundary
+        ) -> BoundaryMesh:
+            made = strategy.refine(number, single_problem, boundary, level)
             self.missed = max(self.missed, made.missed)
             mesh: BoundaryMesh = made.mesh
             return mesh

@@ -134,7 +134,7 @@ class AdaptiveSolve:
             self.broken_off = True
             return True, f"{solution.reason} {AFTER}"
         finer = self.strategy.mark_failed(solution)
-        if not finer and any(each.converged for each in self.solutions):
+        if not finer and any(earlier.converged for earlier in self.solutions):
             return True, f"{solution.reason} {AFTER}"
         self._keep(solution)
         return not finer, ""
@@ -271,7 +271,7 @@ def adapt(
 def _finished(
     work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float
 ) -> Solution:
-    strategy, shown = work.strategy, any(each.converged for each in work.solutions)
+    strategy, shown = work.strategy, any(solved.converged for solved in work.solutions)
     estimate = max(strategy.estimate, work.left) if shown else math.inf
     if math.isinf(estimate) and solution.accuracy.is_known:
         estimate = solution.accuracy.error
@@ -280,7 +280,9 @@ def _finished(
         wanted=accuracy,
         error=estimate if carries_something(solution) else solution.accuracy.error,
         differences=strategy.differences,
-        elements=[sum(mesh.n_elements for mesh in each.meshes.values()) for each in work.solutions],
+        elements=[
+            sum(mesh.n_elements for mesh in solved.meshes.values()) for solved in work.solutions
+        ],
         **(strategy.shown() if shown else {}),
     )
     reason, findings = solution.reason, list[Finding]()
@@ -294,7 +296,7 @@ def _finished(
             reason += f"; {strategy.exhausted}"
     timings: dict[str, float] = {}
     for seconds_of in {
-        id(each.timings): each.timings for each in (*work.solutions, solution)
+        id(solved.timings): solved.timings for solved in (*work.solutions, solution)
     }.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
@@ -314,8 +316,8 @@ def _before_last(work: AdaptiveSolve) -> Solution | None:
     None."""
     *before, last = work.solutions
     chain: Solution | None = None
-    for each in [each for each in before if each.converged][-2:] if last.converged else []:
-        chain = replace(each, coarser=chain)
+    for solved in [solved for solved in before if solved.converged][-2:] if last.converged else []:
+        chain = replace(solved, coarser=chain)
     return chain
 
 

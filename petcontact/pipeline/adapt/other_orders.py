@@ -29,7 +29,7 @@ SURE = 1.6
 than in the limit [-]."""
 
 
-def share(order: int, other: int, exponent: float) -> float:
+def share(order: int, changed_order: int, exponent: float) -> float:
     """Return the error over the change by another order, for an error that falls as (p + 1)^-4λ.
 
     The errors of energies fall so where displacements behave like r^λ at the ends of elements. The
@@ -49,7 +49,7 @@ def share(order: int, other: int, exponent: float) -> float:
     >>> [round(share(order, other, 0.6), 2) for order, other in ((2, 1), (3, 2), (2, 3))]
     [0.61, 1.01, 2.01]
     """
-    return 1.0 / abs(math.pow((order + 1.0) / (other + 1.0), 4.0 * exponent) - 1.0)
+    return 1.0 / abs(math.pow((order + 1.0) / (changed_order + 1.0), 4.0 * exponent) - 1.0)
 
 
 def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
@@ -80,16 +80,16 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
         share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)
     ]
     changed = [
-        other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, each)
-        for mesh, each in zip(meshes, shares, strict=True)
+        other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, factor)
+        for mesh, factor in zip(meshes, shares, strict=True)
     ]
     compared = _converged(solved_on, changed)
     if compared is None:
         return math.nan
     return max(
-        SURE * each * _changed_by(solution, compared, name, ends)
+        SURE * factor * _changed_by(solution, compared, name, ends)
         for ends in zip(step_ends(solution.steps), step_ends(compared.steps), strict=True)
-        for name, each in zip(solution.meshes, shares, strict=True)
+        for name, factor in zip(solution.meshes, shares, strict=True)
     )
 
 
@@ -102,21 +102,21 @@ def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
 
 
 def _changed_by(
-    solution: Solution, other: Solution, name: str, ends: tuple[StepResult, StepResult]
+    solution: Solution, compared: Solution, name: str, ends: tuple[StepResult, StepResult]
 ) -> float:
     """Return the relative L2 difference of two solutions on a body at the end of a step [-].
 
     It is that of u_t in bilateral contact, else that of u.
     """
     both = [
-        (as_surface(each.meshes[name]), end.bodies[name].u)
-        for each, end in zip((solution, other), ends, strict=True)
+        (as_surface(solved.meshes[name]), end.bodies[name].u)
+        for solved, end in zip((solution, compared), ends, strict=True)
     ]
     size = _norm(both[0][0].weight, both[0][1])
-    (lower, u), (mesh, finer) = sorted(both, key=lambda each: int(each[0].order.max()))
+    (lower, u), (mesh, finer) = sorted(both, key=lambda solved: int(solved[0].order.max()))
     nodes, apart = np.arange(mesh.n_nodes), lower.basis_at(mesh.element, mesh.places) @ u - finer
     if solution.kind == "bilateral":
-        nodes, size = other.contact.nodes, displacement_scale(solution)
+        nodes, size = compared.contact.nodes, displacement_scale(solution)
         apart = apart - np.sum(apart * mesh.normal, axis=1, keepdims=True) * mesh.normal
     return _norm(mesh.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0
 

@@ -118,9 +118,9 @@ def _axis_ends(outline: Outline, part: str) -> list[tuple[int, int]]:
 
 
 def _add_switches(pressed: PressedSides, outline: Outline, side: PosedInterface) -> None:
-    for k, (each, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
-        if each.part == side.part:
-            rough = gap_switches(side.law.gap, each, offset)
+    for k, (segment, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
+        if segment.part == side.part:
+            rough = gap_switches(side.law.gap, segment, offset)
             for arcs, fractions in zip((pressed.kinks, pressed.inner), rough, strict=True):
                 arcs.setdefault(k, []).extend(_inner(outline, k, fractions))
 
@@ -137,7 +137,7 @@ def singular_places(outline: Outline, part: str, pressed: PressedSides) -> Array
     ):
         if side.part == part:
             arcs += [
-                start + at for at, corner in zip((0.0, side.length), ends, strict=True) if corner
+                start + s for s, corner in zip((0.0, side.length), ends, strict=True) if corner
             ]
-            arcs += [start + at for at in pressed.inner.get(k, [])]
+            arcs += [start + s for s in pressed.inner.get(k, [])]
     return np.unique(arcs)

@@ -53,11 +53,11 @@ class EllipticContacts:
     def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
         self._surfaces = [shape if shape.known else None for shape in problem.boundaries]
         faces = {side.name: side.ends for side in problem.interfaces}
-        every = [face for both in faces.values() for face in both]
+        ends = [face for both in faces.values() for face in both]
         self._faces = {
             name: both
             for name, both in faces.items()
-            if all(self._surfaces[body] and every.count((body, part)) == 1 for body, part in both)
+            if all(self._surfaces[body] and ends.count((body, part)) == 1 for body, part in both)
         }
         self.first = first
         self._made = {name: list[tuple[int, Zone]]() for name in self._faces}

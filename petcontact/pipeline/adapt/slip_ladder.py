@@ -75,10 +75,10 @@ class Slip:
     @property
     def levels(self) -> tuple[Level, ...]:
         """The levels of `SLIP_LADDER` that the wanted accuracy needs."""
-        return SLIP_LADDER.to(self.wanted)
+        return SLIP_LADDER.reaching(self.wanted)
 
     def refine(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
+        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
         """Return a mesh that is graded to the transition points of the last solution.
 
@@ -88,7 +88,7 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            posed = one()
+            posed = single_problem()
             outline = as_outline(boundary, "--adapt").joined
             self._body = Body.from_problem(posed, outline).with_powers()
             check_compatible(self._body.outline, posed)
@@ -267,8 +267,8 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
         line = next(lines)
         # an extrapolated point is kept between the two nodes that it separates
         points = [
-            min(max(at, float(line.s[cut - 1])), float(line.s[cut]))
-            for at, cut in zip(line.transitions, line.cuts.tolist(), strict=True)
+            min(max(s, float(line.s[cut - 1])), float(line.s[cut]))
+            for s, cut in zip(line.transitions, line.cuts.tolist(), strict=True)
         ]
         ends = [0.0, *points, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
@@ -288,8 +288,8 @@ def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, floa
     """Return the distance of both ends of each zone from the nearest end on a coarser mesh
     [length]."""
 
-    def moved(part: str, at: float) -> float:
+    def moved(part: str, s: float) -> float:
         ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]
-        return min((abs(at - end) for end in ends), default=0.0)
+        return min((abs(s - end) for end in ends), default=0.0)
 
     return [(moved(zone.part, zone.start), moved(zone.part, zone.end)) for zone in zones]

@@ -62,7 +62,7 @@ class Strategy(Protocol):
         ...
 
     def refine(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Any
+        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Any
     ) -> LevelMesh:
         """Return the next mesh of the body `number`, by the marks and the level."""
         ...

@@ -113,7 +113,9 @@ class TailErrors:
         steps = [failed] if failed is not None else step_ends(self.solution.steps)
         result: list[list[tuple[Array, float]]] = [[] for _ in self.meshes]
         for step, gap, side in (
-            (step, *each) for step in steps for each in zip(self._gaps, self._sides, strict=True)
+            (step, *gap_and_side)
+            for step in steps
+            for gap_and_side in zip(self._gaps, self._sides, strict=True)
         ):
             if gap is not None and self.solution.kind != "bilateral":
                 result[side.body].append(gap.overlaps(step.pairs[side.name]))
@@ -129,7 +131,7 @@ class TailErrors:
             result.append(self._data.squares(number, step.step, contact))
         return result
 
-    def along(self) -> list[Array]:
+    def directional_squares(self) -> list[Array]:
         """Return the squared tails along both coordinates of elements, (n_elements, 2) for each
         body [stress²].
 
@@ -142,7 +144,9 @@ class TailErrors:
         for number, (gap, side) in enumerate(zip(self._gaps, self._sides, strict=True)):
             if gap is not None:
                 square = np.sum([self.gap_squares(step, number) for step in ends], axis=0)
-                result[side.body] += gap.along * (square / self._sizes[side.body] ** 2)[:, None]
+                result[side.body] += (
+                    gap.directional_shares * (square / self._sizes[side.body] ** 2)[:, None]
+                )
         return result
 
     def error(self, other_faces: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
@@ -212,7 +216,7 @@ class TailErrors:
             np.bincount(element, weight * error**2, mesh.n_elements) for error in _errors(pair)
         )
         square = max(float(np.maximum(of_p, rough).sum()), float(of_q.sum()))
-        square += sum(float(each.sum()) for each in self.data_squares(step))
+        square += sum(float(squares.sum()) for squares in self.data_squares(step))
         error = math.sqrt(square / size)
         even = error if _is_even(pair, weight) else 0.0
         return error, even, math.sqrt(float(rough.sum()) / size)

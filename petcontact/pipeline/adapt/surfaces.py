@@ -82,7 +82,7 @@ class PanelTails:
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
     def refine(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int
+        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: int
     ) -> LevelMesh:
         """Return the first mesh of a body, from the config if it names one; later the refined
         mesh."""
@@ -90,7 +90,7 @@ class PanelTails:
             bodies = len(self._problem.body)
             return LevelMesh(
                 self._first.mesh(
-                    number, one, boundary, budget_of(bodies, self.asked).nodes / bodies
+                    number, single_problem, boundary, budget_of(bodies, self.asked).nodes / bodies
                 ),
                 0.0,
             )
@@ -113,18 +113,18 @@ class PanelTails:
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted and not self._follows(solution):
             steps = step_ends(solution.steps)
-            every = [self._squares(errors, step) for step in steps]
-            square = [np.sum(each, axis=0) for each in zip(*every, strict=True)]
-            counts = np.cumsum([0, *map(len, square)])
-            marked = largest(np.concatenate(square), SHARE)
-            meshes, along = errors.meshes, errors.along()
+            by_step = [self._squares(errors, step) for step in steps]
+            by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
+            counts = np.cumsum([0, *map(len, by_body)])
+            marked = largest(np.concatenate(by_body), SHARE)
+            meshes, squares = errors.meshes, errors.directional_squares()
             own = [marked[a:b] for a, b in itertools.pairwise(counts)]
-            raised = [each & smooth for each, smooth in zip(own, errors.smooth(), strict=True)]
+            raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
             self._refine(
                 solution,
                 [
-                    halved(mesh, each & ~higher, tails)
-                    for mesh, each, higher, tails in zip(meshes, own, raised, along, strict=True)
+                    halved(mesh, mask & ~higher, tails)
+                    for mesh, mask, higher, tails in zip(meshes, own, raised, squares, strict=True)
                 ],
                 raised,
             )
@@ -225,13 +225,13 @@ class PanelTails:
             )
         ]
         whole, in_contact = (
-            sum(each.sum() for each in elsewhere),
-            sum(each.sum() for each in square),
+            sum(values.sum() for values in elsewhere),
+            sum(values.sum() for values in square),
         )
         share = min(1.0 / min(norms), in_contact / whole) if whole > 0.0 else 0.0
         data = np.concatenate(errors.data_squares(step)) / min(norms)
-        every = np.concatenate(square) + share * np.concatenate(elsewhere) + data
-        return np.split(every, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
+        total = np.concatenate(square) + share * np.concatenate(elsewhere) + data
+        return np.split(total, np.cumsum([mesh.n_elements for mesh in meshes])[:-1])
 
     def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
         """Return which elements of each body are in a contact part, or face such elements."""
@@ -301,8 +301,8 @@ class PanelTails:
         """
         more = self._within(meshes, small) if small else self._at_rims(meshes, marked)
         return [
-            mask | (wider_than(mesh, spots) & each.any(axis=1, keepdims=True))
-            for mask, mesh, spots, each in zip(more, meshes, overlaps, marked, strict=True)
+            mask | (wider_than(mesh, spots) & panels.any(axis=1, keepdims=True))
+            for mask, mesh, spots, panels in zip(more, meshes, overlaps, marked, strict=True)
         ]
 
     @staticmethod
@@ -345,7 +345,7 @@ class PanelTails:
     def _with_opposite(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
         """Return the marks with those of panels of primaries that face marked, smaller ones."""
         vectors, marked = [sides(mesh) for mesh in meshes], [mask.copy() for mask in marked]
-        lengths = [np.linalg.norm(each, axis=2) for each in vectors]
+        lengths = [np.linalg.norm(edges, axis=2) for edges in vectors]
         for side in self._sides:
             if side.primary is not None:
                 b = side.primary[0]

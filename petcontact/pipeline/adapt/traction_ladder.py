@@ -81,14 +81,14 @@ class Tractions:
     @property
     def levels(self) -> tuple[Level, ...]:
         """The levels of `CONTACT_LADDER` that the wanted accuracy needs."""
-        return CONTACT_LADDER.to(self.wanted)
+        return CONTACT_LADDER.reaching(self.wanted)
 
     def refine(
-        self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level
+        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Level
     ) -> LevelMesh:
         """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
         if number not in self._bodies:
-            posed = one()
+            posed = single_problem()
             body = Body.from_problem(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
@@ -143,7 +143,9 @@ class Tractions:
 
         It is no larger than at an edge of the contact around the point.
         """
-        widths = [width for at, width in edges if abs(at - s) <= 2.0 * width + body.closest]
+        widths = [
+            width for position, width in edges if abs(position - s) <= 2.0 * width + body.closest
+        ]
         size = body.corner_size(PUNCH, level.resolved)
         return max(min([size, *(level.edge * width for width in widths)]), FINEST * body.scale)
 
@@ -205,25 +207,27 @@ def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
     return replace(body, exponents=exponents, singular=singular)
 
 
-def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:
-    """Return the body with the data of all steps; `one` is the problem of this body alone."""
+def with_later_data(body: Body, problem: Problem, number: int, single: Problem) -> Body:
+    """Return the body with the data of all steps; `single` is the problem of this body alone."""
     steps = problem.conditions(number)
     for condition in {
-        id(c): c for step in steps for c in step.values() if c not in one.boundary
+        id(c): c for step in steps for c in step.values() if c not in single.boundary
     }.values():
-        rest = tuple(given for given in one.boundary if given.part != condition.part)
-        later = fields(one.model_copy(update={"boundary": (*rest, condition)}), body.outline)
+        rest = tuple(given for given in single.boundary if given.part != condition.part)
+        later = fields(single.model_copy(update={"boundary": (*rest, condition)}), body.outline)
         on_part = [side.part == condition.part for side in body.outline.sides]
         body = _with_data(
             body, [more if is_on else [] for more, is_on in zip(later, on_part, strict=True)]
         )
-    for loads in set(loads_by_step(problem, number)) - {one.loads or NO_LOADS}:
+    for loads in set(loads_by_step(problem, number)) - {single.loads or NO_LOADS}:
         body = _with_data(
             body,
             fields(
-                one.model_copy(
+                single.model_copy(
                     update={
-                        "body": (one.body[0].model_copy(update={"loads": loads, "boundary": ()}),)
+                        "body": (
+                            single.body[0].model_copy(update={"loads": loads, "boundary": ()}),
+                        )
                     }
                 ),
                 body.outline,

@@ -140,19 +140,19 @@ class Places:
 
         Ends or corners of the faces belong to the grid.
         """
-        one, faces = _grid(self.across, self.mesh.dim - 1), len(self.faces)
-        share = np.tile(one, (faces, 1))
-        adjacent = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.across - 1)
-        looked_at = self._looked_at(np.repeat(np.arange(faces), len(one)), share)
-        return share.reshape(faces, *one.shape), *looked_at, adjacent
+        grid, faces = _grid(self.across, self.mesh.dim - 1), len(self.faces)
+        share = np.tile(grid, (faces, 1))
+        adjacent = np.abs(grid[:, None] - grid).max(axis=2) < 1.5 / (self.across - 1)
+        looked_at = self._looked_at(np.repeat(np.arange(faces), len(grid)), share)
+        return share.reshape(faces, *grid.shape), *looked_at, adjacent
 
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
         """Return the matrix (q, n) from nodal values to the given shares of faces, and the gap
         there (q,)."""
         share = 0.5 + WITHIN * (share - 0.5)
-        place, element = self.faces.spread(number, share), self.element[number]
-        return self.mesh.basis_at(element, place), self.gap_at(
-            element, place, *self.faces.at(number, place)
+        local, element = self.faces.spread(number, share), self.element[number]
+        return self.mesh.basis_at(element, local), self.gap_at(
+            element, local, *self.faces.at(number, local)
         )
 
 
@@ -185,14 +185,14 @@ def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:
     mesh = meshes[side.body]
     if side.law.gap != "geometry":
 
-        def expression(element: Index, place: Array, x: Array, normal: Array) -> Array:
-            names = mesh.variables_at(element, place)
+        def expression(element: Index, local: Array, x: Array, normal: Array) -> Array:
+            names = mesh.variables_at(element, local)
             return evaluate(side.law.gap, names, len(x), f"{side.key}.gap", otherwise=np.inf)
 
         return expression
     if side.primary is None:
-        return lambda element, place, x, normal: np.zeros(len(x))
+        return lambda element, local, x, normal: np.zeros(len(x))
     opposite = meshes[side.primary[0]].faces(side.primary[1])[1]
-    return lambda element, place, x, normal: (
+    return lambda element, local, x, normal: (
         opposite.cast(x, np.array(along(side.direction, normal))).distance
     )

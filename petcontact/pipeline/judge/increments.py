@@ -83,7 +83,7 @@ def imbalance(
     motions = mesh.motions.of(x, mesh.weight @ mesh.x / mesh.weight.sum())
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
-    each = np.einsum("ic,icr->ir", force, motions)
+    loads = np.einsum("ic,icr->ir", force, motions)
     reach = np.linalg.norm(motions, axis=1)
     arms = reach * np.linalg.norm(force, axis=1)[:, None]
     acting = (
@@ -100,7 +100,7 @@ def imbalance(
             * mesh.weight.sum()
         )
     smallest = least * reach.max(axis=0) + TINY
-    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
+    worst = float((np.abs(loads.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
         strained = max(
             body.displaced(u - body.modes @ alpha, traction),
@@ -178,4 +178,6 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
 
 def overlap_of(result: StepResult) -> Finding | None:
     """Return the overlap between nodes with which an increment was accepted, or None."""
-    return next((each for each in result.findings if each.kind == "overlap on the way"), None)
+    return next(
+        (finding for finding in result.findings if finding.kind == "overlap on the way"), None
+    )

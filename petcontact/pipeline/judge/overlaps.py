@@ -69,7 +69,7 @@ def overlaps(
     bodies: BodiesSystem,
     system: ContactSystem,
     law: ContactLaw,
-    places: list[Places | None],
+    samplings: list[Places | None],
     outcome: ContactState,
     *,
     closed: bool = False,
@@ -91,7 +91,7 @@ def overlaps(
     finding, pressed_text = None, ""
     strained = displaced_by(system, outcome.v, outcome.sigma, bodies.slices)
     scale = float(np.abs(strained).max(initial=0.0))
-    for where, interface, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
+    for where, interface, between in zip(bodies.slices, bodies.interfaces, samplings, strict=True):
         seen = np.isfinite(interface.gap)
         depth = float((forbidden - noise)[where][seen].max(initial=0.0))
         at_nodes = max(at_nodes, _share(depth, scale))
@@ -106,7 +106,7 @@ def overlaps(
         )
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > limit_of("overlap on the way") and _yields(
-            bodies, outcome, places, interface, depth
+            bodies, outcome, samplings, interface, depth
         ):
             share, depth = 0.0, 0.0
         if share > max(worst, limit_of("overlap on the way")) and position is not None:
@@ -135,7 +135,7 @@ def _text(
 def _yields(
     bodies: BodiesSystem,
     outcome: ContactState,
-    places: list[Places | None],
+    samplings: list[Places | None],
     interface: Interface,
     depth: float,
 ) -> bool:
@@ -148,7 +148,7 @@ def _yields(
             continue
         touching = [
             entry
-            for entry in zip(bodies.slices, bodies.interfaces, places, strict=True)
+            for entry in zip(bodies.slices, bodies.interfaces, samplings, strict=True)
             if number in (entry[1].body, entry[1].primary)
         ]
         carries = any(outcome.sigma[where].any() for where, *_ in touching)

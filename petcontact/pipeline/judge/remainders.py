@@ -49,20 +49,20 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
     for number in range(len(problem.body)):
         for part, condition in (c for state in problem.conditions(number) for c in state.items()):
-            for one in condition.apart if isinstance(condition, Displacement | Traction) else ():
-                key = number, type(one).__name__.lower(), part
-                share = data.left(number, part, one)[1]
+            for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
+                key = number, type(term).__name__.lower(), part
+                share = data.left(number, part, term)[1]
                 shares[key] = max(share, shares.get(key, 0.0))
-    for side, what in itertools.product(problem.interfaces, BOUNDS):
-        value = getattr(side.law, what)
+    for side, quantity in itertools.product(problem.interfaces, BOUNDS):
+        value = getattr(side.law, quantity)
         if isinstance(value, str) or callable(value):
-            samples, nodal = samples_of_law(side, meshes[side.body], what)
+            samples, nodal = samples_of_law(side, meshes[side.body], quantity)
             share = samples.share(samples.left(nodal), samples.values)
-            shares[side.body, what.replace("_", " "), side.part] = share
+            shares[side.body, quantity.replace("_", " "), side.part] = share
     return [
-        f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {what} on {part}, "
-        f"which varies within elements; use smaller elements there"
-        for (number, what, part), share in shares.items()
+        f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {quantity} on "
+        f"{part}, which varies within elements; use smaller elements there"
+        for (number, quantity, part), share in shares.items()
         if share > LARGE
     ]
 
@@ -171,7 +171,7 @@ class GapRemainder:
         return np.asarray(waves * share * rough)
 
     @functools.cached_property
-    def along(self) -> Array:
+    def directional_shares(self) -> Array:
         """Return the shares of the remainder that vary along each of the two coordinates,
         (n_elements, 2)."""
         mesh, samples = self._mesh, self._samples
@@ -199,8 +199,8 @@ def samples_of_law(side: PosedInterface, mesh: BoundaryMesh, name: str) -> tuple
     def values(names: Mapping[str, Array], count: int) -> Array:
         return evaluate(getattr(side.law, name), names, count, side.key, otherwise=0.0)[:, None]
 
-    def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
-        return values(mesh.variables_at(element, place), len(x))
+    def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
+        return values(mesh.variables_at(element, local), len(x))
 
     nodes, nodal = mesh.nodes_of(side.part), np.zeros((mesh.n_nodes, 1))
     nodal[nodes] = values(mesh.variables(nodes), len(nodes))
@@ -262,9 +262,9 @@ class DataRemainders:
         compliance = kernel_for(mesh, self._problem.body[number].material).half_space_compliance
         stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
         for part, condition in self._problem.conditions(number)[step - 1].items():
-            for one in condition.apart if isinstance(condition, Displacement | Traction) else ():
-                scale = stiff if isinstance(one, Displacement) else 1.0
-                result += scale**2 * self.left(number, part, one)[0]
+            for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
+                scale = stiff if isinstance(term, Displacement) else 1.0
+                result += scale**2 * self.left(number, part, term)[0]
         return result * faded(mesh, contact)
 
     def left(

@@ -30,7 +30,12 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     findings = [
         *problem.discrete.findings,
         *problem.discrete.of_meshes,
-        *(each for result in tried for each in result.findings if each.severity == "warning"),
+        *(
+            finding
+            for result in tried
+            for finding in result.findings
+            if finding.severity == "warning"
+        ),
         *_ignored(problem),
         *_jammed(problem, results),
         *_unlike(problem, results),
@@ -39,7 +44,7 @@ def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
         *_far(problem.discrete),
         *suspicious(problem.discrete, solution),
     ]
-    return list({str(each): each for each in findings}.values())
+    return list({str(finding): finding for finding in findings}.values())
 
 
 def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding]:

@@ -57,12 +57,12 @@ def as_posed(problem: Problem) -> SolutionData:
 
 def _loaded(discrete: Discrete) -> dict[str, BodyResult]:
     """Return all bodies without displacement, under their known tractions."""
-    found = {}
+    results = {}
     for body, data in zip(discrete.problem.body, discrete.data, strict=True):
-        known = np.where(data.traction_known, data.value[-1], 0.0)
-        traction = np.einsum("icj,ic->ij", data.frame, known)
-        found[body.name] = BodyResult(np.zeros_like(traction), traction)
-    return found
+        values = np.where(data.traction_known, data.value[-1], 0.0)
+        traction = np.einsum("icj,ic->ij", data.frame, values)
+        results[body.name] = BodyResult(np.zeros_like(traction), traction)
+    return results
 
 
 def _untouched(face: Interface, mesh: BoundaryMesh, spin: Axial) -> PairResult:

@@ -255,12 +255,14 @@ def meshed(
         functools.partial(as_problem, problem, b, boundary) for b, boundary in enumerate(boundaries)
     ]
     if like is not None:
-        for one, boundary in zip(posed, boundaries, strict=True):
-            check_compatible(boundary, one())
+        for single_problem, boundary in zip(posed, boundaries, strict=True):
+            check_compatible(boundary, single_problem())
         return boundaries, like.meshes
     own = [
-        mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])
-        for b, one in enumerate(posed)
+        mesh_of(single_problem(), boundaries[b])
+        if make_mesh is None
+        else make_mesh(b, single_problem, boundaries[b])
+        for b, single_problem in enumerate(posed)
     ]
     pairs = [
         PairParts((i.body, i.part), i.primary, i.direction, i.periodic)
@@ -284,23 +286,23 @@ def _with_volume_loads(
 
     Solutions and data of `like` are used again if the loads do not change.
     """
-    found, volumes = [], []
-    for b, (mesh, known) in enumerate(zip(meshes, data, strict=True)):
+    complete, volumes = [], []
+    for b, (mesh, mesh_data) in enumerate(zip(meshes, data, strict=True)):
         if like is not None and _loads_volume_alike(problem, like.problem, b):
             volume, at_nodes = like.volumes[b], like.data[b].volume
         else:
             volume = volume_solution(problem, b, mesh)
             at_nodes = None if volume is None else volume.on(mesh)
         volumes.append(volume)
-        posed = known if at_nodes is None else replace(known, volume=at_nodes)
-        found.append(like.data[b] if like is not None and posed.equals(like.data[b]) else posed)
-    return found, volumes
+        posed = mesh_data if at_nodes is None else replace(mesh_data, volume=at_nodes)
+        complete.append(like.data[b] if like is not None and posed.equals(like.data[b]) else posed)
+    return complete, volumes
 
 
-def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
+def _loads_volume_alike(problem: Problem, earlier: Problem, number: int) -> bool:
     """Return whether a body has the same material and volume loads in both problems."""
-    same = problem.body[number].material == other.body[number].material
-    return same and loads_by_step(problem, number) == loads_by_step(other, number)
+    same = problem.body[number].material == earlier.body[number].material
+    return same and loads_by_step(problem, number) == loads_by_step(earlier, number)
 
 
 def _check_friction_holds(
@@ -316,8 +318,8 @@ def _check_friction_holds(
     ------
     InputError
     """
-    places = slices(interfaces)
-    for b, (mesh, known, free) in enumerate(zip(meshes, data, motions, strict=True)):
-        mine = [bound[places[face.name]] for face in interfaces if face.body == b]
+    node_slices = slices(interfaces)
+    for b, (mesh, mesh_data, free) in enumerate(zip(meshes, data, motions, strict=True)):
+        bounds = [bound[node_slices[face.name]] for face in interfaces if face.body == b]
         if free.shape[2]:
-            check_held(known, mesh, np.concatenate([*mine, np.zeros(0)]))
+            check_held(mesh_data, mesh, np.concatenate([*bounds, np.zeros(0)]))

@@ -80,18 +80,18 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
             )
         taken.append(condition.part)
     ends = [
-        (side, what, part)
+        (side, role, part)
         for side in problem.interfaces
-        for what, (owner, part) in zip(("secondary", "primary"), side.ends, strict=False)
+        for role, (owner, part) in zip(("secondary", "primary"), side.ends, strict=False)
         if owner == number
     ]
-    for side, what, part in ends:
+    for side, role, part in ends:
         if side.periodic and boundary.dim > 2:
             raise InputError(f"{side.key}: periodic sides are those of plane bodies")
         # the secondary of a condition is its own part
-        if isinstance(side.law, Contact) and what == "secondary":
+        if isinstance(side.law, Contact) and role == "secondary":
             continue
-        key = f"{side.key}.{'partner' if side.periodic else what}"
+        key = f"{side.key}.{'partner' if side.periodic else role}"
         _known_part(f"{key}: body {body.name!r}", part, boundary.parts)
         if part in taken:
             raise InputError(

@@ -101,13 +101,13 @@ def wear_between(
     InputError
         If a coefficient is negative.
     """
-    found = [
+    coefficients = [
         _not_negative(side, face, meshes, "wear_coefficient")
         for side, face in zip(sides, interfaces, strict=True)
     ]
     parts = [
         np.zeros(len(face.nodes)) if values is None else values
-        for face, values in zip(interfaces, found, strict=True)
+        for face, values in zip(interfaces, coefficients, strict=True)
     ]
     return np.concatenate([np.zeros(0), *parts])
 
@@ -122,8 +122,9 @@ def _not_negative(
     values = evaluate(value, mesh.variables(nodes), len(nodes), f"{side.key}.{key}")
     if np.any(values < 0.0):
         k = int(np.argmin(values))
-        place = ", ".join(
-            f"{name} = {at:g}" for name, at in zip("xyz", mesh.x[nodes[k]], strict=False)
+        position = ", ".join(
+            f"{name} = {coordinate:g}"
+            for name, coordinate in zip("xyz", mesh.x[nodes[k]], strict=False)
         )
-        raise InputError(f"{side.key}.{key}: must be >= 0, is {values[k]:g} at {place}")
+        raise InputError(f"{side.key}.{key}: must be >= 0, is {values[k]:g} at {position}")
     return values

@@ -52,7 +52,7 @@ def boundary_data(
     """
     body, conditions = problem.body[number], problem.conditions(number)
     d = mesh.components
-    frame, known, contact, places = _components(problem, number, mesh, interfaces, step)
+    frame, traction_known, contact, axes = _components(problem, number, mesh, interfaces, step)
     value = np.zeros((len(conditions) + 1, mesh.n_nodes, d))
     points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim), body, mesh)
     forces = [np.zeros((len(points), d))]
@@ -68,12 +68,13 @@ def boundary_data(
                     _given(condition, mesh, part, f"body {body.name!r}: {part}"),
                 )
             value[s, nodes] = cache[part][1]
-    directions = places[:, : directions_looked_for(d, interfaces)]
+    directions = axes[:, : directions_looked_for(d, interfaces)]
     for face in interfaces if directions.shape[1] < d else ():
         if face.body == number:
-            value[:, face.nodes, places[np.searchsorted(contact, face.nodes), -1]] = face.gap
+            value[:, face.nodes, axes[np.searchsorted(contact, face.nodes), -1]] = face.gap
     return without_rigid_motion(
-        BoundaryData(frame, known, value, contact, directions, points, np.array(forces)), mesh
+        BoundaryData(frame, traction_known, value, contact, directions, points, np.array(forces)),
+        mesh,
     )
 
 
@@ -95,11 +96,16 @@ def _components(
         the normal comes last.
     """
     body, n, d = problem.body[number], mesh.n_nodes, mesh.components
-    frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
+    frame, traction_known = (
+        np.broadcast_to(np.eye(d), (n, d, d)).copy(),
+        np.ones((n, d), dtype=bool),
+    )
     for part, condition in problem.conditions(number)[step - 1].items():
         if isinstance(condition, Displacement):
             check_components(condition.value, mesh, f"body {body.name!r}: {part}")
-            known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
+            traction_known[mesh.nodes_of(part)] = [
+                component == "free" for component in condition.value
+            ]
         elif isinstance(condition, Symmetry):
             nodes = mesh.nodes_of(part)
             if np.ptp(mesh.normal[nodes], axis=0).max() > WRITTEN:
@@ -107,14 +113,14 @@ def _components(
                     f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a "
                     f"plane face"
                 )
-            frame[nodes], places = contact_frames(mesh, nodes)
-            known[nodes, places[:, -1]] = False
+            frame[nodes], axes = contact_frames(mesh, nodes)
+            traction_known[nodes, axes[:, -1]] = False
     contact = contact_nodes(interfaces, number)
-    places = np.broadcast_to(np.arange(d), (len(contact), d))
+    axes = np.broadcast_to(np.arange(d), (len(contact), d))
     if len(contact) and directions_looked_for(d, interfaces) < d:
-        frame[contact], places = contact_frames(mesh, contact)
-        known[contact, places[:, -1]] = False
-    return frame, known, contact, places
+        frame[contact], axes = contact_frames(mesh, contact)
+        traction_known[contact, axes[:, -1]] = False
+    return frame, traction_known, contact, axes
 
 
 def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
@@ -128,8 +134,10 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
     if len(points):
         nothing = np.zeros((mesh.n_nodes, mesh.components, 1))
         with np.errstate(all="ignore"):  # on the boundary
-            found = fields_at(mesh, nothing, nothing, body.material, points, outside=np.nan)[0]
-        for k in np.flatnonzero(np.isnan(found).any(axis=(1, 2)))[:1]:
+            displacements = fields_at(
+                mesh, nothing, nothing, body.material, points, outside=np.nan
+            )[0]
+        for k in np.flatnonzero(np.isnan(displacements).any(axis=(1, 2)))[:1]:
             raise InputError(
                 f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie "
                 f"inside the body"
@@ -153,7 +161,7 @@ def later_data(
         _data_from(problem, b, meshes[b], interfaces, step, old[b], end)
         for b, end in enumerate(ends)
     ]
-    return None if all(one is other for one, other in zip(new, old, strict=True)) else new
+    return None if all(data is old_data for data, old_data in zip(new, old, strict=True)) else new
 
 
 def _data_from(
@@ -185,11 +193,11 @@ def _data_from(
 
 def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     """Return the nodes of a body that may carry contact tractions, in increasing order."""
-    found = [i.nodes for i in interfaces if i.body == number]
-    found += [
+    nodes = [i.nodes for i in interfaces if i.body == number]
+    nodes += [
         i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None
     ]
-    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+    return np.unique(np.concatenate(nodes)) if nodes else np.empty(0, dtype=np.int64)
 
 
 @functools.singledispatch
@@ -252,13 +260,13 @@ def _given(
     nodes = mesh.nodes_of(part)
     result = np.zeros((len(nodes), mesh.components))
     normal = lifted(mesh.normal[nodes], mesh.components)
-    for one in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
-        if isinstance(one, Displacement) or one.pressure is None:
-            check_components(one.value or (), mesh, key)
-        nodal = given_values(one, mesh.variables(nodes), normal, key)
-        function = known_function(one, mesh, key)
+    for term in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
+        if isinstance(term, Displacement) or term.pressure is None:
+            check_components(term.value or (), mesh, key)
+        nodal = given_values(term, mesh.variables(nodes), normal, key)
+        function = known_function(term, mesh, key)
         if function is not None:
-            nodal = approximated(sampled(mesh, part, function, one), nodes, nodal)
+            nodal = approximated(sampled(mesh, part, function, term), nodes, nodal)
         result += nodal
     return result
 
@@ -278,8 +286,8 @@ def known_function(
     ):
         return None
 
-    def function(element: Index, place: Array, x: Array, normal: Array) -> Array:
-        names = mesh.variables_at(element, place)
+    def function(element: Index, local: Array, x: Array, normal: Array) -> Array:
+        names = mesh.variables_at(element, local)
         return given_values(condition, names, lifted(normal, mesh.components), key, otherwise=0.0)
 
     return function

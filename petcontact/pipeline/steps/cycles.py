@@ -55,11 +55,11 @@ def later_cycles(
         rows.append(_row(done[-1].cycle, state))
     size, earlier, passed = 1, list[Earlier](), list[Tried]()
     while (reached := rows[-1][0]) < cycle.count:
-        known = [end for end in problem.factors.get(0, ()) if end > reached]
-        jump = int(known[0]) - reached if known else min(size, cycle.count - reached)
+        prescribed = [end for end in problem.factors.get(0, ()) if end > reached]
+        jump = int(prescribed[0]) - reached if prescribed else min(size, cycle.count - reached)
         tried, following = _one_cycle(problem, done, state, reached + jump, jump, earlier, monitor)
         if not tried[-1][1].converged:
-            if jump > 1 and not (known or tried[-1][1].stopped):
+            if jump > 1 and not (prescribed or tried[-1][1].stopped):
                 size = max(1, jump // 2)
                 continue
             passed += tried
@@ -101,25 +101,26 @@ def _one_cycle(
         step = posed.step[s - 1]
         obstacles = [changed_obstacle(o, step) for o in obstacles]
         motions = [
-            ObstacleMotion.of(o, state, k, problem.system.motions) for k, o in enumerate(obstacles)
+            ObstacleMotion.from_obstacle(o, state, k, problem.system.motions)
+            for k, o in enumerate(obstacles)
         ]
         origin = steps[-1] if s == steps[0] else None
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
         for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
             increment = increment.then(target, state)
             if earlier and times > 1:
-                found, next_ = worn(increment, earlier[len(tried)], times, monitor)
+                solved, next_ = worn(increment, earlier[len(tried)], times, monitor)
             else:
-                found = with_wear(increment, increment.solved(monitor), monitor)
-                v, sigma = found[1].v, found[1].sigma
+                solved = with_wear(increment, increment.solved(monitor), monitor)
+                v, sigma = solved[1].v, solved[1].sigma
                 next_ = Earlier(
                     np.linalg.norm(v[:, : problem.system.components - 1], axis=1),
                     ((v, sigma), (v, sigma)),
                 )
-            tried.append(found)
+            tried.append(solved)
             following.append(next_)
-            state = found[2]
-            if not found[1].converged:
+            state = solved[2]
+            if not solved[1].converged:
                 return tried, following
     return tried, following
 
@@ -142,10 +143,10 @@ def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | Non
         if wear
     ]
     cycle, pressure, depth = zip(*rows, strict=True)
-    found = [
+    histories = [
         {name: np.array(values)[:, where] for name, where in parts} for values in (pressure, depth)
     ]
-    return WearHistory(np.array(cycle), *found)
+    return WearHistory(np.array(cycle), *histories)
 
 
 def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> list[Row]:

@@ -168,7 +168,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
 def unheld_at_the_end(increment: Increment) -> str:
     """Return `unheld` of the whole step, of which an increment was tried."""
     return unheld(
-        increment.to(1.0),
+        increment.ending_at(1.0),
         f" at the end{_of_step(increment)}, of which {increment.target:.4g} was tried",
     )
 
@@ -220,22 +220,22 @@ def _pushed(increment: Increment, push: Array) -> tuple[str, str]:
     system, posed = increment.problem.system, increment.problem.discrete.problem
     worst, name, way = 0.0, "a body", "moves it"
     for b, body in enumerate(system.bodies):
-        mine = system.motion(b, push[: system.modes.shape[1]])
-        along = np.abs(mine).max(initial=0.0)
+        own_push = system.motion(b, push[: system.modes.shape[1]])
+        along = np.abs(own_push).max(initial=0.0)
         if along > worst:
-            motion = body.modes @ mine
+            motion = body.modes @ own_push
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
             name, way = f"body {posed.body[b].name!r}", _direction(motion, weight)
     taken = system.modes.shape[1]
     for k, of_obstacle in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.components, len(of_obstacle.free)])[of_obstacle.free]
-        mine = push[taken : taken + len(names)]
+        own_push = push[taken : taken + len(names)]
         taken += len(names)
-        if np.abs(mine).max(initial=0.0) > worst:
-            worst = float(np.abs(mine).max())
+        if np.abs(own_push).max(initial=0.0) > worst:
+            worst = float(np.abs(own_push).max())
             name = f"obstacle {posed.obstacle[k].name!r}"
-            way = f"pushes it {names[np.argmax(np.abs(mine))]}"
+            way = f"pushes it {names[np.argmax(np.abs(own_push))]}"
     return name, way
 
 

@@ -52,15 +52,15 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         if data is not None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
         where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
-        if found := unheld(whole := whole_step(prepared, number), where):
+        if message := unheld(whole := whole_step(prepared, number), where):
             held = held_share(whole)
             if step.increments == "auto" and held > 0.0:
                 return
-            what = "step" if discrete.problem.step else "load"
-            share = f": contact can hold {held:.3f} of the {what}" * (held > 0.0)
+            load = "step" if discrete.problem.step else "load"
+            share = f": contact can hold {held:.3f} of the {load}" * (held > 0.0)
             raise NoEquilibrium(
                 "equilibrium",
-                f"{found}{share}",
+                f"{message}{share}",
                 "hold the body, press it more or let friction be larger",
             )
 
@@ -71,7 +71,7 @@ def held_share(step: Increment) -> float:
     low, high = 0.0, 1.0
     while high - low > FINEST:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if is_unbalanced(step.to(middle)) else (middle, high)
+        low, high = (low, middle) if is_unbalanced(step.ending_at(middle)) else (middle, high)
     return low
 
 

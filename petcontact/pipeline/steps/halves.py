@@ -41,7 +41,8 @@ def touching(increment: Increment) -> float:
     ):
         return increment.begun
     room, left = (
-        -increment.to(t).system.u_0[np.isfinite(system.gap), -1] for t in (increment.begun, 1.0)
+        -increment.ending_at(t).system.u_0[np.isfinite(system.gap), -1]
+        for t in (increment.begun, 1.0)
     )
     if room.min(initial=0.0) < 0.0 or left.min(initial=0.0) >= 0.0:
         return increment.begun
@@ -73,12 +74,14 @@ class Halves:
         """Return both halves, or None where the increment is too large. Where a monitor stops the
         solve, return what is solved by then."""
         self.error = np.nan
-        known = [each for each in self._first if abs(each[0].target - increment.target) < SOLVED]
-        whole = known[0] if known else self._solved(increment)
+        solved = [
+            tried for tried in self._first if abs(tried[0].target - increment.target) < SOLVED
+        ]
+        whole = solved[0] if solved else self._solved(increment)
         self._first = []
         if not whole[1].converged:
             return [whole] if whole[1].stopped else None
-        half = increment.to(0.5 * (increment.begun + increment.target))
+        half = increment.ending_at(0.5 * (increment.begun + increment.target))
         first = self._solved(half)
         if not first[1].converged:
             return [first] if first[1].stopped else None
@@ -96,28 +99,31 @@ class Halves:
         """Return the largest difference between an increment and its halves, over what is
         allowed."""
         system = whole[0].problem.system
-        weight, (one, other) = system.weight, (whole[1].sigma, second[1].sigma)
-        self._tractions = max(self._tractions, contact_norm(other, weight))
+        weight, (coarse_sigma, sigma) = system.weight, (whole[1].sigma, second[1].sigma)
+        self._tractions = max(self._tractions, contact_norm(sigma, weight))
         # where nothing slips w is round-off of what the tractions move
-        moved = LEAST_SLIP * contact_norm(system.operator.apply(other), weight)
+        moved = LEAST_SLIP * contact_norm(system.operator.apply(sigma), weight)
         self._slip = max(self._slip, contact_norm(second[2].slip, weight), moved)
         law = whole[0].problem.discrete.law
         once, *twice = (
             float(
                 weight
                 @ dissipation(
-                    law, each.before.sigma, outcome.sigma, outcome.v[:, : system.components - 1]
+                    law,
+                    increment.before.sigma,
+                    outcome.sigma,
+                    outcome.v[:, : system.components - 1],
                 )[0]
             )
-            for each, outcome, _ in (whole, first, second)
+            for increment, outcome, _ in (whole, first, second)
         )
         begun = [
-            contact_norm(other[pair], weight[pair])
+            contact_norm(sigma[pair], weight[pair])
             for pair in system.slices
             if not first[1].sigma[pair].any()
         ]
         differences = (
-            contact_norm(other - one, weight),
+            contact_norm(sigma - coarse_sigma, weight),
             contact_norm(second[2].slip - whole[2].slip, weight),
             abs(sum(twice) - once),
             max(begun, default=0.0),

@@ -29,35 +29,35 @@ def forces_at_corners(increment: Increment) -> Forces | None:
     if modes is None or not isinstance(law, LimitedLaw) or system.k < system.components:
         return None
     limits = law.admissible()
-    found = []
+    forces = []
     for where, face, side in zip(
         system.slices, system.interfaces, problem.discrete.sides, strict=True
     ):
         mesh = problem.discrete.meshes[side.body]
-        of_pair = Admissible(*(each[where] for each in dataclasses.astuple(limits)))
-        found.append(_of_pair(mesh, face, modes.motion[where], of_pair))
-    resultants, each = zip(*found, strict=True)
-    columns = zip(*map(dataclasses.astuple, each), strict=True)
+        of_pair = Admissible(*(values[where] for values in dataclasses.astuple(limits)))
+        forces.append(_of_pair(mesh, face, modes.motion[where], of_pair))
+    resultants, values = zip(*forces, strict=True)
+    columns = zip(*map(dataclasses.astuple, values), strict=True)
     return np.concatenate(resultants, axis=1), Admissible(*map(np.concatenate, columns))
 
 
 def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissible) -> Forces:
     nodes = face.nodes
     number, element = np.unique(mesh.element[nodes], return_inverse=True)
-    mine, which = np.nonzero(~np.isnan(mesh.corners[number, :, 0]))
-    places = mesh.corners[number[mine], which]
+    rows, which = np.nonzero(~np.isnan(mesh.corners[number, :, 0]))
+    corners = mesh.corners[number[rows], which]
     # relative motions of rigid bodies are rigid, and so are known at the corners by the nodes
     moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(
         mesh.components * len(nodes), -1
     )
     rigid = mesh.motions.of(mesh.x[nodes]).reshape(len(moved), -1)
     shares = np.linalg.lstsq(rigid, moved, rcond=None)[0]
-    away = np.linalg.norm(places[:, None] - mesh.x[nodes], axis=2)
+    away = np.linalg.norm(corners[:, None] - mesh.x[nodes], axis=2)
     directions = face.directions[
-        np.argmin(np.where(element == mine[:, None], away, np.inf), axis=1)
+        np.argmin(np.where(element == rows[:, None], away, np.inf), axis=1)
     ]
-    area = (np.bincount(element, mesh.weight[nodes]) / np.bincount(mine))[mine]
-    resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.of(places), shares)
+    area = (np.bincount(element, mesh.weight[nodes]) / np.bincount(rows))[rows]
+    resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.of(corners), shares)
     largest = np.zeros((len(number), 5))
     np.maximum.at(largest, element, np.transpose(dataclasses.astuple(limits)))
-    return area[:, None] * resultant, Admissible(*largest[mine].T)
+    return area[:, None] * resultant, Admissible(*largest[rows].T)

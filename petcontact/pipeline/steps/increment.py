@@ -48,7 +48,7 @@ class ObstacleMotion:
     load: Array
 
     @classmethod
-    def of(
+    def from_obstacle(
         cls, obstacle: Obstacle, state: IncrementState, number: int, motions: Motions
     ) -> ObstacleMotion:
         """Return the motion from the state of an obstacle to what the step asks for."""
@@ -59,7 +59,7 @@ class ObstacleMotion:
             free, np.array([state.positions[number], end]), np.array([state.loads[number], load])
         )
 
-    def at(self, factor: float) -> tuple[Array, ...]:
+    def position_and_load(self, factor: float) -> tuple[Array, ...]:
         """Return position and load at a load factor of the step."""
         return tuple(
             (1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load)
@@ -234,7 +234,7 @@ class Increment:
     cycle: int = 0
     layer: Array | None = None
 
-    def to(self, target: float) -> Increment:
+    def ending_at(self, target: float) -> Increment:
         """Return the increment from the same state to another load factor of the step."""
         return replace(self, target=target)
 
@@ -263,7 +263,7 @@ class Increment:
         base, modes, balance = self.shares @ system.base, [system.modes], [system.balance]
         resultant = [self.shares @ system.resultant]
         for motion, mode in zip(self.obstacles, system.obstacle_modes, strict=True):
-            position, load = motion.at(self.target)
+            position, load = motion.position_and_load(self.target)
             base += mode[:, ~motion.free] @ position[~motion.free]
             modes.append(mode[:, motion.free])
             balance.append(system.weighted(mode)[motion.free])
@@ -367,11 +367,11 @@ class Increment:
         )
         end, trend = (outcome.v, outcome.sigma), None
         if before.start is not None:
-            one, other = [
+            velocity, rate = [
                 (now - old) / (self.target - self.begun)
                 for now, old in zip(end, before.start, strict=True)
             ]
-            one[:, : system.components - 1], trend = 0.0, (one, other)
+            velocity[:, : system.components - 1], trend = 0.0, (velocity, rate)
         return IncrementState(
             slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend
         )
@@ -382,7 +382,7 @@ class Increment:
         system, taken = self.problem.system, 0
         positions, loads = self.before.positions.copy(), self.before.loads.copy()
         for k, motion in enumerate(self.obstacles):
-            positions[k], load = motion.at(self.target)
+            positions[k], load = motion.position_and_load(self.target)
             count = int(motion.free.sum())
             positions[k][motion.free] = free[taken : taken + count]
             taken += count

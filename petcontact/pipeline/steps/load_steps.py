@@ -213,7 +213,7 @@ def _is_doubtful(increment: Increment) -> bool:
     """
     system = increment.problem.system
     jointly = any(body.is_solved_jointly for body in system.bodies)
-    return (system.size <= LOOKED_AT_FIRST or jointly) and is_unbalanced(increment.to(1.0))
+    return (system.size <= LOOKED_AT_FIRST or jointly) and is_unbalanced(increment.ending_at(1.0))
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
@@ -245,7 +245,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
 
 def first_increment(problem: PreparedProblem) -> Increment:
     """Return the first increment of the first step; with "auto" it is the whole step."""
-    return whole_step(problem, 1).to(_first_share(problem.steps[0]))
+    return whole_step(problem, 1).ending_at(_first_share(problem.steps[0]))
 
 
 def _first_share(step: Step) -> float:
@@ -275,10 +275,10 @@ def whole_step(problem: PreparedProblem, number: int) -> Increment:
     own."""
     state, step = problem.begun(), problem.steps[number - 1]
     obstacles = list(problem.discrete.problem.obstacle)
-    for each in problem.steps[:number]:
-        obstacles = [changed_obstacle(o, each) for o in obstacles]
+    for earlier in problem.steps[:number]:
+        obstacles = [changed_obstacle(o, earlier) for o in obstacles]
         motions = _motions(problem, obstacles, state)
-        if each is not step and motions:
+        if earlier is not step and motions:
             positions, loads = (
                 np.array([getattr(m, key)[1] for m in motions]) for key in ("position", "load")
             )
@@ -290,8 +290,8 @@ def _motions(
     problem: PreparedProblem, obstacles: Sequence[Obstacle], state: IncrementState
 ) -> list[ObstacleMotion]:
     """Return the motion of each obstacle from its state to what a step gives."""
-    places = problem.system.motions
-    return [ObstacleMotion.of(o, state, k, places) for k, o in enumerate(obstacles)]
+    motions = problem.system.motions
+    return [ObstacleMotion.from_obstacle(o, state, k, motions) for k, o in enumerate(obstacles)]
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
@@ -308,14 +308,14 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
         gap = np.concatenate([pair.gap for pair in pairs])
         v = np.column_stack([v, -np.where(np.isfinite(gap), gap, 0.0)])
         sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in pairs])])
-    places = [done[-1].obstacles[o.name] for o in problem.discrete.problem.obstacle]
+    poses = [done[-1].obstacles[o.name] for o in problem.discrete.problem.obstacle]
     worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
     return IncrementState(
         slip,
         (v, sigma),
         done[-1].alpha,
-        _each([(place.displacement, place.rotation) for place in places], system.motions),
-        _each([(place.force, place.moment) for place in places], system.motions),
+        _each([(pose.displacement, pose.rotation) for pose in poses], system.motions),
+        _each([(pose.force, pose.moment) for pose in poses], system.motions),
         sigma,
         np.concatenate(worn),
     )

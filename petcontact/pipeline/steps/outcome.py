@@ -36,8 +36,8 @@ def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResul
 
     `checked` says whether the last one gets its elastic residual.
     """
-    for each, found in zip(group, _fields(group), strict=True):
-        yield _step_result(*each, found, checked=checked and each is group[-1])
+    for tried, fields in zip(group, _fields(group), strict=True):
+        yield _step_result(*tried, fields, checked=checked and tried is group[-1])
 
 
 def _fields(group: Sequence[Tried]) -> list[Fields]:
@@ -52,16 +52,16 @@ def _fields(group: Sequence[Tried]) -> list[Fields]:
 
     acting = [(increment.shares, outcome.sigma, after.alpha) for increment, outcome, after in group]
     if not system.takes_several:
-        return [boundary(*each) for each in acting]
-    found = boundary(*(np.array(each) for each in zip(*acting, strict=True)))
-    return [[(u[k], traction[k]) for u, traction in found] for k in range(len(group))]
+        return [boundary(*load) for load in acting]
+    by_body = boundary(*(np.array(load) for load in zip(*acting, strict=True)))
+    return [[(u[k], traction[k]) for u, traction in by_body] for k in range(len(group))]
 
 
 def _step_result(
     increment: Increment,
     outcome: ContactState,
     after: IncrementState,
-    found: Fields,
+    fields: Fields,
     *,
     checked: bool,
 ) -> StepResult:
@@ -69,8 +69,8 @@ def _step_result(
     discrete, system, d = problem.discrete, problem.system, problem.system.components
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    moved = [float(np.abs(u).max(initial=0.0)) for u, _ in found]
-    for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
+    moved = [float(np.abs(u).max(initial=0.0)) for u, _ in fields]
+    for b, (body, (u, traction)) in enumerate(zip(system.bodies, fields, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # bodies that are solved jointly share one accuracy: the residual of a body that hardly

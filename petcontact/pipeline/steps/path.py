@@ -8,7 +8,7 @@ solution with half as many increments fails.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -85,9 +85,9 @@ def divided_load(
 def _largest(problem: PreparedProblem, solution: Solution, number: int) -> tuple[float, str]:
     """Return the largest `_change` at the ends of steps, from step `number` on, that all paths
     have."""
-    there = {(each.step, each.cycle) for each in solution.paths[0][1].steps}
-    ends = {at: each for each in solution.steps if (at := (each.step, each.cycle)) in there}
-    return max(_change(problem, solution, end) for at, end in ends.items() if at[0] >= number)
+    there = {(end.step, end.cycle) for end in solution.paths[0][1].steps}
+    ends = {key: end for end in solution.steps if (key := (end.step, end.cycle)) in there}
+    return max(_change(problem, solution, end) for key, end in ends.items() if key[0] >= number)
 
 
 def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | None:
@@ -123,15 +123,15 @@ def _other_paths(
     """
     own = _own(problem, solution, number)
     fewer = {key: (before, _halved(ends)) for key, (before, ends) in own.items()}
-    found, last = list[tuple[float, Solution]](), solution if fewer == own else None
+    paths, last = list[tuple[float, Solution]](), solution if fewer == own else None
     if last is None and (last := _along(problem, solution, fewer)) is not None:
-        found.append((1.0 + 2.0**0.5, last))
+        paths.append((1.0 + 2.0**0.5, last))
     whole = own if last is None else {key: fewer[key] for key in own if len(own[key][1]) == 1}
     if whole:
         divided = {key: (before, _divided(before, ends)) for key, (before, ends) in whole.items()}
         last = _along(problem, solution, fewer | divided)
-        found.append((2.0 + 2.0**0.5, last or solution))
-    return tuple(found) if last is not None else None
+        paths.append((2.0 + 2.0**0.5, last or solution))
+    return tuple(paths) if last is not None else None
 
 
 def _along(
@@ -145,14 +145,14 @@ def _along(
     except (SolverError, BrokenOff):
         return None
     wear = wear_history(problem, rows)
-    other = replace(solution, steps=[*done, *later], wear=wear, coarser=None, paths=())
-    return other if later[-1].status == "converged" else None
+    companion = replace(solution, steps=[*done, *later], wear=wear, coarser=None, paths=())
+    return companion if later[-1].status == "converged" else None
 
 
 def _posed(problem: PreparedProblem, parts: dict[int, Parts]) -> PreparedProblem:
     """Return the problem with the increments and jumps of a path; none of them may be halved."""
     posed = problem.discrete.problem
-    steps = tuple(each.model_copy(update={"increments": 1}) for each in posed.step)
+    steps = tuple(step.model_copy(update={"increments": 1}) for step in posed.step)
     cycle = posed.cycle and posed.cycle.model_copy(update={"jump": 1})
     posed = posed.model_copy(update={"step": steps, "cycle": cycle})
     factors = {key: [*before, *ends] for key, (before, ends) in parts.items()}
@@ -169,7 +169,7 @@ def _own(problem: PreparedProblem, solution: Solution, number: int) -> dict[int,
     """Return the parts of a solution from a step on, by number of the step; key 0: cycles."""
     own = {step: _parts(problem, solution, step) for step in range(number, len(problem.steps) + 1)}
     if solution.wear is not None:
-        own[0] = _jumps([float(each) for each in solution.wear.cycle])
+        own[0] = _jumps([float(cycle) for cycle in solution.wear.cycle])
     return own
 
 
@@ -177,7 +177,7 @@ def _parts(problem: PreparedProblem, solution: Solution, step: int) -> Parts:
     """Return the parts of one step. Increments before contact begins are the same on all paths."""
     ends = [r.load_factor for r in solution.steps if r.step == step and r.cycle <= 1]
     before = [r for r in solution.steps if r.step < step][-1:]
-    untouched = not any(pair.size.any() for each in before for pair in each.pairs.values())
+    untouched = not any(pair.size.any() for result in before for pair in result.pairs.values())
     begins = touching(whole_step(problem, step)) if untouched else 0.0
     later = [end for end in ends if end > begins + SOLVED]
     return ([begins], later) if begins > 0.0 and later else ([], ends)
@@ -203,7 +203,7 @@ def _divided(before: list[float], ends: list[float]) -> list[float]:
         (0.5 * (a + b) if b <= 1.0 else (a + b) // 2.0, b)
         for a, b in zip(begins, ends, strict=True)
     ]
-    return sorted({each for pair in pairs for each in pair} - {*before})
+    return sorted({share for pair in pairs for share in pair} - {*before})
 
 
 def _jumps(cycles: list[float]) -> Parts:
@@ -218,22 +218,26 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
     It is the error of q, or of p and q where the contact wears, over p in L2. The sentence names
     the two paths that differ most.
     """
-    found, sigma = list[tuple[float, str]](), state_after(problem, [end]).sigma
+    differences, sigma = list[tuple[float, str]](), state_after(problem, [end]).sigma
     q, p = _sizes(problem, sigma)
     last: SolutionData = solution
-    for factor, other in solution.paths:
-        (*_, there) = [r for r in other.steps if (r.step, r.cycle) == (end.step, end.cycle)]
-        before, sigma = sigma, state_after(problem, [there]).sigma
+    for factor, companion in solution.paths:
+        (*_, last_result) = [
+            r for r in companion.steps if (r.step, r.cycle) == (end.step, end.cycle)
+        ]
+        before, sigma = sigma, state_after(problem, [last_result]).sigma
         apart = _sizes(problem, sigma - before)[0] if q * p > 0.0 else 0.0
         text = (
             f"{'p and q differ' if problem.discrete.wear.any() else 'q differs'} by "
             f"{apart / (q or 1.0):.0%} ({apart / (p or 1.0):.0%} of p) between {_count(last, end)} "
-            f"and {_count(other, end)} {'jumps' if end.cycle > 1 else 'increments'}"
+            f"and {_count(companion, end)} {'jumps' if end.cycle > 1 else 'increments'}"
         )
-        found.append((factor * apart / (p or 1.0), text))
-        last = other
+        differences.append((factor * apart / (p or 1.0), text))
+        last = companion
     where = f"step {end.name!r}" if problem.discrete.problem.step else "the load"
-    return sum(error for error, _ in found), f"{where} depends on the path: {max(found)[1]}"
+    return sum(
+        error for error, _ in differences
+    ), f"{where} depends on the path: {max(differences)[1]}"
 
 
 def _sizes(problem: PreparedProblem, sigma: Array) -> tuple[float, float]:
@@ -248,4 +252,4 @@ def _count(solution: SolutionData, end: StepResult) -> int:
     jumps."""
     if end.cycle > 1 and solution.wear is not None:
         return len(solution.wear.cycle) - 1
-    return sum((each.cycle, each.step) <= (end.cycle, end.step) for each in solution.steps)
+    return sum((result.cycle, result.step) <= (end.cycle, end.step) for result in solution.steps)

@@ -64,18 +64,18 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     old = _read(file, name)
-    laws, other = (
+    old_laws, laws_now = (
         [
             (c.part, c.normal, c.friction_coefficient is None)
-            for b in each.body
+            for b in posed.body
             for c in b.boundary
             if isinstance(c, Contact)
         ]
-        for each in (old.problem, problem.discrete.problem)
+        for posed in (old.problem, problem.discrete.problem)
     )
     meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
     same = (
-        laws == other
+        old_laws == laws_now
         and set(old.nodes) == {i.name for i in problem.discrete.interfaces}
         and all(mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)
     )
@@ -101,12 +101,13 @@ def _check_posed(posed: Problem, before: Problem, file: str, done: list[StepResu
     ------
     InputError
     """
-    old, new = (tomllib.loads(each.toml()) for each in (before, posed))
+    old, new = (tomllib.loads(config.toml()) for config in (before, posed))
     count = max((result.step for result in done), default=0)
-    done_in, here = (
-        [{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new)
+    done_in, steps_now = (
+        [{**step, "increments": 1} for step in config.get("step", [])[:count]]
+        for config in (old, new)
     )
-    for difference in (*_differences(old, new), *_differences(done_in, here, "step")):
+    for difference in (*_differences(old, new), *_differences(done_in, steps_now, "step")):
         raise InputError(
             f"method.start: {file} was solved with {difference}; what is done stays as it was "
             f"posed, new steps "
@@ -122,10 +123,10 @@ def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
     elif (
         isinstance(old, list)
         and isinstance(new, list)
-        and any(isinstance(each, dict) for each in old + new)
+        and any(isinstance(item, dict) for item in old + new)
     ):
-        for k, (one, other) in enumerate(zip_longest(old, new)):
-            yield from _differences(one, other, f"{key}[{k}]")
+        for k, (old_item, new_item) in enumerate(zip_longest(old, new)):
+            yield from _differences(old_item, new_item, f"{key}[{k}]")
     elif old is None or new is None:
         yield f"no {key}, which is here" if old is None else f"{key}, which is missing here"
     elif old != new:
@@ -142,8 +143,8 @@ def _check_wear(
     InputError
     """
     before, now = (
-        {side.name: side.law for side in each.interfaces}
-        for each in (old.problem, problem.discrete.problem)
+        {side.name: side.law for side in posed.interfaces}
+        for posed in (old.problem, problem.discrete.problem)
     )
     for name in now if steps else ():
         worn = (wear := steps[-1].pairs[name].wear) is not None and wear.any()
@@ -249,20 +250,20 @@ def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> tuple[I
     """From which nodes of a pair values at some nodes of another mesh come, and their shares, (m,
     k) each: the nearest."""
     near = min(NEAREST, len(old.x))
-    distance, place = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
+    distance, nearest = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
     share = 1.0 / np.maximum(distance, 1e-12 * np.ptp(old.x)) ** 2
-    return place, share / share.sum(axis=1, keepdims=True)
+    return nearest, share / share.sum(axis=1, keepdims=True)
 
 
 @_interpolation.register
 def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
     """Linear in arc length, constant beyond the ends."""
     order = np.argsort(old.arc_length)
-    known, s = old.arc_length[order], mesh.arc_length[nodes]
-    after = np.clip(np.searchsorted(known, s), 1, max(len(known) - 1, 1)) % len(known)
+    old_s, s = old.arc_length[order], mesh.arc_length[nodes]
+    after = np.clip(np.searchsorted(old_s, s), 1, max(len(old_s) - 1, 1)) % len(old_s)
     before = np.maximum(after - 1, 0)
-    width = known[after] - known[before]
+    width = old_s[after] - old_s[before]
     share = np.clip(
-        np.divide(s - known[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0
+        np.divide(s - old_s[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0
     )
     return order[np.column_stack([before, after])], np.column_stack([1.0 - share, share])
