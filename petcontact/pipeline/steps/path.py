@@ -8,7 +8,7 @@ solution with half as many increments fails.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import chain, pairwise
+from itertools import pairwise
 
 import numpy as np
 
