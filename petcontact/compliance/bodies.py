@@ -131,10 +131,10 @@ class BodiesSystem:
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
         for where, face in zip(self.slices, self.interfaces, strict=True):
             if face.jump is not None:
-                at = slice(self.k * where.start, self.k * where.stop)
-                self.base[:, at] += np.einsum("mtc,sc->smt", face.directions, face.jump).reshape(
-                    states, -1
-                )
+                columns = slice(self.k * where.start, self.k * where.stop)
+                self.base[:, columns] += np.einsum(
+                    "mtc,sc->smt", face.directions, face.jump
+                ).reshape(states, -1)
         self.resultant = np.concatenate([body.resultant for body in self.bodies], axis=1)
 
     def loaded(
@@ -186,21 +186,21 @@ class BodiesSystem:
         whole: Array | None = None
         for body, maps in zip(self.bodies, self._maps, strict=True):
             assert body.compliance is not None
-            mine = maps.seen(maps.felt(body.compliance.T).T)
-            whole = mine if whole is None else whole + mine
+            share = maps.seen(maps.felt(body.compliance.T).T)
+            whole = share if whole is None else whole + share
         assert whole is not None
         dense = DenseCompliance(whole, comm, self.surrogate)
         return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
-        every = [self.motions.every(points, centre) for points in x]
+        motions = [self.motions.every(points, centre) for points in x]
         result = np.zeros((self.size, self.k, self.motions.components))
-        for where, face, moved in zip(self.slices, self.interfaces, every, strict=True):
+        for where, face, moved in zip(self.slices, self.interfaces, motions, strict=True):
             if face.obstacle == number:
                 result[where] = -np.einsum("mtc,mck->mtk", face.directions, moved)
         return result.reshape(self.k * self.size, -1)
 
-    def at(
+    def increment_system(
         self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None
     ) -> ContactSystem:
         """Return the contact system of one increment.
@@ -259,26 +259,28 @@ class BodiesSystem:
         return copy.copy(self._layer[0]) if self._layer else None
 
     def _half_spaces(self) -> Array:
-        every, total = (
+        identity, total = (
             np.eye(self.k * self.size),
             np.zeros((self.k * self.size, self.k * self.size)),
         )
         for body, maps in zip(self.bodies, self._maps, strict=True):
             own = half_space(body.operators, body.contact, body.data.contact_frame)
-            total += maps.seen(own @ maps.carried(every))
+            total += maps.seen(own @ maps.carried(identity))
         return total
 
     def _strips(self) -> list[Strip]:
-        found: list[Strip] = []
+        result: list[Strip] = []
         for where, face in zip(self.slices, self.interfaces, strict=True):
             others: tuple[tuple[float, float], ...] = ()
             if face.primary is not None and face.primary_nodes is not None:
-                other = self.bodies[face.primary].operators
-                thickness = body_thickness(as_curve(other.mesh), face.primary_nodes)
-                others = ((other.kernel.half_space_compliance, thickness),)
-            mine = strips(self.bodies[face.body].operators, face.nodes, face.directions, others)
-            found += [replace(strip, nodes=strip.nodes + where.start) for strip in mine]
-        return found
+                opposite = self.bodies[face.primary].operators
+                thickness = body_thickness(as_curve(opposite.mesh), face.primary_nodes)
+                others = ((opposite.kernel.half_space_compliance, thickness),)
+            own_strips = strips(
+                self.bodies[face.body].operators, face.nodes, face.directions, others
+            )
+            result += [replace(strip, nodes=strip.nodes + where.start) for strip in own_strips]
+        return result
 
     def weighted(self, modes: Array) -> Array:
         """Return E = MᵀW (q, k M) of an obstacle; E σ is the resultant of the tractions on it."""

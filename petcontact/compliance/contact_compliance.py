@@ -119,8 +119,8 @@ class DenseCompliance(ContactCompliance):
 
         The border is None if there are no motions.
         """
-        each = rho.ravel()
-        if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
+        factors = rho.ravel()
+        if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], factors):
             return self._of[2]
         n, border = r.size, None
         if modes is not None and self._of is not None and self._of[1] is modes:
@@ -132,16 +132,16 @@ class DenseCompliance(ContactCompliance):
         inner = slice(first, min(last, n))
         count = max(inner.stop - inner.start, 0)
         # (4.11) in u = u_0 + Sσ, which (4.12) and (4.13) give: (I + ρS) σ' = σ + ρ(u - u_0) - ωR_ρ
-        np.multiply(self._matrix[inner], each[inner, None], out=rows[:count, :n])
+        np.multiply(self._matrix[inner], factors[inner, None], out=rows[:count, :n])
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:
-            rows[:count, n:] = each[inner, None] * border.columns[inner]
+            rows[:count, n:] = factors[inner, None] * border.columns[inner]
             rows[count:, :n], rows[count:, n:] = (
                 border.rows[max(first - n, 0) : max(last - n, 0)],
                 0.0,
             )
         solver.factor()
-        self._of = each.copy(), modes, border
+        self._of = factors.copy(), modes, border
         return border
 
     @property

@@ -27,7 +27,7 @@ class ContactVectors:
         nodes, k = operators.data.contact_nodes, operators.data.contact_directions.shape[1]
         rank, ranks = comm.getRank(), comm.getSize()
         owned = even_ranges(operators.mesh.n_nodes, ranks)[rank]
-        self.here = slice(*(k * int(place) for place in np.searchsorted(nodes, owned)))
+        self.here = slice(*(k * int(position) for position in np.searchsorted(nodes, owned)))
         self.local_unknowns = (
             operators.data.contact_unknowns[self.here] - operators.kernel.dim * owned[0]
         )

@@ -65,10 +65,10 @@ class HalfSpace:
             return np.asarray(scipy.linalg.lu_solve(self._factor, x.ravel() / self.scale)).reshape(
                 x.shape
             )
-        each = np.broadcast_to(rho, x.shape).ravel()
-        return np.linalg.solve(np.eye(x.size) + each[:, None] * self.matrix(), x.ravel()).reshape(
-            x.shape
-        )
+        factors = np.broadcast_to(rho, x.shape).ravel()
+        return np.linalg.solve(
+            np.eye(x.size) + factors[:, None] * self.matrix(), x.ravel()
+        ).reshape(x.shape)
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
         """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
@@ -102,10 +102,10 @@ def half_space(operators: BoundaryOperators, nodes: Index, frame: Array) -> Arra
     mesh, (m, k) = operators.mesh, frame.shape[:2]
     matrix = np.zeros((m, k, m, k))
     for part in np.unique(mesh.node_part[nodes]):
-        places = np.flatnonzero(mesh.node_part[nodes] == part)
-        matrix[places[:, None], :, places] = _part(
-            operators, nodes[places], frame[places]
-        ).transpose(0, 2, 1, 3)
+        own = np.flatnonzero(mesh.node_part[nodes] == part)
+        matrix[own[:, None], :, own] = _part(operators, nodes[own], frame[own]).transpose(
+            0, 2, 1, 3
+        )
     return matrix.reshape(k * m, -1)
 
 

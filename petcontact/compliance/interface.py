@@ -114,13 +114,13 @@ def contact_maps(
     body, d = bodies[number], bodies[number].mesh.components
     k = directions_looked_for(d, interfaces)
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
-        place = places(body, interfaces)
+        positions = places(body, interfaces)
         frame = body.data.contact_frame
-        once = len(place) == len(body.contact)  # a part may be the secondary of two contacts
+        once = len(positions) == len(body.contact)  # a part may be the secondary of two contacts
         if once and np.array_equal(
-            np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]
+            np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[positions]
         ):
-            return _Reordered((k * place[:, None] + np.arange(k)).ravel())
+            return _Reordered((k * positions[:, None] + np.arange(k)).ravel())
     seen, carried = list[_Triples](), list[_Triples]()
     for face, where in zip(interfaces, slices(interfaces).values(), strict=True):
         if face.body == number:
@@ -133,13 +133,13 @@ def contact_maps(
                 and face.loads is not None
                 and face.primary_nodes is not None
             )
-            node, other = _places_of(face.values)
+            node, opposite = _places_of(face.values)
             seen.append(
-                _triples(face, where, body, node, face.primary_nodes[other], -face.values.data)
+                _triples(face, where, body, node, face.primary_nodes[opposite], -face.values.data)
             )
-            other, node = _places_of(face.loads)
+            opposite, node = _places_of(face.loads)
             carried.append(
-                _triples(face, where, body, node, face.primary_nodes[other], -face.loads.data)
+                _triples(face, where, body, node, face.primary_nodes[opposite], -face.loads.data)
             )
     shape = (k * sum(len(face.nodes) for face in interfaces), body.data.contact_directions.size)
     displacement = _sum_of(seen, shape)
@@ -158,14 +158,16 @@ def _triples(
 
     `share` (q,) is the part that node `own` (q,) of the body has in `node` (q,) of the interface.
     """
-    place, k = np.searchsorted(body.contact, own), face.directions.shape[1]
+    position, k = np.searchsorted(body.contact, own), face.directions.shape[1]
     entries = share[:, None, None] * np.einsum(
-        "qac,qbc->qab", face.directions[node], body.data.contact_frame[place]
+        "qac,qbc->qab", face.directions[node], body.data.contact_frame[position]
     )
-    rows, columns = (k * each[:, None] + np.arange(k) for each in (where.start + node, place))
     rows, columns = (
-        np.broadcast_to(each, entries.shape).ravel()
-        for each in (rows[:, :, None], columns[:, None])
+        k * numbers[:, None] + np.arange(k) for numbers in (where.start + node, position)
+    )
+    rows, columns = (
+        np.broadcast_to(numbers, entries.shape).ravel()
+        for numbers in (rows[:, :, None], columns[:, None])
     )
     return entries.ravel(), rows, columns
 
@@ -179,7 +181,7 @@ def _sum_of(parts: list[_Triples], shape: tuple[int, int]) -> scipy.sparse.csr_a
     """Return the sparse matrix of these triples without zeros; entries at one place are added."""
     if not parts:
         return scipy.sparse.csr_array(shape)
-    entries, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
+    entries, rows, columns = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     there = np.flatnonzero(entries)
     return scipy.sparse.csr_array((entries[there], (rows[there], columns[there])), shape=shape)
 

@@ -106,21 +106,21 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
     >>> group_norms(np.ones(2), (slice(0, 1), slice(1, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
     [[5.196152422706632, 5.0, 1.4142135623730951]]
     """
-    k, found = arrays[0].shape[1], list[list[float]]()
+    k, grouped = arrays[0].shape[1], list[list[float]]()
     kept = [native.contiguous(x) for x in (weight, *arrays)]
-    place, *places = map(native.pointer, kept)
+    weights, *pointers = map(native.pointer, kept)
     filled = (ctypes.c_double * (k * len(arrays)))()
-    _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
+    _NORMS(len(weight), k, len(arrays), weights, (ctypes.c_void_p * len(arrays))(*pointers), filled)
     norms = list(filled)
     for first in range(0, len(norms), k):
         own = norms[first : first + k]
-        found.append(
+        grouped.append(
             [
                 math.hypot(*own),
                 *(own[g.start] if g.stop - g.start == 1 else math.hypot(*own[g]) for g in groups),
             ]
         )
-    return found
+    return grouped
 
 
 def ratio(u: float, sigma: float, fallback: float) -> float:

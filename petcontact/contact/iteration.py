@@ -142,7 +142,7 @@ class Recorder:
                 f"iterate {len(self.history) + 1} is not finite (ρ = {rho})",
                 "choose another rho or method",
             )
-        balances = [usable_balance(*each) for each in zip(given, strained, strict=True)]
+        balances = [usable_balance(*pair) for pair in zip(given, strained, strict=True)]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
         self.history.add(rho, balance, change, left, ksp_iterations)
         self.largest = max(self.largest, traction)

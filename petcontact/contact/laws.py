@@ -302,7 +302,7 @@ def dissipation(
     way = lengths(slid)
     work = -np.sum(after[:, : slid.shape[1]] * slid, axis=1)
     bounds = friction_bound(law, before), friction_bound(law, after) if bound is None else bound
-    old, new = (np.where(np.isfinite(each) & (way > 0.0), each, 0.0) for each in bounds)
+    old, new = (np.where(np.isfinite(limits) & (way > 0.0), limits, 0.0) for limits in bounds)
     # what sticks has slipped by round-off, and is not on the bound
     change = np.where(work >= 0.5 * new * way, 0.5 * (old - new) * way, 0.0)
     return work + change, np.abs(change)

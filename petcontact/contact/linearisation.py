@@ -43,11 +43,11 @@ class Linearisation:
     states: States
 
     @classmethod
-    def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
+    def from_law(cls, law: ContactLaw, tau: Array) -> Linearisation:
         """Return the linearisation of a law at τ⁰; a law may have its own `linearised`."""
         own: Callable[[Array], Linearisation | None] | None = getattr(law, "linearised", None)
-        if own is not None and (found := own(tau)) is not None:
-            return found
+        if own is not None and (result := own(tau)) is not None:
+            return result
         derivative, projection = law.linearise(tau), law.project(tau)
         if derivative.shape != (*tau.shape, law.k) or projection.shape != tau.shape:
             raise ValueError(
@@ -64,9 +64,16 @@ class Linearisation:
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
         """Return v = 0 on all components, σ unknown, for the shape (m, k) of an array."""
-        zero, every = np.zeros_like(like), np.ones(like.shape, dtype=bool)
+        zero, all_components = np.zeros_like(like), np.ones(like.shape, dtype=bool)
         derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
-        return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
+        return cls(
+            zero,
+            zero,
+            derivative,
+            all_components,
+            all_components,
+            np.zeros(len(like), dtype=np.int8),
+        )
 
     def traction(self, y: Array) -> Array:
         """Return Π' y, (m, k): the change of σ by y on the active components."""

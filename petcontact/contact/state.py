@@ -54,11 +54,11 @@ class History:
         self.residual.append(residual)
         self.ksp_iterations.append(ksp_iterations)
 
-    def extend(self, other: History) -> None:
+    def extend(self, later: History) -> None:
         """Append the rows of another method that continued from here."""
         for name in COLUMNS:
-            getattr(self, name).extend(getattr(other, name))
-        self.exchanged = other.exchanged
+            getattr(self, name).extend(getattr(later, name))
+        self.exchanged = later.exchanged
 
     def __len__(self) -> int:
         return len(self.rho)

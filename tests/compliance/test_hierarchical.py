@@ -138,7 +138,7 @@ def test_sets_that_change_more_than_before_are_those_of_a_more_exact_solve(comm,
     tau = np.zeros(system.u_0.shape)
     for slipping in (0, 3, 5, 4, 4):
         tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
-        system.linear_solve(Linearisation.at(law, tau), np.ones(tau.shape), 1e-6, None)
+        system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
     posed.close()
     # 3 nodes change, then 2, 1 and none; of the last nothing is left to gain
     assert asked == [FORCING, FORCING, FORCING, FORCING, FORCING**2]
@@ -146,6 +146,6 @@ def test_sets_that_change_more_than_before_are_those_of_a_more_exact_solve(comm,
     asked.clear()
     for slipping in (0, 1, 4, 6):
         tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
-        posed.system.linear_solve(Linearisation.at(law, tau), np.ones(tau.shape), 1e-6, None)
+        posed.system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
     posed.close()
     assert asked == [FORCING, FORCING, FORCING**2, FORCING]

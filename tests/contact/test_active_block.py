@@ -14,7 +14,7 @@ from petcontact.contact.linearisation import Linearisation
 def test_blocks_and_tractions_are_those_of_the_derivative(k):
     rng, m = np.random.default_rng(k), 30
     law = SignoriniCoulomb(2.0 * rng.random(m), np.full(m, np.inf), np.ones(m, dtype=bool), k)
-    at = Linearisation.at(law, rng.normal(size=(m, k)))
+    at = Linearisation.from_law(law, rng.normal(size=(m, k)))
     s = rng.normal(size=(m * k, m * k))
     rho = 1.0 + rng.random((m, k))
     so_far = rng.normal(size=(m, k))

@@ -93,7 +93,7 @@ def test_nodes_whose_sets_cycle_are_pivoted_on_alone(seed):
     )
     law, cycling = SignoriniCoulomb(STEEP * each, 0.3 * each, each > 0.0, 2), np.arange(6) < 2
     tau, sigma, _ = next(complementary_guesses(system, law, each > 0.0))
-    pieces = Linearisation.at(law, tau)
+    pieces = Linearisation.from_law(law, tau)
     given = pieces, np.where(cycling[:, None], 7.0, sigma)
     found, again, _ = next(complementary_guesses(system, law, cycling, given))
     assert again == pytest.approx(sigma, abs=1e-9) and sigma.any()

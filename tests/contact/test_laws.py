@@ -48,7 +48,7 @@ def test_the_projection_is_the_law_node_by_node(seed, k):
     rng = np.random.default_rng(seed)
     law = random_law(rng, 20, k)
     tau = 2.0 * rng.standard_normal((20, k)) * (rng.random((20, k)) < 0.8)
-    at = Linearisation.at(law, np.asfortranarray(tau))
+    at = Linearisation.from_law(law, np.asfortranarray(tau))
     projection = law.project(np.asfortranarray(tau))
     for i, (*shear, normal) in enumerate(tau):
         opened = law.absent[i] or (law.unilateral[i] and normal <= 0.0)
@@ -258,6 +258,6 @@ def test_all_at_once_is_one_after_another(k):
     np.testing.assert_allclose(
         law_residual(law, v, sigma, rho), law_residual(own, v, sigma, rho), atol=1e-15
     )
-    one, other = (Linearisation.at(each, v) for each in (law, own))
+    one, other = (Linearisation.from_law(each, v) for each in (law, own))
     for name in ("tau", "constant", "derivative", "active", "stick", "states"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))

@@ -302,7 +302,7 @@ def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_w
     """Without tractions ρv is small beside the guess of other loads, of which a share stands for
     round-off."""
     law = SignoriniCoulomb(np.zeros(2), np.full(2, np.inf), np.ones(2, dtype=bool), 2)
-    open_ = Linearisation.at(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
+    open_ = Linearisation.from_law(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
     v = np.array([[0.0, 1e-7], [0.0, -0.6]])
     tau = next_tau(open_, law, np.zeros((2, 2)), v, 1e-11, 1e-12)[0]
     assert law.states(tau).tolist() == [SLIP, OPEN]

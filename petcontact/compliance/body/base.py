@@ -88,9 +88,9 @@ class ElasticBody(abc.ABC):
         return None
 
     def contact_compliance(
-        self, place: Index, surrogate: MakeSurrogate
+        self, order: Index, surrogate: MakeSurrogate
     ) -> ContactCompliance | None:
-        """Return S of this body alone for contact nodes in the order `place`.
+        """Return S of this body alone for contact nodes in the given order.
 
         It is None if S is to be composed from `compliance` or `apply`.
         """

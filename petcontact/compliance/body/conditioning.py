@@ -32,6 +32,6 @@ def _signs(count: int) -> Array:
     return np.random.default_rng(1912).choice([-1.0, 1.0], count)
 
 
-def forward_error(found: Array, known: Array) -> float:
+def forward_error(computed: Array, exact: Array) -> float:
     """Return the largest relative error of the unknowns (q,) [-]."""
-    return float(np.abs(found / known - 1.0).max(initial=0.0))
+    return float(np.abs(computed / exact - 1.0).max(initial=0.0))

@@ -63,10 +63,10 @@ class FullBody(ElasticBody):
         `rho` (m k,) has a value for each contact unknown.
         """
         if not np.array_equal(rho, self._rho):
-            each = rho[:, None] / self.operators.traction_scale
+            factors = rho[:, None] / self.operators.traction_scale
             # (4.12): ρ G is added to each column of u_t on Γ_C
             self._matrix.getDenseArray().T[self._places] = (
-                self._displacement_columns + each * self._rows.contact
+                self._displacement_columns + factors * self._rows.contact
             )
             self._matrix.assemble()
             self.solver.set_operator(self._matrix)
@@ -94,9 +94,9 @@ class FullBody(ElasticBody):
         pushed = traction.ravel() / self.operators.traction_scale @ self._rows.contact
         return self._rest @ shares + self.solve(np.zeros(len(self._places)), pushed)
 
-    def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance:
+    def contact_compliance(self, order: Index, surrogate: MakeSurrogate) -> ContactCompliance:
         """Return S, which solves Robin problems by A(ρ)."""
-        return _FullCompliance(self, place, surrogate)
+        return _FullCompliance(self, order, surrogate)
 
     def describe(self) -> str:
         """Return the text for the verdict: the formulation."""
@@ -113,10 +113,10 @@ class _FullCompliance(ContactCompliance):
     Nodes are in the order of the contact system.
     """
 
-    def __init__(self, body: FullBody, place: Index, surrogate: MakeSurrogate) -> None:
+    def __init__(self, body: FullBody, order: Index, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         self._body, k = body, body.data.contact_shape[1]
-        self._order = (k * place[:, None] + np.arange(k)).ravel()
+        self._order = (k * order[:, None] + np.arange(k)).ravel()
 
     def apply(self, sigma: Array) -> Array:
         """Return the displacement S σ of the contact nodes under their tractions σ [length]."""
@@ -139,9 +139,9 @@ class _FullCompliance(ContactCompliance):
         return self._body.solver.kind
 
     def _by_body(self, rho: Array, sigma: Array) -> Array:
-        each, traction = np.empty(sigma.size), np.empty(sigma.size)
-        each[self._order], traction[self._order] = rho, sigma.ravel()
-        moved: Array = self._body.influence(each, traction)[self._order].reshape(sigma.shape)
+        factors, traction = np.empty(sigma.size), np.empty(sigma.size)
+        factors[self._order], traction[self._order] = rho, sigma.ravel()
+        moved: Array = self._body.influence(factors, traction)[self._order].reshape(sigma.shape)
         self.ksp_iterations, self.ksp_reason = (
             self._body.solver.iterations,
             self._body.solver.reason,

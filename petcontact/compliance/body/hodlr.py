@@ -55,13 +55,13 @@ class HodlrBody(ElasticBody):
         motions, rows = modes.reshape(n, r), gauge(self.mesh, self.data, modes)
         pins = pinned(self.data.components(modes), self.data.traction_known)
         self._compressed = CompressedOperators(operators, comm, bem, (motions, pins) if r else None)
-        here = self._compressed.here
-        self._gauge, self._pins = rows[:, here], pins[:, here]
+        own_rows = self._compressed.here
+        self._gauge, self._pins = rows[:, own_rows], pins[:, own_rows]
         with one_blas_thread(), stage("factor"):
             self._moved = (
-                self._compressed.solve(motions[here])
+                self._compressed.solve(motions[own_rows])
                 if r
-                else np.zeros((here.stop - here.start, 0))
+                else np.zeros((own_rows.stop - own_rows.start, 0))
             )
             self._seen = self._summed(self._gauge, self._moved)
             self._load(self._compressed.loads)

@@ -62,14 +62,14 @@ def stretches_of(
     equal, same = (
         np.logical_and.reduceat(which, mesh.first_node[:-1])[:-1] for which in (alike, beside)
     )
-    found = []
+    stretches = []
     for first, last in runs(mesh, repeated(mesh) & equal):
         if _repeats(mesh, operators, first, last):
             bounds = int(mesh.first_node[first]), int(mesh.first_node[last])
-            found.append(
+            stretches.append(
                 Stretch(*bounds, int(mesh.order[first]) + 1, bool(same[first : last - 1].all()))
             )
-    return found
+    return stretches
 
 
 def _near(vectors: Array, following: Index) -> Mask:
@@ -90,8 +90,8 @@ def _even(mesh: CurveMesh, first: int, last: int) -> bool:
 def _repeats(mesh: CurveMesh, operators: BoundaryOperators, first: int, last: int) -> bool:
     """Return whether the entries between the first elements equal those between the last ones."""
     count = COMPARED * (int(mesh.order[first]) + 1)
-    one, two = (
+    head, tail = (
         np.arange(a, a + count) for a in (mesh.first_node[first], mesh.first_node[last] - count)
     )
-    entries, others = operators.system_entries(one, one), operators.system_entries(two, two)
+    entries, others = operators.system_entries(head, head), operators.system_entries(tail, tail)
     return bool(np.abs(entries - others).max() <= 10.0 * WRITTEN * np.abs(entries).max())

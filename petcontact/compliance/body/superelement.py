@@ -89,12 +89,14 @@ def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
 def _free_at_points(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
     """Return the rigid motions (d p, r) of the points without stiffness, of about unit size [-]."""
     stiffness, away = surface.arrays["stiffness"], surface.points - surface.points.mean(axis=0)
-    every = mesh.motions.of(away / np.abs(away).max()).reshape(surface.points.size, -1)
-    values, vectors = np.linalg.eigh(every.T @ stiffness @ every)
+    motions = mesh.motions.of(away / np.abs(away).max()).reshape(surface.points.size, -1)
+    values, vectors = np.linalg.eigh(motions.T @ stiffness @ motions)
     largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
     free = vectors[:, np.abs(values) <= HALF * largest]
     # free translations remain translations along the axes
-    return np.asarray(every @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else every[:, :0])
+    return np.asarray(
+        motions @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else motions[:, :0]
+    )
 
 
 def condensed(
@@ -184,9 +186,9 @@ class SuperelementBody(ElasticBody):
     def __init__(self, operators: BoundaryOperators, surface: CondensedSurface) -> None:
         mesh, data = operators.mesh, operators.data
         given = condensed(surface, mesh, data.states, operators.kernel.half_space_compliance)
-        known = data.traction_known.ravel()
+        traction_known = data.traction_known.ravel()
         r = given.modes.shape[2]
-        super().__init__(operators, given.modes if known.all() else given.modes[..., :0])
+        super().__init__(operators, given.modes if traction_known.all() else given.modes[..., :0])
         frame, (n, d) = data.frame, mesh.x.shape
         compliance = np.einsum(
             "icj,ijkl,kml->ickm", frame, given.compliance.reshape(n, d, n, d), frame, optimize=True
@@ -201,7 +203,7 @@ class SuperelementBody(ElasticBody):
             else data.value + np.einsum("icj,sij->sic", frame, data.rigid)
         )
         traction = np.where(data.traction_known, data.value, 0.0).reshape(-1, d * n)
-        held, contact = ~known, data.contact_unknowns
+        held, contact = ~traction_known, data.contact_unknowns
         count = int(held.sum())
         # columns: the load states, then a unit traction in each contact direction
         loads = np.hstack([traction.T, np.eye(d * n)[:, contact]])
@@ -254,8 +256,8 @@ class SuperelementBody(ElasticBody):
 
     def _fields(self, shares: Array, traction: Array) -> tuple[Array, Array]:
         """Return displacement and traction by components along the frames, (d n,) each."""
-        each = np.concatenate([shares, traction.ravel()])
-        return self._u @ each, self._t @ each
+        factors = np.concatenate([shares, traction.ravel()])
+        return self._u @ factors, self._t @ factors
 
     def residual(
         self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array

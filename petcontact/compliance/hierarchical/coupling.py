@@ -59,7 +59,9 @@ class Relation:
         return cls(np.zeros(shape), np.zeros(shape), eye, np.zeros_like(eye))
 
     @classmethod
-    def of(cls, v_0: Array, sigma_0: Array, n_v: Array, n_sigma: Array, scale: Array) -> Relation:
+    def normalised(
+        cls, v_0: Array, sigma_0: Array, n_v: Array, n_sigma: Array, scale: Array
+    ) -> Relation:
         """Return the relation v = v_0 + N_v y, σ = σ_0 + N_σ y; `scale` is s (M,)."""
         k = v_0.shape[1]
         both = np.concatenate([n_v, n_sigma / scale[:, None, None]], axis=1)
@@ -150,13 +152,16 @@ class Coupling:
         )
         self.size, self.columns = int(self.first[-1]), int(self.first_column[-1])
         self.met = np.concatenate(
-            [at + body.slot.ravel() for at, body in zip(self.first, rows, strict=False)]
+            [offset + body.slot.ravel() for offset, body in zip(self.first, rows, strict=False)]
         )
         columns = zip(self.first_column, rows, strict=False)
         self._u, self._t = (
             np.concatenate(c)
             for c in zip(
-                *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns),
+                *(
+                    (offset + body.slot.ravel(), offset + body.beside.ravel())
+                    for offset, body in columns
+                ),
                 strict=True,
             )
         )
@@ -171,11 +176,11 @@ class Coupling:
         self._turn = blocks(turned)
         self._turn_back = blocks(turned.transpose(0, 2, 1))
         q = len(self.met)
-        every, each = np.arange(q), np.arange(k * m)
-        self._pick = _selection(each, self._place, (k * m, q))
+        factors, numbers = np.arange(q), np.arange(k * m)
+        self._pick = _selection(numbers, self._place, (k * m, q))
         moved, carried = (
             scipy.sparse.hstack(parts).tocsr()
-            for parts in zip(*(one.matrices for one in maps), strict=True)
+            for parts in zip(*(body_maps.matrices for body_maps in maps), strict=True)
         )
         self.opposite = matrix_of(moved - self._turn @ self._pick)
         self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0
@@ -194,13 +199,13 @@ class Coupling:
         self._own = _selection(column, others, (self.columns, self.size))
         kept = np.flatnonzero(free[self.met])
         self._primary = _selection(kept, self.met[kept], (q, self.size))
-        self._y = _selection(each, self.secondary, (k * m, self.size))
+        self._y = _selection(numbers, self.secondary, (k * m, self.size))
         self._to_u, self._to_t = (
-            _selection(at, every, (self.columns, q)) for at in (self._u, self._t)
+            _selection(offset, factors, (self.columns, q)) for offset in (self._u, self._t)
         )
         self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
         self._unknowns = np.concatenate(
-            [at + np.arange(n) for at, n in zip(self.first_column, sizes, strict=False)]
+            [offset + np.arange(n) for offset, n in zip(self.first_column, sizes, strict=False)]
         )
 
     def expansion(self, relation: Relation, motion: Array) -> Expansion:
@@ -286,17 +291,17 @@ class Coupling:
         result[self._unknowns] = unknowns
         return result
 
-    def _by(self, each: Array, x: Array, transposed: bool = False) -> Array:
+    def _by(self, matrices: Array, x: Array, transposed: bool = False) -> Array:
         """Return each node's matrix times its components."""
         return np.asarray(
-            np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", each, x.reshape(self.shape))
+            np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", matrices, x.reshape(self.shape))
         ).ravel()
 
 
-def blocks(each: Array) -> Sparse:
+def blocks(matrices: Array) -> Sparse:
     """Return the block diagonal matrix of (m, k, k)."""
-    m, k = each.shape[:2]
-    rows = np.ascontiguousarray(each), np.arange(m), np.arange(m + 1)
+    m, k = matrices.shape[:2]
+    rows = np.ascontiguousarray(matrices), np.arange(m), np.arange(m + 1)
     return matrix_of(scipy.sparse.bsr_array(rows, shape=(k * m, k * m)))
 
 
@@ -328,11 +333,11 @@ def _secondary_nodes(
         If a node belongs to two secondaries.
     """
     start = np.cumsum([0, *(body.slot.size for body in rows)]) // k
-    found = [
+    numbers = [
         start[face.body] + np.searchsorted(bodies[face.body].contact, face.nodes)
         for face in interfaces
     ]
-    node: Index = np.concatenate([start[:0], *found])
+    node: Index = np.concatenate([start[:0], *numbers])
     if len(np.unique(node)) < len(node):
         raise InputError(
             "bem.mat_type: compressed bodies in space can be secondary once at each place; let the "

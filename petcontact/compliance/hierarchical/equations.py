@@ -49,8 +49,8 @@ class MixedEquations:
         self._mpi = comm.tompi4py() if ranks > 1 else None
         spans = [
             [
-                np.arange(*body.bounds[r : r + 2]) + at
-                for at, body in zip(coupling.first, rows, strict=False)
+                np.arange(*body.bounds[r : r + 2]) + offset
+                for offset, body in zip(coupling.first, rows, strict=False)
             ]
             for r in range(ranks)
         ]
@@ -63,15 +63,15 @@ class MixedEquations:
         self.motions, self._dual = np.zeros((n, r)), np.zeros((n, r))
         self._coordinates, self._shift = np.zeros((r, r)), np.zeros((len(self._mine), r))
         for b, body in enumerate(rows):
-            here = slice(self.ends[b], self.ends[b + 1])
+            motion_slice = slice(self.ends[b], self.ends[b + 1])
             if body.motions.shape[1]:
-                mine = slice(coupling.first[b], coupling.first[b + 1])
+                own_rows = slice(coupling.first[b], coupling.first[b + 1])
                 basis, factor = np.linalg.qr(body.motions)
-                self.motions[mine, here], self._dual[mine, here] = (
+                self.motions[own_rows, motion_slice], self._dual[own_rows, motion_slice] = (
                     basis,
                     body.gauge @ np.linalg.inv(basis.T @ body.gauge),
                 )
-                self._coordinates[here, here] = np.linalg.inv(factor)
+                self._coordinates[motion_slice, motion_slice] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
             self._shift = self.motions[self._mine] - np.column_stack(moved)
@@ -128,13 +128,13 @@ class MixedEquations:
         """
         preconditioner = preconditioner or self._laws
         relation, count = posed.expansion.relation, posed.balance.count
-        known, sigma = self.coupling.known(relation, posed.offset)
-        known -= posed.factors
-        given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
+        factors, sigma = self.coupling.known(relation, posed.offset)
+        factors -= posed.factors
+        given = factors, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
         if not self.sum(np.array([any(values.any() for values in given)])).any():
             self.krylov.iterations, self.defect = 0, 0.0
             return self._state(
-                posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count)
+                posed, factors, sigma, np.zeros(self.coupling.size + posed.balance.count)
             )
         x, scale = self._start(posed, start), float(np.sqrt(len(self.rows)))
         sizes = self._strained(start.z)
@@ -144,7 +144,7 @@ class MixedEquations:
             sizes = np.where(
                 sizes > 0.0,
                 sizes,
-                self._sizes(self.whole(self._residual(posed, known, sigma, rest))),
+                self._sizes(self.whole(self._residual(posed, factors, sigma, rest))),
             )
         still = (
             sizes <= HALF * sizes.max()
@@ -153,7 +153,7 @@ class MixedEquations:
         )
         # what lies still until contact moves it is taken for a hundredth of the largest
         left, size = self._weighed(
-            np.where(still, 0.01 * sizes.max(), sizes), posed, known, sigma, x
+            np.where(still, 0.01 * sizes.max(), sizes), posed, factors, sigma, x
         )
         target = max(rtol * scale, forcing * size)
         self.krylov.iterations = 0
@@ -165,14 +165,14 @@ class MixedEquations:
             while still.any() and forcing == 0.0 and size > target:
                 # how large contact makes what lay still shows first
                 x += self.whole(self.krylov(left, len(x), max(target, ROUGH * size)))
-                sizes = self._strained(self._state(posed, known, sigma, x).z)
-                left, size = self._weighed(sizes, posed, known, sigma, x)
+                sizes = self._strained(self._state(posed, factors, sigma, x).z)
+                left, size = self._weighed(sizes, posed, factors, sigma, x)
                 still &= self._sizes(self.whole(left)) > ROUGH
             if size > target:
                 x += self.whole(self.krylov(left, len(x), target))
                 size = target
         self.defect = size / scale
-        return self._state(posed, known, sigma, x)
+        return self._state(posed, factors, sigma, x)
 
     def _strained(self, z: Array) -> Array:
         """Return the sizes of the bodies' displacements without rigid motions.
@@ -184,12 +184,12 @@ class MixedEquations:
         return np.maximum(strained, HALF * self._sizes(z).max(initial=0.0))
 
     def _weighed(
-        self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array
+        self, sizes: Array, posed: Posed, factors: Array, sigma: Array, x: Array
     ) -> tuple[Array, float]:
         """Return this rank's rows of the residual and its norm, each body's over its own size."""
         sizes = np.maximum(sizes, HALF * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
-        left = self._residual(posed, known, sigma, x)
+        left = self._residual(posed, factors, sigma, x)
         return left, self._norm(left)
 
     def _start(self, posed: Posed, start: State) -> Array:
@@ -223,10 +223,10 @@ class MixedEquations:
         )
         return np.concatenate([z, multipliers, alpha[bodies:]])
 
-    def _state(self, posed: Posed, known: Array, sigma: Array, x: Array) -> State:
+    def _state(self, posed: Posed, given_factors: Array, sigma: Array, x: Array) -> State:
         coupling, bodies = self.coupling, int(self.ends[-1])
         unknowns, beside = self._split(x)
-        factors = posed.expansion.factors @ unknowns + known
+        factors = posed.expansion.factors @ unknowns + given_factors
         z, obstacles = coupling.of_unknowns(factors), beside[bodies:]
         along = self._dual.T @ z
         v = coupling.seen @ z[coupling.met] + (posed.balance.motion @ obstacles).ravel()
@@ -250,18 +250,18 @@ class MixedEquations:
             [body.mult(factors[columns[b] : columns[b + 1]]) for b, body in enumerate(self.rows)]
         )
 
-    def _residual(self, posed: Posed, known: Array, sigma: Array, x: Array) -> Array:
+    def _residual(self, posed: Posed, factors: Array, sigma: Array, x: Array) -> Array:
         """Return this rank's rows of the right-hand side less the left-hand side."""
-        rows, border = self._left(posed, x, known, sigma)
+        rows, border = self._left(posed, x, factors, sigma)
         balance = posed.balance
         wanted = np.concatenate([-balance.load, balance.amplitude]) * self._border_scale(balance)
         return self._local(self._weight[self._mine] * (posed.rows - rows), wanted - border)
 
     def _left(
-        self, posed: Posed, x: Array, known: Array | float = 0.0, sigma: Array | float = 0.0
+        self, posed: Posed, x: Array, given_factors: Array | float = 0.0, sigma: Array | float = 0.0
     ) -> tuple[Array, Array]:
         unknowns, beside = self._split(x)
-        factors = posed.expansion.factors @ unknowns + known
+        factors = posed.expansion.factors @ unknowns + given_factors
         rows = self._multiplied(factors)
         bodies = int(self.ends[-1])
         if bodies:
@@ -289,12 +289,12 @@ class MixedEquations:
         contact together."""
         root = np.sqrt(len(self.coupling.scale))
         scale = self.coupling.scale
-        each = np.abs(balance.resultant).sum(axis=(1, 2)) * (scale.mean() if scale.size else 1.0)
+        forces = np.abs(balance.resultant).sum(axis=(1, 2)) * (scale.mean() if scale.size else 1.0)
         root = root * float(self._weight.min())
         return np.asarray(
             root
             * np.concatenate(
-                [1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]
+                [1.0 / np.where(forces > 0.0, forces, 1.0), np.ones(len(balance.amplitude))]
             )
         )
 
@@ -332,20 +332,20 @@ class MixedEquations:
         assert self._used is not None
         posed, preconditioner = self._used
         count, bodies = posed.balance.count, int(self.ends[-1])
-        found, units = np.zeros((self.coupling.size, count)), np.eye(count)
-        found[:, :bodies] = (
+        columns, units = np.zeros((self.coupling.size, count)), np.eye(count)
+        columns[:, :bodies] = (
             self.coupling.uncoupled(self.motions) if preconditioner is self._open else self.motions
         )
         for number, unit in enumerate(units):
             if number >= bodies:
-                found[:, number] = self._product(np.zeros(self.coupling.size), unit)
+                columns[:, number] = self._product(np.zeros(self.coupling.size), unit)
             # of bodies that are uncoupled rigid motions solve for themselves
             if preconditioner is not self._open:
-                found[:, number] = preconditioner.solve(found[:, number], self._product)
+                columns[:, number] = preconditioner.solve(columns[:, number], self._product)
         seen = np.array(
-            [self._border_of(posed, z, -unit) for z, unit in zip(found.T, units, strict=True)]
+            [self._border_of(posed, z, -unit) for z, unit in zip(columns.T, units, strict=True)]
         )
-        return found, np.linalg.pinv(seen.reshape(count, count).T)
+        return columns, np.linalg.pinv(seen.reshape(count, count).T)
 
     def _border_of(self, posed: Posed, z: Array, beside: Array) -> Array:
         unknowns, _ = self._split(np.concatenate([z, beside]))

@@ -85,8 +85,8 @@ class JointBodies:
         # without contact tractions what an iteration left is not small beside the solution
         if traction.any() and np.array_equal(shares, self._shares):
             for state in filter(None, (self._last, self._corrected)):
-                known = self._maps[number].carried(state.sigma.ravel())
-                if np.abs(known - traction).max(initial=0.0) <= SOLVED * np.abs(traction).max(
+                carried = self._maps[number].carried(state.sigma.ravel())
+                if np.abs(carried - traction).max(initial=0.0) <= SOLVED * np.abs(traction).max(
                     initial=0.0
                 ):
                     return state
@@ -95,15 +95,17 @@ class JointBodies:
     def strained(self, number: int, state: State) -> Array:
         """Return the unknowns of a body without its rigid motion."""
         equations = self.equations
-        here = slice(equations.coupling.first[number], equations.coupling.first[number + 1])
-        mine = slice(equations.ends[number], equations.ends[number + 1])
-        return np.asarray(state.z[here] - equations.rows[number].motions @ state.alpha[mine])
+        own_rows = slice(equations.coupling.first[number], equations.coupling.first[number + 1])
+        own_motions = slice(equations.ends[number], equations.ends[number + 1])
+        return np.asarray(
+            state.z[own_rows] - equations.rows[number].motions @ state.alpha[own_motions]
+        )
 
     def multipliers(self, number: int, state: State) -> Array:
         """Return the multipliers of the rigid motions of a body."""
         return state.beta[self.equations.ends[number] : self.equations.ends[number + 1]]
 
-    def under(self, sigma: Array, rtol: float = RTOL) -> State:
+    def loaded_by(self, sigma: Array, rtol: float = RTOL) -> State:
         """Return all bodies under σ (M, k) alone, by one solve; v is S σ."""
         factors, rows = self.equations.loads(self._unloaded)
         return self.equations.elastic(
@@ -117,7 +119,7 @@ class JointBodies:
             [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)],
         )
         # small changes of a solution are known to a hundredth at least
-        change = self.under(
+        change = self.loaded_by(
             difference, min(1e-2, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL
         )
         self._corrected = State(
@@ -152,7 +154,7 @@ class JointBodies:
         coupling = self.equations.coupling
         if np.any(soft):
             v_0, n_v = v_0 - soft * sigma_0, n_v - np.asarray(soft)[:, :, None] * n_sigma
-        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale).nearest(
+        relation = Relation.normalised(v_0, sigma_0, n_v, n_sigma, coupling.scale).nearest(
             offset, coupling.scale
         )
         posed = Posed(

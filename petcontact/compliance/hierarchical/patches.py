@@ -36,7 +36,7 @@ class Nodes:
         self.rows, self._coupling = rows, coupling
         self.first = np.cumsum([0, *(len(body.x) for body in rows)])
         n, (m, k) = int(self.first[-1]), coupling.shape
-        met, secondary = self.of(coupling.met), self.of(coupling.secondary[::k])
+        met, secondary = self.nodes_of(coupling.met), self.nodes_of(coupling.secondary[::k])
         # how much each secondary's node sees of each primary's node
         pair = abs(coupling.opposite).tocoo()
         faced = scipy.sparse.csr_array(
@@ -45,8 +45,8 @@ class Nodes:
         faced.sum_duplicates()
         seen, self.leader = faced.tocsc(), np.arange(n)
         for node in np.flatnonzero(np.diff(seen.indptr)).tolist():
-            mine = slice(seen.indptr[node], seen.indptr[node + 1])
-            self.leader[node] = secondary[seen.indices[mine][np.argmax(seen.data[mine])]]
+            entries = slice(seen.indptr[node], seen.indptr[node + 1])
+            self.leader[node] = secondary[seen.indices[entries][np.argmax(seen.data[entries])]]
         self.leader[secondary] = secondary
         most = np.maximum(faced.max(axis=1).toarray().ravel(), 1e-300) if m else np.ones(0)
         near = scipy.sparse.coo_array(
@@ -54,14 +54,14 @@ class Nodes:
         )
         # a primary's node comes along with a secondary's that faces it to a twentieth at least
         keep = near.data >= 0.05
-        one, other = secondary[near.row[keep]], near.col[keep]
-        both = np.concatenate([one, other]), np.concatenate([other, one])
+        first, second = secondary[near.row[keep]], near.col[keep]
+        both = np.concatenate([first, second]), np.concatenate([second, first])
         self._partner = scipy.sparse.csr_array((np.ones(len(both[0])), both), shape=(n, n))
         self.is_met = np.zeros(n, dtype=bool)
         self.is_met[met] = True
         self._search = [scipy.spatial.cKDTree(body.x) for body in rows]
 
-    def of(self, unknowns: Index) -> Index:
+    def nodes_of(self, unknowns: Index) -> Index:
         """Return the nodes of patches of unknowns."""
         body = np.searchsorted(self._coupling.first, unknowns, side="right") - 1
         components = np.array([rows.components for rows in self.rows])[body]
@@ -87,16 +87,18 @@ class Nodes:
         for group in np.split(order, np.flatnonzero(np.diff(self.leader[order])) + 1):
             if len(group):
                 led[self.leader[group[0]]] = group
-        found = []
+        patches = []
         for b, body in enumerate(self.rows):
             for cluster in body.tree.cut(OWN).tolist():
                 inside = (
                     np.arange(body.tree.first[cluster], body.tree.last[cluster]) + self.first[b]
                 )
-                mine = inside[self.leader[inside] == inside]
-                if len(mine):
-                    found.append(self._patch(np.concatenate([mine, *(led[node] for node in mine)])))
-        return found
+                leaders = inside[self.leader[inside] == inside]
+                if len(leaders):
+                    patches.append(
+                        self._patch(np.concatenate([leaders, *(led[node] for node in leaders)]))
+                    )
+        return patches
 
     def _patch(self, own: Index) -> Patch:
         taken = [self._around(b, own) for b in range(len(self.rows))]
@@ -104,12 +106,12 @@ class Nodes:
         met = whole[self.is_met[whole]]
         partners = np.unique(self._partner[met].indices) if len(met) else met
         nodes, unknowns, kept = list[Index](), list[Index](), list[Index]()
-        for b, here in enumerate(taken):
+        for b, inside in enumerate(taken):
             there = partners[(partners >= self.first[b]) & (partners < self.first[b + 1])]
-            every = np.union1d(here, there) - self.first[b]
-            nodes.append(every)
-            unknowns.append(self.unknowns(b, every))
-            kept.append(np.repeat(np.isin(every + self.first[b], own), self.rows[b].components))
+            of_body = np.union1d(inside, there) - self.first[b]
+            nodes.append(of_body)
+            unknowns.append(self.unknowns(b, of_body))
+            kept.append(np.repeat(np.isin(of_body + self.first[b], own), self.rows[b].components))
         return Patch(
             nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met))
         )
@@ -148,12 +150,12 @@ class Nodes:
         most = max(OWN, OWN * int(np.ceil(3 * n / OWN / 900)))
         key = np.column_stack([np.empty((n, 3), dtype=np.int64), self._directions()])
         for b, body in enumerate(self.rows):
-            here, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)
-            key[here, 0] = b
-            key[here, 1] = np.repeat(
+            node_slice, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)
+            key[node_slice, 0] = b
+            key[node_slice, 1] = np.repeat(
                 np.arange(len(cut)), body.tree.last[cut] - body.tree.first[cut]
             )
-            key[here, 2] = body.part
+            key[node_slice, 2] = body.part
         number = np.unique(key, axis=0, return_inverse=True)[1].ravel()
         led = self.leader != np.arange(n)
         key[led, 1], key[led, 2] = number[self.leader[led]], -1
@@ -166,27 +168,27 @@ class Nodes:
         group = np.unique(np.concatenate(of_unknowns), return_inverse=True)[1].ravel()
         count, columns = int(group.max()) + 1, np.full(self._coupling.columns, -1)
         for b, body in enumerate(self.rows):
-            mine, at = (
+            own_groups, first_column = (
                 group[self._coupling.first[b] : self._coupling.first[b + 1]],
                 self._coupling.first_column[b],
             )
-            columns[at : at + len(mine)] = mine
-            columns[at + body.beside] = count + mine[body.slot]
+            columns[first_column : first_column + len(own_groups)] = own_groups
+            columns[first_column + body.beside] = count + own_groups[body.slot]
         return group, columns
 
     def _directions(self) -> Index:
         """Return the rounded directions of the components of each node."""
-        first, each = (
+        first, frames = (
             self._coupling.first,
             np.concatenate([body.frame.reshape(-1, 3) for body in self.rows]),
         )
-        each[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
-        found = [
-            np.rint(each[first[b] : first[b + 1]]).reshape(len(body.x), -1)
+        frames[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
+        rounded = [
+            np.rint(frames[first[b] : first[b + 1]]).reshape(len(body.x), -1)
             for b, body in enumerate(self.rows)
         ]
         return np.asarray(
-            np.concatenate([np.pad(one, ((0, 0), (0, 9 - one.shape[1]))) for one in found]),
+            np.concatenate([np.pad(rows, ((0, 0), (0, 9 - rows.shape[1]))) for rows in rounded]),
             dtype=np.int64,
         )
 
@@ -196,9 +198,9 @@ def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: In
     count = int(group.max()) + 1
     result = np.zeros((count, 2 * count))
     for b, body in enumerate(rows):
-        mine = group[coupling.first[b] : coupling.first[b + 1]]
+        own_groups = group[coupling.first[b] : coupling.first[b + 1]]
         result += body.coarse(
-            mine,
+            own_groups,
             columns[coupling.first_column[b] : coupling.first_column[b + 1]],
             (count, 2 * count),
         )

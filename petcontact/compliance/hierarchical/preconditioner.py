@@ -55,9 +55,9 @@ class Preconditioner:
 
     def copy(self) -> Preconditioner:
         """Return an independent copy that shares unchanged arrays."""
-        other = copy.copy(self)
-        other._local, other._coarse = self._local.copy(), self._coarse.copy()
-        return other
+        result = copy.copy(self)
+        result._local, result._coarse = self._local.copy(), self._coarse.copy()
+        return result
 
     def update(self, expansion: Expansion) -> None:
         """Change to another expansion.

@@ -173,9 +173,9 @@ class CompressedRows:
                 "use another -bem_hmatrix_tol or -bem_mat_type dense",
             )
         self.columns, size = self.matrix.shape[1], d * mesh.n_nodes
-        place, k = np.argsort(self.nodes)[data.contact_nodes], data.contact_shape[1]
-        self.slot = d * place[:, None] + data.contact_directions
-        self.beside = size + self._entries.beside[place][:, None] + np.arange(k)
+        position, k = np.argsort(self.nodes)[data.contact_nodes], data.contact_shape[1]
+        self.slot = d * position[:, None] + data.contact_directions
+        self.beside = size + self._entries.beside[position][:, None] + np.arange(k)
         self.scale = operators.traction_scale
         moved = data.components(modes) * data.traction_known[:, :, None]
         self.motions = moved[self.nodes].reshape(size, -1)

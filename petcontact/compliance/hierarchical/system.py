@@ -39,7 +39,7 @@ class _SolvedCompliance(ContactCompliance):
 
     def apply(self, sigma: Array) -> Array:
         """Return S σ, by one solve."""
-        state, equations = self._joint.under(sigma), self._joint.equations
+        state, equations = self._joint.loaded_by(sigma), self._joint.equations
         self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
         return state.v + self.soft * sigma
 

@@ -110,22 +110,28 @@ def strips(
     for elements in smooth_stretches(mesh, nodes):
         counts = mesh.order[elements] + 1
         local = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-        places = np.searchsorted(nodes, np.repeat(mesh.first_node[elements], counts) + local)
+        node_positions = np.searchsorted(
+            nodes, np.repeat(mesh.first_node[elements], counts) + local
+        )
         first, last = elements[0], elements[-1]
         length = mesh.length[elements]
         closed = float(length.sum()) if _meet(mesh, elements[-1:], elements[:1])[0] else 0.0
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
         layers = (
-            (operators.kernel.half_space_compliance, body_thickness(mesh, nodes[places])),
+            (operators.kernel.half_space_compliance, body_thickness(mesh, nodes[node_positions])),
             *others,
         )
         for c in range(directions.shape[1]):
             ends = (
-                _reflection(operators, mesh.end, mesh.start[first], directions[places[0], c]),
-                _reflection(operators, mesh.start, mesh.end[last], directions[places[-1], c]),
+                _reflection(
+                    operators, mesh.end, mesh.start[first], directions[node_positions[0], c]
+                ),
+                _reflection(
+                    operators, mesh.start, mesh.end[last], directions[node_positions[-1], c]
+                ),
             )
             result.append(
-                Strip(places, start, length, mesh.order[elements], closed, layers, ends, c)
+                Strip(node_positions, start, length, mesh.order[elements], closed, layers, ends, c)
             )
     return result
 
@@ -141,14 +147,14 @@ def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:
     return runs
 
 
-def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
+def _meet(mesh: CurveMesh, first: Index, second: Index) -> Mask:
     """Return whether each element ends where the other begins, in about the same direction."""
-    gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
+    gap = np.hypot(*(mesh.end[first] - mesh.start[second]).T)
     turn = np.sum(
-        mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1
+        mesh.normal[mesh.first_node[first + 1] - 1] * mesh.normal[mesh.first_node[second]], axis=1
     )
     # neighbours belong to one stretch where their normals turn by less
-    return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > 0.8))
+    return np.asarray((gap <= 1e-9 * mesh.length[first]) & (turn > 0.8))
 
 
 def _reflection(
@@ -168,10 +174,10 @@ def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
     """Return the distance through the body along inward normals, the median of a few rays
     [length]."""
     chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, 32).astype(int))]
-    found = np.array([_thickness_at(mesh, int(node)) for node in chosen])
-    found = found[np.isfinite(found)]
+    distances = np.array([_thickness_at(mesh, int(node)) for node in chosen])
+    distances = distances[np.isfinite(distances)]
     extent = float(np.ptp(mesh.x, axis=0).max())
-    return float(np.median(found)) if len(found) else extent
+    return float(np.median(distances)) if len(distances) else extent
 
 
 def _thickness_at(mesh: CurveMesh, node: int) -> float:
@@ -202,8 +208,8 @@ def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None 
         Nodes of the strip (numbers from 0); all by default.
     """
     targets = strip.positions if rows is None else strip.positions[rows]
-    every = columns is None or len(columns) == len(strip.nodes)
-    wanted = np.arange(len(strip.order)) if every else np.unique(strip.element[columns])
+    complete = columns is None or len(columns) == len(strip.nodes)
+    wanted = np.arange(len(strip.order)) if complete else np.unique(strip.element[columns])
     first = np.concatenate([[0], np.cumsum(strip.order[wanted] + 1)])
     matrix = np.zeros((len(targets), first[-1]))
     for order in np.unique(strip.order[wanted]):
@@ -211,10 +217,10 @@ def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None 
         slots = (first[group][:, None] + np.arange(order + 1)).ravel()
         for half_space, thickness in strip.layers:
             values = _columns(strip, thickness, int(order), wanted[group], targets)
-            for sign, place in images(strip, thickness, targets):
-                values += sign * _columns(strip, thickness, int(order), wanted[group], place)
+            for sign, images_ in images(strip, thickness, targets):
+                values += sign * _columns(strip, thickness, int(order), wanted[group], images_)
             matrix[:, slots] -= half_space * values.reshape(len(targets), -1)
-    if every:
+    if complete:
         return matrix
     element = strip.element[columns]
     return matrix[:, first[np.searchsorted(wanted, element)] + columns - strip.first[element]]
@@ -233,9 +239,11 @@ def images(strip: Strip, thickness: float, targets: Array) -> list[tuple[float, 
     x = targets - origin
     count = 0 if first == last == 1.0 else int(np.clip(np.ceil(2.0 * thickness / length), 1, 20))
     mirrored = range(min(-count + 1, 0), max(count, 1) + 1)
-    found = [(first * (first * last) ** (k % 2), origin + 2 * k * length - x) for k in mirrored]
+    reflections = [
+        (first * (first * last) ** (k % 2), origin + 2 * k * length - x) for k in mirrored
+    ]
     moved = [k for k in range(-count, count + 1) if k]
-    return found + [((first * last) ** (k % 2), origin + 2 * k * length + x) for k in moved]
+    return reflections + [((first * last) ** (k % 2), origin + 2 * k * length + x) for k in moved]
 
 
 def _columns(strip: Strip, thickness: float, order: int, elements: Index, targets: Array) -> Array:

@@ -62,17 +62,17 @@ class LayerOperator:
         """
         if rho is None:
             return self._by_part(x, lambda part, column, _: part.solve(column) / self.scale)
-        each = np.broadcast_to(rho, x.shape[1]) * self.scale
+        factors = np.broadcast_to(rho, x.shape[1]) * self.scale
         return self._by_part(
-            x, lambda part, column, place: part.solve(column, float(each[place[1]]))
+            x, lambda part, column, index: part.solve(column, float(factors[index[1]]))
         )
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
         """Return x (m, k) for which T x = rhs where `stick` (m, k) is true, and x = 0 elsewhere
         [stress]."""
 
-        def solve(part: StripOperator, column: Array, place: tuple[Index, int]) -> Array:
-            held = stick[place]
+        def solve(part: StripOperator, column: Array, index: tuple[Index, int]) -> Array:
+            held = stick[index]
             return (
                 part.stick_solve(held, column, self.rtol) / self.scale
                 if held.any()
@@ -96,8 +96,8 @@ class LayerOperator:
         """Return the result of `work` on each component on each part, (m, k)."""
         result = np.zeros_like(x)
         for nodes, component, part in self._parts:
-            place, root = (nodes, component), self._root[nodes]
-            result[place] = work(part, root * x[place], place) / root
+            index, root = (nodes, component), self._root[nodes]
+            result[index] = work(part, root * x[index], index) / root
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:
@@ -114,6 +114,6 @@ def fitted(weight: Array, sigma: Array, ours: Array, displacement: Array) -> flo
 
     It is 1 if both are close, else the geometric mean of 1 and their Rayleigh quotient.
     """
-    own, other = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
-    apart = own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD
-    return float(np.sqrt(other / own)) if apart else 1.0
+    own, given = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
+    apart = own > 0.0 and given > 0.0 and not 1.0 / SPREAD < given / own < SPREAD
+    return float(np.sqrt(given / own)) if apart else 1.0

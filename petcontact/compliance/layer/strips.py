@@ -222,14 +222,14 @@ class HodlrStrip:
         """
         if stick.all():
             return self.solve(rhs)
-        found = self._krylov.solve(
+        solution = self._krylov.solve(
             lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
             lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
             np.where(stick, rhs, 0.0),
             0.0,
             rtol,
         )
-        return np.where(stick, found, 0.0)
+        return np.where(stick, solution, 0.0)
 
     def matrix(self) -> Array:
         """Return T as a matrix (k, k) [length/stress]."""

@@ -184,17 +184,17 @@ class _Complementarity:
         law, p, s = self._law, len(self._presses), len(self._slides)
         row = self._first_limit
         for nodes, is_cone in ((self._follows, True), (self._capped, False)):
-            at, place = row + np.arange(len(nodes)), np.searchsorted(self._slides, nodes)
+            rows, columns = row + np.arange(len(nodes)), np.searchsorted(self._slides, nodes)
             row += len(nodes)
             for j in range(len(self._ways)):
-                both[at, p + j * s + place] = -1.0
-                both[p + j * s + place, at] = 1.0
+                both[rows, p + j * s + columns] = -1.0
+                both[p + j * s + columns, rows] = 1.0
             if is_cone:
                 # for an infinite coefficient: a bound is reached at a thousandth of it
                 slope = np.minimum(law.coefficient[nodes], STEEP)
-                both[at, np.searchsorted(self._presses, nodes)] = slope
+                both[rows, np.searchsorted(self._presses, nodes)] = slope
             else:
-                both[at, -1] = unit[nodes] * law.bound[nodes]
+                both[rows, -1] = unit[nodes] * law.bound[nodes]
 
 
 def lemke(matrix: Array, offset: Array) -> Array | None:

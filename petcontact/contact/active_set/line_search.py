@@ -54,11 +54,11 @@ class LineSearch:
 
     def _searched(self, sigma: Array, v: Array, alpha: Array) -> bool:
         for share in 0.5 ** np.arange(HALVINGS):
-            at = self.sigma + share * (sigma - self.sigma), self.v + share * (v - self.v)
-            left = self._merit(*at)
+            trial = self.sigma + share * (sigma - self.sigma), self.v + share * (v - self.v)
+            left = self._merit(*trial)
             if left < (1.0 - DESCENT * share) * self._left:
                 (self.sigma, self.v), self.alpha, self._left = (
-                    at,
+                    trial,
                     self.alpha + share * (alpha - self.alpha),
                     left,
                 )

@@ -146,7 +146,7 @@ def pivots(
     shuffle: np.random.Generator | None = None
     search: LineSearch | None = None
     while True:
-        linearised = Linearisation.at(law, tau)
+        linearised = Linearisation.from_law(law, tau)
         sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
         size = float(np.abs(sigma).max(initial=0.0))
         largest = max(largest, size)

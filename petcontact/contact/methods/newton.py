@@ -126,7 +126,7 @@ def _first_guess(
         tau = tau_of(law, v, sigma)
         # v of a solution that sticks is round-off; without tractions only v says what is closed
         if sigma.any():
-            tau = next_tau(Linearisation.at(law, tau), law, sigma, v, 0.0)[0]
+            tau = next_tau(Linearisation.from_law(law, tau), law, sigma, v, 0.0)[0]
         return tau, sigma, v
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
@@ -168,7 +168,7 @@ class _Run:
             return None
         still = np.zeros(len(modes.load))
         return self._judged(
-            Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v
+            Pivot(sigma, v, still, Linearisation.from_law(self.law, v), v, 0, still), sigma, v
         )
 
     def state(self, first: Guess) -> ContactState:

@@ -281,7 +281,7 @@ class Increment:
         )
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
         together = np.where(np.abs(u_0 + shift) > ROUNDED * size, u_0 + shift, 0.0)
-        return system.at(together, rigid, self.shares, self.layer)
+        return system.increment_system(together, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
         """Return the outcome of the method; if a linear solve fails, the last iterate.

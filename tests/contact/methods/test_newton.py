@@ -125,7 +125,7 @@ def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, p
 
 def test_pieces_of_hand_made_states():
     law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
-    linearised = Linearisation.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
+    linearised = Linearisation.from_law(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
     assert linearised.states.tobytes() == bytes([1, 0, 1, 1])
     assert (
         linearised.stick[:, 0].tolist()
