@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, refuse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,10 +52,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     names = arguments.methods.split(",") if arguments.methods else None
     for name in names or ():
-        if name not in CONTENDERS:
-            raise InputError(
-                f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}"
-            )
+        refuse(
+            name not in CONTENDERS,
+            f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}",
+        )
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
     comm = world(petsc_words)
     cases = list(_cases(arguments))
@@ -101,6 +101,8 @@ def _numbers(text: str | None, option: str) -> list[float]:
         values = [float(word) for word in text.split(",")] if text else []
     except ValueError:
         raise InputError(f"{option} {text}: expected numbers separated by commas") from None
-    if any(not 0.0 < value < float("inf") for value in values):
-        raise InputError(f"{option} {text}: numbers must be positive")
+    refuse(
+        any(not 0.0 < value < float("inf") for value in values),
+        f"{option} {text}: numbers must be positive",
+    )
     return values

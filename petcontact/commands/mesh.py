@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import refuse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,11 +52,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.atomic_write import check_target, temporary_name
     from ..runtime.text_table import aligned
 
-    if not is_cad(arguments.file):
-        raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
+    refuse(
+        not is_cad(arguments.file),
+        f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep",
+    )
     size, target = _size(arguments.size), arguments.output and Path(arguments.output)
-    if target and target.suffix.lower() != ".msh":
-        raise InputError(f"{target}: a mesh is written as .msh")
+    refuse(target and target.suffix.lower() != ".msh", f"{target}: a mesh is written as .msh")
     if target:
         check_target(target, replace=True, inputs=[arguments.file])
     solid = (
@@ -84,8 +85,7 @@ def _size(word: str | None) -> float | None:
         size = float(word)
     except ValueError:
         size = 0.0
-    if not 0.0 < size < float("inf"):
-        raise InputError(f"--size {word}: must be a positive number")
+    refuse(not 0.0 < size < float("inf"), f"--size {word}: must be a positive number")
     return size
 
 
@@ -94,7 +94,9 @@ def _parts(words: list[str]) -> dict[str, tuple[int, ...]]:
     result: dict[str, tuple[int, ...]] = {}
     for word in words:
         name, _, numbers = word.partition("=")
-        if not name or not all(number.isdecimal() for number in numbers.split(",")):
-            raise InputError(f"--part {word}: expected NAME=N,N with the numbers of surfaces")
+        refuse(
+            not name or not all(number.isdecimal() for number in numbers.split(",")),
+            f"--part {word}: expected NAME=N,N with the numbers of surfaces",
+        )
         result[name] = (*result.get(name, ()), *map(int, numbers.split(",")))
     return result

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import refuse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,8 +67,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..sweep.report.text import csv_text, markdown, write_parquet
     from ..sweep.store.case_table import read_case_table
 
-    if arguments.figures and not arguments.plot:
-        raise InputError("--figures: is the folder of --plot, which is not given")
+    refuse(
+        arguments.figures and not arguments.plot,
+        "--figures: is the folder of --plot, which is not given",
+    )
     for name in filter(None, (arguments.csv, arguments.html, arguments.parquet)):
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)

@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, OutputError, in_file
+from ..errors import InputError, OutputError, in_file, refuse
 from ..runtime.signals import Interrupted, stopping
 
 SOON = 5.0
@@ -75,8 +75,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..runtime.world import world
 
-    if arguments.no_figures and arguments.figures:
-        raise InputError("--figures: --no-figures draws nothing; give one of them")
+    refuse(
+        arguments.no_figures and arguments.figures,
+        "--figures: --no-figures draws nothing; give one of them",
+    )
     comm = world(petsc_words)
     with unused_reported(comm.getRank() == 0):
         return _run(arguments, comm)
@@ -144,8 +146,10 @@ def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
     again = is_replaced(arguments, output)
     check_target(output, replace=again, inputs=inputs, longest=longest)
     pictures = Path(arguments.figures) if arguments.figures else output.parent
-    if pictures.exists() and not pictures.is_dir():
-        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
+    refuse(
+        pictures.exists() and not pictures.is_dir(),
+        f"--figures {pictures}: is a file, and figures need a folder",
+    )
     return output, pictures
 
 
@@ -271,8 +275,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
         except UnicodeDecodeError:
             raise InputError(f"--set {word!a}: not text in UTF-8") from None
         key, equals, value = word.partition("=")
-        if not (key and equals and value):
-            raise InputError(f"--set {word}: expected KEY=VALUE")
+        refuse(not (key and equals and value), f"--set {word}: expected KEY=VALUE")
         try:
             result[key] = parse_toml(f"v = {value}", "--set")["v"]
         except InputError:

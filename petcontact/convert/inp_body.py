@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..round_off import WRITTEN
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
@@ -202,11 +202,11 @@ class Body:
         """The [[body]] of the config."""
         reader = self.reader
         names = {reader.sections.get(number, "") for number in self.elements}
-        if len(names) > 1:
-            raise InputError(
-                f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
-                f"has one"
-            )
+        refuse(
+            len(names) > 1,
+            f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
+            f"has one",
+        )
         material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
         if "young_modulus" not in material:
             raise InputError(

@@ -7,7 +7,7 @@ import scipy
 
 from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
 from ..model.hints import among
@@ -57,8 +57,7 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
         first, last = cycle.first, cycle.last
     low = 1 if first is None else _step_number("--first", first, names)
     high = max(len(names), 1) if last is None else _step_number("--last", last, names)
-    if low > high:
-        raise InputError(f"--last: step {last!r} comes before step {first!r}")
+    refuse(low > high, f"--last: step {last!r} comes before step {first!r}")
     found: list[StepResult] = []
     for step in reversed(solution.steps):
         inside = low <= step.step <= high
@@ -66,10 +65,10 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
             break
         if inside:
             found.append(step)
-    if len(found) < 2:
-        raise InputError(
-            f"--first, --last: a cycle has at least two increments, these steps have {len(found)}"
-        )
+    refuse(
+        len(found) < 2,
+        f"--first, --last: a cycle has at least two increments, these steps have {len(found)}",
+    )
     return found[::-1]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..frozen import frozen
 from ..model.hints import among
 from ..results.data import SolutionData
@@ -129,12 +129,10 @@ def fatigue(
                 )
                 damage = PARAMETERS[parameter][0](sites.stress, constants)
                 found.append(Found(sites, damage.value, damage.normal))
-    if not found:
-        raise InputError(
-            "fatigue: none of these parts is in contact"
-            if parts
-            else "fatigue: nothing is in contact"
-        )
+    refuse(
+        not found,
+        "fatigue: none of these parts is in contact" if parts else "fatigue: nothing is in contact",
+    )
     result = Fatigue(parameter, len(increments), tuple(found))
     return replace(result, error=_error(solution, result, sensitivity))
 
@@ -176,12 +174,11 @@ def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
     if parameter not in NAMES:
         raise InputError(f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
-    if not (np.isfinite(depth) and depth >= 0.0):
-        raise InputError(f"depth: must be 0 or more, got {depth:g}")
-    if depth and parameter in RUIZ:
-        raise InputError(
-            f"depth: {parameter} is of slip and shear on the surface, below it there is none"
-        )
+    refuse(not (np.isfinite(depth) and depth >= 0.0), f"depth: must be 0 or more, got {depth:g}")
+    refuse(
+        depth and parameter in RUIZ,
+        f"depth: {parameter} is of slip and shear on the surface, below it there is none",
+    )
     needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
     if needed != (sensitivity is not None):
         raise InputError(
@@ -238,8 +235,10 @@ def cycles_to_failure(
     1000000
     """
     strength, b, ductility, c = constants
-    if not (strength > 0.0 and b < 0.0 and ductility >= 0.0 and c < 0.0):
-        raise InputError("life: σ_f' must be positive, b and c negative, ε_f' not negative")
+    refuse(
+        not (strength > 0.0 and b < 0.0 and ductility >= 0.0 and c < 0.0),
+        "life: σ_f' must be positive, b and c negative, ε_f' not negative",
+    )
     if damage <= 0.0:
         return float("inf")
 

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import Delaunay
 
 from ..arrays import Array, Index
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..mesh.curve_mesh import CurveMesh
 
 KEPT_OFF = 0.45
@@ -44,8 +44,7 @@ def triangulate(
     low, high = np.minimum(low, mesh.x.min(axis=0)), np.maximum(high, mesh.x.max(axis=0))
     if window is not None:
         low, high = np.maximum(low, window[0]), np.minimum(high, window[1])
-        if np.any(low >= high):
-            raise InputError("--window: nothing of the body lies in it")
+        refuse(np.any(low >= high), "--window: nothing of the body lies in it")
     step = (high - low) / np.array(resolution, dtype=float)
     spacing = float(step.min())
     rim = [_rim(mesh, loop, spacing) for loop in mesh.loops()]
@@ -61,8 +60,7 @@ def triangulate(
         points = points[np.all((points >= low) & (points <= high), axis=1)]
         body = body.intersection(shapely.box(*low, *high))
         shapely.prepare(body)
-        if len(points) < 3:
-            raise InputError("--window: nothing of the body lies in it")
+        refuse(len(points) < 3, "--window: nothing of the body lies in it")
     cells = np.asarray(Delaunay((points - low) / spacing).simplices, dtype=np.int64)
     a, b, c = (points[cells[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])

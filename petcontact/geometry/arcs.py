@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..round_off import least_pieces
 
 
@@ -87,8 +87,10 @@ def turn_of_radius(start: Array, end: Array, radius: float) -> float:
     """
     chord = float(np.hypot(*(end - start)))
     ratio = chord / (2.0 * abs(radius))
-    if ratio > 1.0 + 1e-9:
-        raise InputError(f"radius {radius:g} is less than half the distance {chord:g} of its ends")
+    refuse(
+        ratio > 1.0 + 1e-9,
+        f"radius {radius:g} is less than half the distance {chord:g} of its ends",
+    )
     return math.copysign(math.asin(min(1.0, ratio)), radius)
 
 
@@ -168,9 +170,9 @@ def check_digits(size: float, points: Sequence[Array], what: str) -> None:
     InputError
     """
     farthest = max(float(np.abs(point).max()) for point in points)
-    if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
-        raise InputError(
-            f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
-            f"little for 16 "
-            "digits, choose another origin or unit of length"
-        )
+    refuse(
+        not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE),
+        f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
+        f"little for 16 "
+        "digits, choose another origin or unit of length",
+    )

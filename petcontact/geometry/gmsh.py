@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..round_off import CHAINED, WRITTEN
 from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented, shown
@@ -61,8 +61,10 @@ def read_msh(file: str) -> Any:
     InputError
         If there is no such file or it is no Gmsh mesh.
     """
-    if not Path(file).is_file():
-        raise InputError(f"{file}: no such file (geometry.file is relative to the config's folder)")
+    refuse(
+        not Path(file).is_file(),
+        f"{file}: no such file (geometry.file is relative to the config's folder)",
+    )
     import meshio
 
     try:
@@ -79,10 +81,10 @@ def read_msh(file: str) -> Any:
             f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 "
             f"without Mesh.SaveAll"
         ) from None
-    if mesh.points.dtype.kind != "f" or not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
-        raise InputError(
-            f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}"
-        )
+    refuse(
+        mesh.points.dtype.kind != "f" or not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE),
+        f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}",
+    )
     for block in mesh.cells:
         _demand_cells(file, block.type, np.asarray(block.data), len(mesh.points))
     for name in mesh.field_data:
@@ -99,8 +101,10 @@ def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
     if nodes is not None and cells.shape[1:] != (nodes,):
         raise InputError(f"{file}: damaged (cells of type {kind} have no {nodes} nodes)")
     whole = cells.dtype.kind in "iu"
-    if not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count):
-        raise InputError(f"{file}: damaged (a cell has a node that is not there)")
+    refuse(
+        not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count),
+        f"{file}: damaged (a cell has a node that is not there)",
+    )
 
 
 def _damage(file: str) -> str:
@@ -124,11 +128,11 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
     result: dict[tuple[int, int], Line] = {}
     for block, physical in zip(mesh.cells, tags, strict=True):
         if block.type not in ("line", "line3"):
-            if block.type.startswith("line"):
-                raise InputError(
-                    f"{file}: lines of type {block.type}; boundary lines of first or second order "
-                    f"are read"
-                )
+            refuse(
+                block.type.startswith("line"),
+                f"{file}: lines of type {block.type}; boundary lines of first or second order "
+                f"are read",
+            )
             continue
         for row, nodes in enumerate(block.data.tolist()):
             tag = 0 if physical is None else int(physical[row])
@@ -142,12 +146,12 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
                     f"{part!r}"
                 )
             result[edge] = (nodes[0], nodes[1], nodes[2] if len(nodes) == 3 else None, part)
-    if not result:
-        raise InputError(
-            f"{file}: no line is in a physical group; physical line groups are the parts of the "
-            f"boundary "
-            "of a body whose nodes all lie in one plane z = const"
-        )
+    refuse(
+        not result,
+        f"{file}: no line is in a physical group; physical line groups are the parts of the "
+        f"boundary "
+        "of a body whose nodes all lie in one plane z = const",
+    )
     return result
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index, Mask
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..frozen import frozen
 from ..round_off import CHAINED
 from .arcs import check_digits
@@ -183,8 +183,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     used, cells = np.unique(cells, return_inverse=True)
     first = int(used[0] < 0)
     points, cells = surface.points[used[first:]], cells.reshape(-1, 9) - first
-    if not np.all(np.isfinite(points)):
-        raise InputError(f"{source}: coordinates that are not finite")
+    refuse(not np.all(np.isfinite(points)), f"{source}: coordinates that are not finite")
     _check_points(points, source)
     _check_shapes(points, cells, source)
     flip = _orientation(points, cells, source)

@@ -15,7 +15,7 @@ import pydantic
 import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
-from ..errors import InputError
+from ..errors import InputError, refuse
 from .hints import among, nearest
 
 if TYPE_CHECKING:
@@ -25,8 +25,10 @@ else:
 
 
 def _not_too_large(value: float) -> float:
-    if abs(value) > LARGEST_NUMBER:
-        raise ValueError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
+    refuse(
+        abs(value) > LARGEST_NUMBER,
+        f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}",
+    )
     return value
 
 
@@ -184,13 +186,12 @@ class _OneLine(ModelMetaclass):
         if not values:
             return {}
         names = [name for name, field in cls.model_fields.items() if not field.kw_only]
-        if len(values) > len(names):
-            raise InputError(
-                f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values"
-            )
+        refuse(
+            len(values) > len(names),
+            f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values",
+        )
         for name in names[: len(values)]:
-            if name in named:
-                raise InputError(f"{cls.__name__}: {name} is given twice")
+            refuse(name in named, f"{cls.__name__}: {name} is given twice")
         return dict(zip(names, values, strict=False))
 
 
@@ -266,10 +267,11 @@ def regular_file(path: str | Path, largest: int) -> Path:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:  # a null byte, which no file name has
         raise InputError(f"{str(path)!r}: is no file name") from None
-    if not stat.S_ISREG(state.st_mode):
-        raise InputError(f"{path}: not a regular file")
-    if state.st_size > largest:
-        raise InputError(f"{path}: {state.st_size} bytes, larger than the {largest} that are read")
+    refuse(not stat.S_ISREG(state.st_mode), f"{path}: not a regular file")
+    refuse(
+        state.st_size > largest,
+        f"{path}: {state.st_size} bytes, larger than the {largest} that are read",
+    )
     return Path(path)
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 import pydantic
 
+from ..errors import refuse
 from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
 from .loads import PointForce, VolumeLoads
 from .shapes.files import Gmsh, Superelement
@@ -168,10 +169,10 @@ class Displacement(Model):
                 f"{len(self.traction)}"
             )
         for c, (value, load) in enumerate(zip(self.value, self.traction or (), strict=False)):
-            if value != "free" and load != 0.0:
-                raise ValueError(
-                    f'traction[{c}]: must be 0 where value[{c}] is not "free", got {load!r}'
-                )
+            refuse(
+                value != "free" and load != 0.0,
+                f'traction[{c}]: must be 0 where value[{c}] is not "free", got {load!r}',
+            )
         return self
 
     @property
@@ -345,11 +346,11 @@ class Contact(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Contact:
-        if "normal" not in self.model_fields_set and not self.plain:
-            raise ValueError(
-                "normal: this key is required beside a gap or a friction coefficient; "
-                '"unilateral" contact may open, "bilateral" contact stays closed'
-            )
+        refuse(
+            "normal" not in self.model_fields_set and not self.plain,
+            "normal: this key is required beside a gap or a friction coefficient; "
+            '"unilateral" contact may open, "bilateral" contact stays closed',
+        )
         no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
         no_wear_unless_unilateral(self.normal, self.wear_coefficient)
         return self

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
+from ..errors import refuse
 from .base import Model, Positive
 from .hints import among
 from .load_steps import changed_obstacle
@@ -82,8 +83,7 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
             )
             raise ValueError(f"cycle.{key}: {trouble}")
     steps = cycle_steps(problem)
-    if not steps:
-        raise ValueError(f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
+    refuse(not steps, f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
     laws = [*problem.contact, *(condition for body in problem.body for condition in body.boundary)]
     if all(getattr(law, "wear_coefficient", None) is None for law in laws):
         raise ValueError(

@@ -14,7 +14,7 @@ import numpy as np
 import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
-from ..errors import InputError
+from ..errors import InputError, refuse
 from .base import unit_refused
 
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
@@ -167,8 +167,7 @@ def evaluate(
     if callable(value):
         return _called(value, variables, count, key, otherwise)
     if isinstance(value, tuple):
-        if len(value) != count:
-            raise InputError(f"{key}: has {len(value)} values, the part has {count} nodes")
+        refuse(len(value) != count, f"{key}: has {len(value)} values, the part has {count} nodes")
         return np.array(value)
     if not isinstance(value, str):
         return np.full(count, float(value))
@@ -224,10 +223,10 @@ def _called(
         raise InputError(
             f"{name} returns values of type {found.dtype}, expected real numbers"
         ) from None
-    if values.shape not in ((), (count,)):
-        raise InputError(
-            f"{name} returns an array of shape {values.shape}, expected ({count},) or a number"
-        )
+    refuse(
+        values.shape not in ((), (count,)),
+        f"{name} returns an array of shape {values.shape}, expected ({count},) or a number",
+    )
     values = np.broadcast_to(values, (count,)).copy()
     return _finite(values, variables, name, otherwise)
 

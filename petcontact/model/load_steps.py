@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..geometry.rotation import Motions as Kind
 from .base import Expression, Finite, Model, Name, Vector
 from .bodies import Body, Displacement, Periodic, Traction
@@ -77,10 +77,14 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
             needed = "a number" if count == 1 else f"{count} components"
             raise InputError(f"{key}: needs {needed} here, got {len(value)} components")
         return list(value)
-    if count == 0 and value != 0.0:
-        raise InputError(f"{key}: nothing turns about the axis here; leave it out, got {value!r}")
-    if count > 1 and value not in (0.0, "free"):
-        raise InputError(f"{key}: needs {count} components here, got {value!r}")
+    refuse(
+        count == 0 and value != 0.0,
+        f"{key}: nothing turns about the axis here; leave it out, got {value!r}",
+    )
+    refuse(
+        count > 1 and value not in (0.0, "free"),
+        f"{key}: needs {count} components here, got {value!r}",
+    )
     return [value] * count
 
 
@@ -302,10 +306,10 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         raise ValueError(f"{key}.{name}: {what} is a {old.condition}, give value = [{components}]")
     if isinstance(old, Traction):
         return Traction(old.part, **given)
-    if len(given.get("value", old.value)) != len(old.value):
-        raise ValueError(
-            f"{key}.value: {what} has {len(old.value)} components, got {len(change.value)}"
-        )
+    refuse(
+        len(given.get("value", old.value)) != len(old.value),
+        f"{key}.value: {what} has {len(old.value)} components, got {len(change.value)}",
+    )
     try:
         return Displacement(
             **{"part": old.part, "value": old.value, "traction": old.traction, **given}
@@ -357,10 +361,10 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
                 raise ValueError(f"{here}: no {what} {each.name!r}{among(each.name, names, there)}")
             changed.append((here, what, each.name))
     for k, (here, what, name) in enumerate(changed):
-        if (what, name) in [one[1:] for one in changed[:k]]:
-            raise ValueError(
-                f"{here}: {what} {name!r} is changed twice in this step; change it once"
-            )
+        refuse(
+            (what, name) in [one[1:] for one in changed[:k]],
+            f"{here}: {what} {name!r} is changed twice in this step; change it once",
+        )
 
 
 def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import pydantic
 
+from ..errors import refuse
 from .base import Coordinate, Expression, Finite, Model, Vector, something
 
 
@@ -139,8 +140,10 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
     for load, needed in loads.needs:
         if getattr(body.material, needed) is None:
             raise ValueError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
-        if getattr(body.material, needed) == 0.0:
-            raise ValueError(f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0")
+        refuse(
+            getattr(body.material, needed) == 0.0,
+            f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0",
+        )
 
 
 NO_LOADS = VolumeLoads.model_construct()

@@ -14,7 +14,7 @@ from ..bem.particular.volume import VolumeSolution
 from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
-from ..errors import InputError
+from ..errors import refuse
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
@@ -168,12 +168,12 @@ class SolutionData(Evaluated):
         InputError
             If there are several, naming `what` was asked of them.
         """
-        if len(self.meshes) > 1:
-            raise InputError(
-                f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
-                f".meshes, .bodies "
-                "and .pairs"
-            )
+        refuse(
+            len(self.meshes) > 1,
+            f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
+            f".meshes, .bodies "
+            "and .pairs",
+        )
         return next(iter(self.meshes))
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
@@ -58,8 +58,10 @@ class Evaluated:
         """
         if not isinstance(step, int):
             return step or self.last
-        if not 0 < step <= len(self.steps):
-            raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
+        refuse(
+            not 0 < step <= len(self.steps),
+            f"step: there are increments 1 to {len(self.steps)}, got {step}",
+        )
         return self.steps[step - 1]
 
     def body_fields(

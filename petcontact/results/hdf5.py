@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from ..contact.state import COLUMNS, History
-from ..errors import ResultError
+from ..errors import ResultError, refuse
 from ..mesh.storage import demand, read_mesh, write_mesh
 from ..model.base import parse
 from ..model.bodies import Units
@@ -302,8 +302,11 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
         If the file is missing, truncated, not HDF5, not ours, or of a later format version.
     """
     with opened(path) as file:
-        if group not in file:
-            raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
+        refuse(
+            group not in file,
+            f"{path}: no case {group!r}; there are {', '.join(file)}",
+            ResultError,
+        )
         check_link(file, group, f"{path}")
         return _read_group(file[group], f"{path}")
 
@@ -311,10 +314,12 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
 def _read_group(group: Any, source: str) -> SolutionData:
     attributes = dict(group.attrs)
     version = attributes.get("format_version")
-    if attributes.get("format") != FORMAT:
-        raise ResultError(f"{source}: not a result of petcontact")
-    if version not in (1, 2, FORMAT_VERSION):
-        raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
+    refuse(attributes.get("format") != FORMAT, f"{source}: not a result of petcontact", ResultError)
+    refuse(
+        version not in (1, 2, FORMAT_VERSION),
+        f"{source}: format version {version}, this is {FORMAT_VERSION}",
+        ResultError,
+    )
     try:
         check_group(group, source)
         return (read_format1 if version == 1 else _read)(group, attributes, source)

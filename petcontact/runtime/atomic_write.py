@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..errors import InputError, OutputError
+from ..errors import InputError, OutputError, refuse
 from .signals import deferred
 
 
@@ -39,8 +39,7 @@ def check_target(
     """
     folder = path.parent
     try:
-        if not folder.is_dir():
-            raise InputError(f"{path}: the folder {folder} does not exist")
+        refuse(not folder.is_dir(), f"{path}: the folder {folder} does not exist")
         limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
         for name in filter(None, (path.name, longest)):
             if len(os.fsencode(name)) > limit:
@@ -50,15 +49,19 @@ def check_target(
                 )
         if path.is_symlink() and not path.exists():
             raise InputError(f"{path}: is a link to {os.readlink(path)}, which is not there")
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is not a file, and cannot be replaced by one")
-        if path.exists() and not replace:
-            raise InputError(
-                f"{path}: exists already; --force replaces it, -o FILE.h5 names another"
-            )
+        refuse(
+            path.exists() and not path.is_file(),
+            f"{path}: is not a file, and cannot be replaced by one",
+        )
+        refuse(
+            path.exists() and not replace,
+            f"{path}: exists already; --force replaces it, -o FILE.h5 names another",
+        )
         for source in inputs:
-            if path.exists() and Path(source).exists() and path.samefile(source):
-                raise InputError(f"{path}: is what is read; -o FILE.h5 names another")
+            refuse(
+                path.exists() and Path(source).exists() and path.samefile(source),
+                f"{path}: is what is read; -o FILE.h5 names another",
+            )
         with tempfile.TemporaryFile(dir=os.path.realpath(path.parent)):
             pass
     except OSError as error:
@@ -109,11 +112,12 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         if temporary is not None:
             with contextlib.suppress(OSError):
                 temporary.unlink()
-    if published != target:
-        raise OutputError(
-            f"{path}: was written by another program meanwhile; what would have replaced it is in "
-            f"{published}"
-        )
+    refuse(
+        published != target,
+        f"{path}: was written by another program meanwhile; what would have replaced it is in "
+        f"{published}",
+        OutputError,
+    )
 
 
 def _published(temporary: Path, target: Path) -> Path:

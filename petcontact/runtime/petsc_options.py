@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ..errors import InputError
+from ..errors import InputError, refuse
 
 OF_THE_PROGRAM = (
     "options_",
@@ -232,20 +232,21 @@ def check(words: Sequence[str]) -> None:
         written; or an option asks for what cannot be.
     """
     for name, value in _given(words, ()):
-        if name == "python":
-            raise InputError(
-                "-python: PETSc would start a second Python inside of this one; it is not needed"
-            )
-        if name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"):
-            raise InputError(
-                "-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is "
-                "possible"
-            )
+        refuse(
+            name == "python",
+            "-python: PETSc would start a second Python inside of this one; it is not needed",
+        )
+        refuse(
+            name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"),
+            "-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is possible",
+        )
         if reason := _too_large(name, value):
             raise InputError(f"-{name} {value}: {reason}")
         file = _written(name, value)
-        if file and (Path(file).is_dir() or not os.access(Path(file).parent, os.W_OK | os.X_OK)):
-            raise InputError(f"-{name} {value}: {file} cannot be written")
+        refuse(
+            file and (Path(file).is_dir() or not os.access(Path(file).parent, os.W_OK | os.X_OK)),
+            f"-{name} {value}: {file} cannot be written",
+        )
 
 
 def _written(name: str, value: str) -> str:
@@ -289,8 +290,7 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
             f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}"
         )
     real = os.path.realpath(name)
-    if real in within:
-        raise InputError(f"{told}: includes itself")
+    refuse(real in within, f"{told}: includes itself")
     for words in () if name.endswith((".yaml", ".yml")) else _lines(name, told):
         yield from _given(words, (*within, real))
 
@@ -301,8 +301,7 @@ def _lines(name: str, told: str) -> list[list[str]]:
         content = Path(name).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{told}: cannot be read ({error.strerror})") from None
-    if "\0" in content:
-        raise InputError(f"{told}: not a text file")
+    refuse("\0" in content, f"{told}: not a text file")
     lines = []
     for number, line in enumerate(content.splitlines(), start=1):
         words = [word.strip("\"'") for word in line.partition("#")[0].split()]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.law_protocol import OPEN, SLIP
-from ..errors import InputError
+from ..errors import InputError, refuse
 from ..model.problem import Problem
 from ..results.solution import Solution
 from .published import published_count
@@ -189,11 +189,11 @@ def users(
                 peak_von_mises,
                 peak_first_principal,
             )
-            if short in found or short in coordinates or taken_by_own:
-                raise InputError(
-                    f"quantities: {name}: there is a column {short} already; give the function "
-                    f"another name"
-                )
+            refuse(
+                short in found or short in coordinates or taken_by_own,
+                f"quantities: {name}: there is a column {short} already; give the function "
+                f"another name",
+            )
             found[short] = function
     finally:
         sys.path.pop(0)

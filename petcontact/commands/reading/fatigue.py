@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, refuse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -78,8 +78,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         _number(arguments, key) for key in ("depth", "sensitivity", "limit")
     )
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
-    if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
-        raise InputError(f"{arguments.output}: a table is written as .csv")
+    refuse(
+        arguments.output and Path(arguments.output).suffix.lower() != ".csv",
+        f"{arguments.output}: a table is written as .csv",
+    )
     if arguments.figure:
         figure_format(arguments.figure)
     for name in filter(None, (arguments.output, arguments.figure)):
@@ -157,8 +159,7 @@ def _number(arguments: argparse.Namespace, key: str) -> float | None:
 
 
 def _life(text: str, parameter: str) -> tuple[float, float, float, float]:
-    if parameter != "smith-watson-topper":
-        raise InputError("--life: of smith-watson-topper only")
+    refuse(parameter != "smith-watson-topper", "--life: of smith-watson-topper only")
     try:
         strength, b, ductility, c = (float(word) for word in text.split(","))
     except ValueError:

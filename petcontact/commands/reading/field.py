@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, refuse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -129,15 +129,17 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _check_figure(arguments: argparse.Namespace) -> None:
     """Refuse options of a field or a figure where neither is made."""
-    if arguments.quantity and not arguments.figure:
-        raise InputError(
-            f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one"
-        )
+    refuse(
+        arguments.quantity and not arguments.figure,
+        f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one",
+    )
     if arguments.revolve is not None and arguments.points:
         raise InputError("--revolve: turns .vtu files, --points writes a table")
     for key in ("grid", "window"):
-        if getattr(arguments, key) and arguments.points and not arguments.figure:
-            raise InputError(f"--{key}: a table of --points is of these points alone")
+        refuse(
+            getattr(arguments, key) and arguments.points and not arguments.figure,
+            f"--{key}: a table of --points is of these points alone",
+        )
 
 
 def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
@@ -145,11 +147,15 @@ def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
     from ...runtime.atomic_write import check_target
     from ...runtime.figure_style import figure_format
 
-    if arguments.points and output.suffix.lower() != ".csv":
-        raise InputError(f"{output}: a table is written as .csv")
+    refuse(
+        arguments.points and output.suffix.lower() != ".csv",
+        f"{output}: a table is written as .csv",
+    )
     for name in ("" if arguments.points else output, arguments.boundary):
-        if name and Path(name).suffix.lower() != ".vtu":
-            raise InputError(f"{name}: a field is written as .vtu, for ParaView and VisIt")
+        refuse(
+            name and Path(name).suffix.lower() != ".vtu",
+            f"{name}: a field is written as .vtu, for ParaView and VisIt",
+        )
     if arguments.figure:
         figure_format(arguments.figure)
     inputs = list(filter(None, (arguments.result, arguments.points)))
@@ -272,8 +278,7 @@ def read_points(path: str, dim: int) -> Any:
                 f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
             )
         found.append(values)
-    if not found:
-        raise InputError(f"{path}: there are no points in it")
+    refuse(not found, f"{path}: there are no points in it")
     return np.array(found)
 
 
@@ -282,11 +287,11 @@ def window(words: list[str]) -> Any:
     values = [_real(word) for text in words for word in text.split(",") if word]
     half = len(values) // 2
     low, high = np.array(values[:half]), np.array(values[half:])
-    if len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high):
-        raise InputError(
-            f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
-            f"as 0 0 2 1"
-        )
+    refuse(
+        len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high),
+        f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
+        f"as 0 0 2 1",
+    )
     return low, high
 
 
@@ -295,8 +300,10 @@ def increment_number(word: str, solution: Any) -> int:
     count = len(solution.steps)
     if word == "last" and count:
         return count
-    if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
-        raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
+    refuse(
+        not (word.isascii() and word.isdigit() and 1 <= int(word) <= count),
+        f"--step {word}: there are increments 1 to {count}, and `last`",
+    )
     return int(word)
 
 
@@ -310,10 +317,9 @@ def _real(word: str) -> float:
 def grid(text: str) -> tuple[int, ...]:
     """`200x100` as two, or `20x10x10` as three numbers of cells."""
     words = text.split("x")
-    if len(words) not in (2, 3) or not all(
-        word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words
-    ):
-        raise InputError(
-            f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each"
-        )
+    refuse(
+        len(words) not in (2, 3)
+        or not all(word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words),
+        f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each",
+    )
     return tuple(int(word) for word in words)

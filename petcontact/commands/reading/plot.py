@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ...errors import InputError
+from ...errors import refuse
 from ...runtime.figure_style import FORMATS
 
 
@@ -50,8 +50,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         "html": ("format",) if arguments.html else (),
     }[drawn]
     for key in unread:
-        if getattr(arguments, key):
-            raise InputError(f"--{key}: is not used by --{drawn}; give one of them")
+        refuse(getattr(arguments, key), f"--{key}: is not used by --{drawn}; give one of them")
     if arguments.animate:
         _check_animation(arguments)
     for name in arguments.result:
@@ -81,7 +80,7 @@ def _check_animation(arguments: argparse.Namespace) -> None:
 
     animation_format(arguments.animate)
     check_target(Path(arguments.animate), replace=True, inputs=arguments.result)
-    if len(arguments.result) > 1:
-        raise InputError(
-            f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given"
-        )
+    refuse(
+        len(arguments.result) > 1,
+        f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given",
+    )

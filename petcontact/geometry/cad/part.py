@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...arrays import Array, Index
-from ...errors import InputError, OutputError
+from ...errors import InputError, OutputError, refuse
 from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
@@ -229,14 +229,13 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
         )
     names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
     chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
-    if not chosen:
-        raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
-    if len(chosen) > 1:
-        raise InputError(
-            f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
-            f"(--solid of "
-            "petcontact mesh) names or numbers it, a [[body]] each"
-        )
+    refuse(not chosen, f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
+    refuse(
+        len(chosen) > 1,
+        f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
+        f"(--solid of "
+        "petcontact mesh) names or numbers it, a [[body]] each",
+    )
     return chosen[0]
 
 

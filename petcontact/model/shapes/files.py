@@ -6,6 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 import pydantic
 
+from ...errors import refuse
 from ...geometry.cad.part import LARGEST as LARGEST_CAD
 from ...geometry.cad.part import CadSurface, cad_surface, is_cad
 from ...geometry.gmsh import gmsh_outline, read_msh
@@ -79,8 +80,7 @@ class Gmsh(Shape):
             raise ValueError("surface: is for .msh files; a CAD file has solids")
         numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
         for number in numbers:
-            if numbers.count(number) > 1:
-                raise ValueError(f"parts: surface {number} is named twice")
+            refuse(numbers.count(number) > 1, f"parts: surface {number} is named twice")
         return self
 
     def outline(self, axial: bool = False) -> Outline | FacetSurface | CadSurface:

@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import InputError, ResultError
+from ...errors import InputError, ResultError, refuse
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, demand_range
 from ...stored import Stored, checked
@@ -68,11 +68,11 @@ def _check_array(data: Any, source: str) -> None:
             f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
         )
     *_, folder, name = data.name.split("/")
-    if not _fits(data.dtype, name):
-        raise ResultError(
-            f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are "
-            f"text"
-        )
+    refuse(
+        not _fits(data.dtype, name),
+        f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are text",
+        ResultError,
+    )
     if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
         return
     try:

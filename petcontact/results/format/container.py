@@ -11,7 +11,7 @@ from pathlib import Path
 
 import h5py
 
-from ...errors import PetcontactError, ResultError
+from ...errors import PetcontactError, ResultError, refuse
 from ...runtime.atomic_write import temporary_name
 from ...runtime.file_kinds import known_kind
 
@@ -39,8 +39,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one
     line."""
     try:
-        if not Path(path).is_file():
-            raise ResultError(f"{path}: no such file")
+        refuse(not Path(path).is_file(), f"{path}: no such file", ResultError)
         if kind := known_kind(path, ".h5"):
             raise ResultError(f"{path}: {kind}")
         _check_seal(Path(path))
@@ -69,5 +68,8 @@ def _check_seal(path: Path) -> None:
         while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
             found.update(block)
             left -= len(block)
-    if cut or found.digest() != tail[len(SEAL) :]:
-        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")
+    refuse(
+        cut or found.digest() != tail[len(SEAL) :],
+        f"{path}: damaged (its bytes are not those that were written)",
+        ResultError,
+    )

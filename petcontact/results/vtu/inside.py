@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
-from ...errors import InputError
+from ...errors import InputError, refuse
 from ...fields.interior import Progress
 from ...fields.interior_grid import triangulate
 from ...fields.stress_state import Field, StressState
@@ -90,10 +90,10 @@ def grid_inside(
         cell.
     """
     resolution = resolution or RESOLUTION[mesh.dim]
-    if len(resolution) != mesh.dim:
-        raise InputError(
-            f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions"
-        )
+    refuse(
+        len(resolution) != mesh.dim,
+        f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions",
+    )
     if window is not None and len(window[0]) != mesh.dim:
         raise InputError(
             f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
@@ -176,8 +176,7 @@ def _inside(state: StressState, cells: Index) -> Field:
     if known.all():
         return Field(state.x, state.u, state.stress, state.sigma_zz, cells)
     used, numbers = np.unique(cells[known[cells].all(axis=1)], return_inverse=True)
-    if not len(used):
-        raise InputError(NO_CELL)
+    refuse(not len(used), NO_CELL)
     x, u, stress, across = (
         values[used] for values in (state.x, state.u, state.stress, state.sigma_zz)
     )
@@ -222,16 +221,14 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     inset = 1e-3 * (high - low)
     if window is not None:
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
-        if np.any(high - low <= 2.0 * inset):
-            raise InputError("--window: nothing of the body lies in it")
+        refuse(np.any(high - low <= 2.0 * inset), "--window: nothing of the body lies in it")
     lines = map(np.linspace, low + inset, high - inset, np.add(resolution, 1))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
     cells = _hexahedra(np.arange(len(flat)).reshape(grid.shape[:3]))
     inside = winding(mesh.triangles(), flat) > 0.5
     cells = cells[inside[cells].all(axis=1)]
-    if not len(cells):
-        raise InputError(NO_CELL)
+    refuse(not len(cells), NO_CELL)
     used, renumbered = np.unique(cells, return_inverse=True)
     return flat[used], renumbered.reshape(-1, 8)
 
