@@ -178,10 +178,11 @@ def saved_text(solution: Any, output: Path) -> str:
 def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
     """Whether the command line asks for an adaptive solve; the config may, too."""
     accuracy = arguments.accuracy
-    if accuracy is not None and not (
-        arguments.adapt or all(body.mesh.automatic for body in problem.body)
-    ):
-        raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
+    refuse(
+        accuracy is not None
+        and not (arguments.adapt or all(body.mesh.automatic for body in problem.body)),
+        "--accuracy: only an adaptive solve has one; add --adapt",
+    )
     if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
     return bool(arguments.adapt) or accuracy is not None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import InputError, refuse
+from ..errors import refuse
 from ..round_off import WRITTEN
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
@@ -208,11 +208,11 @@ class Body:
             f"has one",
         )
         material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
-        if "young_modulus" not in material:
-            raise InputError(
-                f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
-                f"*ELASTIC material"
-            )
+        refuse(
+            "young_modulus" not in material,
+            f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
+            f"*ELASTIC material",
+        )
         conditions = [
             {
                 "part": says["part"],

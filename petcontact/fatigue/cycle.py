@@ -7,7 +7,7 @@ import scipy
 
 from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
-from ..errors import InputError, refuse
+from ..errors import refuse
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
 from ..model.hints import among
@@ -74,10 +74,8 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
 
 def _step_number(option: str, name: str, names: list[str]) -> int:
     """The number of the only step of a name, from 1."""
-    if name not in names:
-        raise InputError(f"{option}: no step {name!r}{among(name, names)}")
-    if names.count(name) > 1:
-        raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
+    refuse(name not in names, f"{option}: no step {name!r}{among(name, names)}")
+    refuse(names.count(name) > 1, f"{option}: {names.count(name)} steps are called {name!r}")
     return names.index(name) + 1
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..errors import InputError, refuse
+from ..errors import refuse
 from ..frozen import frozen
 from ..model.hints import among
 from ..results.data import SolutionData
@@ -108,8 +108,7 @@ def fatigue(
     _check(parameter, depth, sensitivity)
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
-        if body not in names:
-            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
+        refuse(body not in names, f"no body {body!r}{among(body, names, 'bodies are')}")
     chosen = _chosen_parts(solution, bodies or names, parts)
     found: list[Found] = []
     if parameter in RUIZ:
@@ -172,18 +171,17 @@ def _work(solution: SolutionData) -> float:
 
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
-    if parameter not in NAMES:
-        raise InputError(f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
+    refuse(parameter not in NAMES, f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
     refuse(not (np.isfinite(depth) and depth >= 0.0), f"depth: must be 0 or more, got {depth:g}")
     refuse(
         depth and parameter in RUIZ,
         f"depth: {parameter} is of slip and shear on the surface, below it there is none",
     )
     needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
-    if needed != (sensitivity is not None):
-        raise InputError(
-            f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}"
-        )
+    refuse(
+        needed != (sensitivity is not None),
+        f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}",
+    )
 
 
 def _chosen_parts(
@@ -199,8 +197,7 @@ def _chosen_parts(
         dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names)
     )
     for name in parts:
-        if name not in every:
-            raise InputError(f"no part {name!r}{among(name, every, 'parts are')}")
+        refuse(name not in every, f"no part {name!r}{among(name, every, 'parts are')}")
     return known
 
 

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import Delaunay
 
 from ..arrays import Array, Index
-from ..errors import InputError, refuse
+from ..errors import refuse
 from ..mesh.curve_mesh import CurveMesh
 
 KEPT_OFF = 0.45
@@ -36,10 +36,10 @@ def triangulate(
     InputError
         If the resolution is below 2 in a direction, or no part of the body is in the window.
     """
-    if min(resolution) < 2:
-        raise InputError(
-            f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}"
-        )
+    refuse(
+        min(resolution) < 2,
+        f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}",
+    )
     low, high = mesh.start.min(axis=0), mesh.start.max(axis=0)
     low, high = np.minimum(low, mesh.x.min(axis=0)), np.maximum(high, mesh.x.max(axis=0))
     if window is not None:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
-from ..errors import InputError, refuse
+from ..errors import refuse
 from ..round_off import least_pieces
 
 
@@ -106,8 +106,7 @@ def turn_through(start: Array, middle: Array, end: Array) -> float:
     a, b = middle - start, end - middle
     cross, dot = float(a[0] * b[1] - a[1] * b[0]), float(a @ b)
     if abs(cross) <= 1e-13 * (float(a @ a) + float(b @ b)):
-        if dot <= 0.0:
-            raise InputError(f"through = [{middle[0]:g}, {middle[1]:g}] makes no arc")
+        refuse(dot <= 0.0, f"through = [{middle[0]:g}, {middle[1]:g}] makes no arc")
         return 0.0
     # inscribed angle: the tangent turns by twice the angle between the two chords
     return math.atan2(cross, dot)

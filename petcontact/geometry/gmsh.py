@@ -88,8 +88,10 @@ def read_msh(file: str) -> Any:
     for block in mesh.cells:
         _demand_cells(file, block.type, np.asarray(block.data), len(mesh.points))
     for name in mesh.field_data:
-        if not str(name).isprintable():
-            raise InputError(f"{file}: {str(name)[:40]!r} is no name of a physical group")
+        refuse(
+            not str(name).isprintable(),
+            f"{file}: {str(name)[:40]!r} is no name of a physical group",
+        )
     return mesh
 
 
@@ -98,8 +100,10 @@ def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
     meshio a number from the end is one."""
     number = re.search(r"\d+$", kind)
     nodes = NODES.get(kind) if number is None else int(number.group())
-    if nodes is not None and cells.shape[1:] != (nodes,):
-        raise InputError(f"{file}: damaged (cells of type {kind} have no {nodes} nodes)")
+    refuse(
+        nodes is not None and cells.shape[1:] != (nodes,),
+        f"{file}: damaged (cells of type {kind} have no {nodes} nodes)",
+    )
     whole = cells.dtype.kind in "iu"
     refuse(
         not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count),

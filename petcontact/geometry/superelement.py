@@ -268,10 +268,10 @@ def _loaded(path: Path) -> dict[str, Any]:
         entries = archive.namelist()
         known = [name for name in SCHEMA if f"{name}.npy" in entries]
         for name in ("points", "elements"):
-            if name not in known:
-                raise InputError(
-                    f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}"
-                )
+            refuse(
+                name not in known,
+                f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}",
+            )
         refuse(
             ("stiffness" in known) == ("compliance" in known),
             f"{path}: needs either an array 'stiffness' or an array 'compliance'",

@@ -219,12 +219,12 @@ def _check_shapes(points: Array, cells: Index, source: str) -> None:
     a, b, c = points[triangles].transpose(1, 0, 2)
     height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / longest[owner]
     worst = int(np.argmin(height / longest[owner]))
-    if not height[worst] > SLIVER * longest[owner[worst]]:
-        raise InputError(
-            f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, "
-            f"its height "
-            f"below {SLIVER:g} of its longest edge"
-        )
+    refuse(
+        not height[worst] > SLIVER * longest[owner[worst]],
+        f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, "
+        f"its height "
+        f"below {SLIVER:g} of its longest edge",
+    )
     folded = folded_cells(points, cells)
     if len(folded):
         raise InputError(

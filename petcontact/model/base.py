@@ -91,8 +91,10 @@ def _in_file(value: Any) -> Any:
 
 def something(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
     """A vector that has a direction."""
-    if value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300:
-        raise ValueError("must be a vector other than zero")
+    refuse(
+        value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300,
+        "must be a vector other than zero",
+    )
     return value
 
 

@@ -292,11 +292,11 @@ def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) ->
 
 def no_wear_unless_unilateral(normal: Normal, coefficient: object) -> None:
     """Refuse wear of parts that have no gap which it opens."""
-    if coefficient is not None and normal != "unilateral":
-        raise ValueError(
-            f"wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "
-            f'"unilateral"'
-        )
+    refuse(
+        coefficient is not None and normal != "unilateral",
+        f"wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "
+        f'"unilateral"',
+    )
 
 
 class Contact(Model):

@@ -40,8 +40,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
             path, "rb"
         ) as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
-        if kind := known_kind(path, ".toml"):
-            raise InputError(f"{path}: {kind}")
+        refuse((kind := known_kind(path, ".toml")), f"{path}: {kind}")
         refuse(
             len(content) > LARGEST_FILE,
             f"{path}: larger than {LARGEST_FILE} bytes, this is no config",
@@ -157,8 +156,7 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
     """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in
     `boundary.0.value`."""
     *tables, last = key.split(".")
-    if len(tables) > DEEPEST:
-        raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
+    refuse(len(tables) > DEEPEST, f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
     here: Any = data
     for name in tables:
         if isinstance(here, list):

@@ -85,25 +85,25 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
     steps = cycle_steps(problem)
     refuse(not steps, f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
     laws = [*problem.contact, *(condition for body in problem.body for condition in body.boundary)]
-    if all(getattr(law, "wear_coefficient", None) is None for law in laws):
-        raise ValueError(
-            "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient"
-        )
+    refuse(
+        all(getattr(law, "wear_coefficient", None) is None for law in laws),
+        "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient",
+    )
     again = problem.step[steps[0] - 1 : steps[-1]]
     ends = _ends(problem.model_copy(update={"step": problem.step[: steps[-1]] + again}))
     for k, number in enumerate(steps):
-        if ends[steps[-1] + k] != ends[number - 1]:
-            raise ValueError(
-                f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
-                f"time; all that "
-                "steps of a cycle change has to be brought back by its other steps"
-            )
-    if all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]):
-        raise ValueError(
-            f"cycle: does not close: from the second time on nothing moves in step "
-            f"{names[steps[0] - 1]!r}; "
-            "a cycle has a step to and one back"
+        refuse(
+            ends[steps[-1] + k] != ends[number - 1],
+            f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
+            f"time; all that "
+            "steps of a cycle change has to be brought back by its other steps",
         )
+    refuse(
+        all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]),
+        f"cycle: does not close: from the second time on nothing moves in step "
+        f"{names[steps[0] - 1]!r}; "
+        "a cycle has a step to and one back",
+    )
 
 
 def _ends(problem: Any) -> list[Any]:

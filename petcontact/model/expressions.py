@@ -105,22 +105,20 @@ def parse_expression(text: str) -> ast.expr:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         raise InputError(_reason(text, error)) from None
     for node in ast.walk(tree):
-        if isinstance(node, ast.BitXor):
-            raise InputError("a power is written with **, as in x**2")
+        refuse(isinstance(node, ast.BitXor), "a power is written with **, as in x**2")
         plain_number = not isinstance(node, ast.Constant) or type(node.value) in (int, float)
-        if (
+        refuse(
             not isinstance(node, _ALLOWED)
             or not plain_number
-            or (isinstance(node, ast.Call) and node.keywords)
-        ):
-            raise InputError(
-                "only numbers, names, arithmetic, comparisons and functions are allowed"
-            )
-        if isinstance(node, ast.Compare) and len(node.ops) > 1:
-            raise InputError("chained comparisons are not allowed, write (a < x) * (x < b)")
+            or (isinstance(node, ast.Call) and node.keywords),
+            "only numbers, names, arithmetic, comparisons and functions are allowed",
+        )
+        refuse(
+            isinstance(node, ast.Compare) and len(node.ops) > 1,
+            "chained comparisons are not allowed, write (a < x) * (x < b)",
+        )
         if isinstance(node, ast.Call):
-            if isinstance(node.func, ast.Constant | ast.BinOp):
-                raise InputError(PRODUCT)
+            refuse(isinstance(node.func, ast.Constant | ast.BinOp), PRODUCT)
             name = node.func.id if isinstance(node.func, ast.Name) else "?"
             if name in _FUNCTIONS and len(node.args) != _FUNCTIONS[name][1]:
                 count = _FUNCTIONS[name][1]

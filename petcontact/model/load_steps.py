@@ -297,8 +297,10 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     what = f"the condition of {change.part!r}"
     if isinstance(old, Periodic):
         jump = given.get("value", ())
-        if len(jump) != 2 or not all(isinstance(component, float) for component in jump):
-            raise ValueError(f"{key}.value: {what} is periodic, give its jump, two numbers")
+        refuse(
+            len(jump) != 2 or not all(isinstance(component, float) for component in jump),
+            f"{key}.value: {what} is periodic, give its jump, two numbers",
+        )
         return Periodic(old.part, old.partner, jump)
     for name in given.keys() - type(old).model_fields.keys():
         letter, axes = "t" if isinstance(old, Traction) else "u", "xyz"[: len(old.value or "xy")]
@@ -357,8 +359,10 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     for what, changes, names, there in named_changes:
         for k, each in enumerate(changes):
             here = f"{key}.{what.replace(' ', '_')}[{k}].name"
-            if each.name not in names:
-                raise ValueError(f"{here}: no {what} {each.name!r}{among(each.name, names, there)}")
+            refuse(
+                each.name not in names,
+                f"{here}: no {what} {each.name!r}{among(each.name, names, there)}",
+            )
             changed.append((here, what, each.name))
     for k, (here, what, name) in enumerate(changed):
         refuse(
@@ -370,11 +374,12 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
 def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
     """The body that a change names; it may name none where there is one."""
     names = [body.name for body in bodies]
-    if change.body is None and len(names) > 1:
-        raise ValueError(f"{key}.body: this key is required where there are several bodies")
+    refuse(
+        change.body is None and len(names) > 1,
+        f"{key}.body: this key is required where there are several bodies",
+    )
     name = change.body or names[0]
-    if name not in names:
-        raise ValueError(f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
+    refuse(name not in names, f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
     return bodies[names.index(name)]
 
 

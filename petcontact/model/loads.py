@@ -12,8 +12,7 @@ from .base import Coordinate, Expression, Finite, Model, Vector, something
 
 
 def _in_volume(value: Any) -> Any:
-    if isinstance(value, tuple):
-        raise ValueError("must be a number or an expression; a volume has no nodes")
+    refuse(isinstance(value, tuple), "must be a number or an expression; a volume has no nodes")
     return value
 
 
@@ -138,8 +137,10 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
     ValueError
     """
     for load, needed in loads.needs:
-        if getattr(body.material, needed) is None:
-            raise ValueError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
+        refuse(
+            getattr(body.material, needed) is None,
+            f"{key}.{load}: the material of body {body.name!r} has no {needed}",
+        )
         refuse(
             getattr(body.material, needed) == 0.0,
             f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0",

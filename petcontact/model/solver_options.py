@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
+from ..errors import refuse
 from ..runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
@@ -60,8 +61,7 @@ def checked_options(
     table: Mapping[str, bool | int | float | str],
 ) -> dict[str, bool | int | float | str]:
     """Options of PETSc that a config may set."""
-    if reason := refused_in_config(table):
-        raise ValueError(reason)
+    refuse((reason := refused_in_config(table)), reason)
     return dict(table)
 
 

@@ -76,8 +76,10 @@ class Evaluated:
             If there is no such body or increment.
         """
         names, step = [each.name for each in self.problem.body], self.increment(step)
-        if body is not None and body not in names:
-            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
+        refuse(
+            body is not None and body not in names,
+            f"no body {body!r}{among(body, names, 'bodies are')}",
+        )
         name = names[0] if body is None else body
         return BodyFields(
             self.problem,

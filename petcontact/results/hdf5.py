@@ -350,8 +350,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     failed = (
         _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
     )
-    if not steps and failed is None:
-        raise ResultError(f"{source}: damaged (it holds no increment)")
+    refuse(not steps and failed is None, f"{source}: damaged (it holds no increment)", ResultError)
     for step in steps if failed is None else [*steps, failed]:
         for name, body in step.bodies.items():
             check_fields(

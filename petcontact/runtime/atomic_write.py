@@ -163,7 +163,6 @@ def write_text(path: str | Path, content: str) -> None:
     OutputError
         If it cannot be written.
     """
-    if not Path(path).parent.is_dir():
-        raise InputError(f"{path}: the folder {Path(path).parent} does not exist")
+    refuse(not Path(path).parent.is_dir(), f"{path}: the folder {Path(path).parent} does not exist")
     with temporary_name(path) as temporary:
         temporary.write_text(content, encoding="utf-8")

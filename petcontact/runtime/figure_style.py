@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, refuse
 from .atomic_write import temporary_name
 from .terminal import printable
 
@@ -119,11 +119,10 @@ def figure_format(path: str | Path) -> str:
         If it is none of FORMATS.
     """
     suffix = Path(path).suffix.lower().removeprefix(".")
-    if suffix not in FORMATS:
-        raise InputError(
-            f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or "
-            f".{FORMATS[-1]}"
-        )
+    refuse(
+        suffix not in FORMATS,
+        f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or .{FORMATS[-1]}",
+    )
     return suffix
 
 

@@ -158,8 +158,10 @@ def of_files() -> list[str]:
         for line in _lines(name, name):
             for option, value in _options(line if _is_option(line[0]) else ["-alias", *line[1:]]):
                 shown = option.startswith(SHOWING) and TO_STANDARD_OUTPUT.fullmatch(value)
-                if not shown and (reason := _refused(option, value, "this file")):
-                    raise InputError(f"{name}: -{option} {value}: {reason}")
+                refuse(
+                    not shown and (reason := _refused(option, value, "this file")),
+                    f"{name}: -{option} {value}: {reason}",
+                )
                 words += [f"-{option}", value] if value else [f"-{option}"]
     return words
 
@@ -240,8 +242,7 @@ def check(words: Sequence[str]) -> None:
             name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"),
             "-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is possible",
         )
-        if reason := _too_large(name, value):
-            raise InputError(f"-{name} {value}: {reason}")
+        refuse((reason := _too_large(name, value)), f"-{name} {value}: {reason}")
         file = _written(name, value)
         refuse(
             file and (Path(file).is_dir() or not os.access(Path(file).parent, os.W_OK | os.X_OK)),
@@ -285,10 +286,10 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
     PETSc would follow a circle of them for ever, and prints a page where a line is none of its own.
     """
     told = f"-options_file {name}"
-    if not name or not Path(name).is_file():
-        raise InputError(
-            f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}"
-        )
+    refuse(
+        not name or not Path(name).is_file(),
+        f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}",
+    )
     real = os.path.realpath(name)
     refuse(real in within, f"{told}: includes itself")
     for words in () if name.endswith((".yaml", ".yml")) else _lines(name, told):
@@ -307,9 +308,9 @@ def _lines(name: str, told: str) -> list[list[str]]:
         words = [word.strip("\"'") for word in line.partition("#")[0].split()]
         if not words or words[0].startswith(("!", "%")):
             continue
-        if not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)):
-            raise InputError(
-                f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash"
-            )
+        refuse(
+            not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)),
+            f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash",
+        )
         lines.append(words)
     return lines

@@ -163,12 +163,19 @@ def users(
         If one cannot be imported, or is none, or two columns of the table would have one name.
     """
     taken = [name for name in coordinates if name != "variant"]
-    if clash := next(
-        (name for k, name in enumerate(taken) if name in taken[:k] or (k and is_column(name))), None
-    ):
-        raise InputError(
-            f"names: {clash}: a column of every table is called that, give another name"
-        )
+    refuse(
+        (
+            clash := next(
+                (
+                    name
+                    for k, name in enumerate(taken)
+                    if name in taken[:k] or (k and is_column(name))
+                ),
+                None,
+            )
+        ),
+        f"names: {clash}: a column of every table is called that, give another name",
+    )
     found: dict[str, Quantity] = {}
     sys.path.insert(0, str(folder.resolve()))
     try:

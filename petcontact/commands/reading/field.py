@@ -101,8 +101,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
-    if shown not in (known := quantities(next(iter(solution.meshes.values())).components)):
-        raise InputError(f"--quantity: no {shown!r}{among(shown, known)}")
+    refuse(
+        shown not in (known := quantities(next(iter(solution.meshes.values())).components)),
+        f"--quantity: no {shown!r}{among(shown, known)}",
+    )
     # before the inside, of which a coarse grid may have nothing
     if arguments.boundary:
         _write_boundaries(solution, arguments)
@@ -133,8 +135,10 @@ def _check_figure(arguments: argparse.Namespace) -> None:
         arguments.quantity and not arguments.figure,
         f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one",
     )
-    if arguments.revolve is not None and arguments.points:
-        raise InputError("--revolve: turns .vtu files, --points writes a table")
+    refuse(
+        arguments.revolve is not None and arguments.points,
+        "--revolve: turns .vtu files, --points writes a table",
+    )
     for key in ("grid", "window"):
         refuse(
             getattr(arguments, key) and arguments.points and not arguments.figure,
@@ -243,10 +247,10 @@ def points_table(source: str, output: Path, solution: Any, bodies: list[str] | N
     from ...results.tables import csv_text, with_units
     from ...runtime.atomic_write import write_text
 
-    if (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1:
-        raise InputError(
-            f"--points: --body must name one body; there are {', '.join(solution.meshes)}"
-        )
+    refuse(
+        (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1,
+        f"--points: --body must name one body; there are {', '.join(solution.meshes)}",
+    )
     mesh = next(iter(solution.meshes.values()))
     state = solution.state_at(read_points(source, mesh.dim), bodies[0] if bodies else None)
     names = [name for name in quantities(mesh.components) if name != "u"]
@@ -273,10 +277,10 @@ def read_points(path: str, dim: int) -> Any:
         values = [_real(word) for word in words[:dim]]
         if not words or (number == 1 and not any(map(math.isfinite, values))):
             continue
-        if len(values) < dim or not all(map(math.isfinite, values)):
-            raise InputError(
-                f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
-            )
+        refuse(
+            len(values) < dim or not all(map(math.isfinite, values)),
+            f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}",
+        )
         found.append(values)
     refuse(not found, f"{path}: there are no points in it")
     return np.array(found)

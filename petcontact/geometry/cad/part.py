@@ -148,11 +148,12 @@ class CadSurface(SolidSurface):
         ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
-            if file.read() != END:
-                raise OutputError(
-                    f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
-                    f"there room?"
-                )
+            refuse(
+                file.read() != END,
+                f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
+                f"there room?",
+                OutputError,
+            )
 
     def table(self) -> list[list[str]]:
         """Number, part, kind, area and centre of each face, after a head."""
@@ -204,12 +205,12 @@ def cad_surface(
     own = {number: name for name, numbers in (parts or {}).items() for number in numbers}
     known = {face.number for face in faces}
     for number in own:
-        if number not in known:
-            raise InputError(
-                f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
-                f"(petcontact mesh "
-                f"{path.name} lists them)"
-            )
+        refuse(
+            number not in known,
+            f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
+            f"(petcontact mesh "
+            f"{path.name} lists them)",
+        )
     part_of = tuple(own.get(face.number, face.part) for face in faces)
     return CadSurface(file, stamp, faces, part_of, tuple(found["low"]), tuple(found["high"]))
 
@@ -261,12 +262,12 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     """
     import subprocess
 
-    if importlib.util.find_spec("gmsh") is None:
-        raise InputError(
-            f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
-            f"or mesh it "
-            "elsewhere and give the .msh file"
-        )
+    refuse(
+        importlib.util.find_spec("gmsh") is None,
+        f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
+        f"or mesh it "
+        "elsewhere and give the .msh file",
+    )
     words = [sys.executable, worker.__file__]
     done = subprocess.run(
         words,

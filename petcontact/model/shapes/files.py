@@ -71,13 +71,14 @@ class Gmsh(Shape):
     @pydantic.model_validator(mode="after")
     def _keys_of_cad(self) -> Gmsh:
         for key in ("parts", "solid"):
-            if getattr(self, key) is not None and not is_cad(self.file):
-                raise ValueError(
-                    f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical "
-                    f"surfaces"
-                )
-        if self.surface is not None and is_cad(self.file):
-            raise ValueError("surface: is for .msh files; a CAD file has solids")
+            refuse(
+                getattr(self, key) is not None and not is_cad(self.file),
+                f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical surfaces",
+            )
+        refuse(
+            self.surface is not None and is_cad(self.file),
+            "surface: is for .msh files; a CAD file has solids",
+        )
         numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
         for number in numbers:
             refuse(numbers.count(number) > 1, f"parts: surface {number} is named twice")

@@ -136,10 +136,10 @@ class OutlineSide(Model):
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> OutlineSide:
-        if self.through is not None and self.radius is not None:
-            raise ValueError(
-                f"side {self.part!r}: an arc is given by through or by radius, not by both"
-            )
+        refuse(
+            self.through is not None and self.radius is not None,
+            f"side {self.part!r}: an arc is given by through or by radius, not by both",
+        )
         refuse(
             self.radius == 0.0,
             f"side {self.part!r}: radius must not be 0; leave it out for a straight side",
@@ -254,11 +254,11 @@ def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
     start = np.array(given[-1].to, dtype=float)
     sides: list[Side] = []
     for side in given:
-        if tuple(start) == side.to:
-            raise InputError(
-                f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
-                f"no length"
-            )
+        refuse(
+            tuple(start) == side.to,
+            f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
+            f"no length",
+        )
         sides += side.sides_from(start)
         start = sides[-1].end
     return sides

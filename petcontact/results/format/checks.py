@@ -42,11 +42,12 @@ def check_group(group: Any, source: str) -> None:
     while waiting:
         here = waiting.pop()
         for name in here:
-            if not isinstance(here.get(name, getlink=True), h5py.HardLink):
-                raise ResultError(
-                    f"{source}: {here.name}/{name} refers to another place, results hold all their "
-                    f"data"
-                )
+            refuse(
+                not isinstance(here.get(name, getlink=True), h5py.HardLink),
+                f"{source}: {here.name}/{name} refers to another place, results hold all their "
+                f"data",
+                ResultError,
+            )
             item = here[name]
             place = h5py.h5o.get_info(item.id).addr
             if place in seen:
@@ -59,14 +60,16 @@ def check_group(group: Any, source: str) -> None:
 
 
 def _check_array(data: Any, source: str) -> None:
-    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
-        raise ResultError(
-            f"{source}: {data.name} has its data elsewhere, results hold theirs themselves"
-        )
-    if data.size is None or data.size > LARGEST:
-        raise ResultError(
-            f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
-        )
+    refuse(
+        not isinstance(data, h5py.Dataset) or data.external or data.is_virtual,
+        f"{source}: {data.name} has its data elsewhere, results hold theirs themselves",
+        ResultError,
+    )
+    refuse(
+        data.size is None or data.size > LARGEST,
+        f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read",
+        ResultError,
+    )
     *_, folder, name = data.name.split("/")
     refuse(
         not _fits(data.dtype, name),
@@ -94,8 +97,11 @@ def check_link(file: Any, path: str, source: str) -> None:
     """Refuse the path of a group that leads through links to elsewhere."""
     here = file
     for name in filter(None, path.split("/")):
-        if not isinstance(here.get(name, getlink=True), h5py.HardLink):
-            raise ResultError(f"{source}: {path} refers to another place")
+        refuse(
+            not isinstance(here.get(name, getlink=True), h5py.HardLink),
+            f"{source}: {path} refers to another place",
+            ResultError,
+        )
         here = here[name]
 
 

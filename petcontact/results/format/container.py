@@ -40,8 +40,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     line."""
     try:
         refuse(not Path(path).is_file(), f"{path}: no such file", ResultError)
-        if kind := known_kind(path, ".h5"):
-            raise ResultError(f"{path}: {kind}")
+        refuse((kind := known_kind(path, ".h5")), f"{path}: {kind}", ResultError)
         _check_seal(Path(path))
         with h5py.File(path, "r") as file:
             yield file

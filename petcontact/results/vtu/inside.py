@@ -94,10 +94,10 @@ def grid_inside(
         len(resolution) != mesh.dim,
         f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions",
     )
-    if window is not None and len(window[0]) != mesh.dim:
-        raise InputError(
-            f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
-        )
+    refuse(
+        window is not None and len(window[0]) != mesh.dim,
+        f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed",
+    )
     return _grid(mesh, resolution, window)
 
 

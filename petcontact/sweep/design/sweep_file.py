@@ -113,10 +113,11 @@ class SweepFile(Model):
     @classmethod
     def _named(cls, variants: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
         names = [variant.get("name") for variant in variants]
-        if not all(isinstance(name, str) and name for name in names) or len(
-            set(map(str, names))
-        ) < len(names):
-            raise ValueError('every [[variant]] needs a name of its own, name = "..."')
+        refuse(
+            not all(isinstance(name, str) and name for name in names)
+            or len(set(map(str, names))) < len(names),
+            'every [[variant]] needs a name of its own, name = "..."',
+        )
         return variants
 
     @pydantic.field_validator("zip")
