@@ -8,37 +8,35 @@ and the limit of iterations are those of each config.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, refuse
+from ..errors import refuse
+from .options import option, options, real
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact compare`."""
-    parser.add_argument("config", metavar="CONFIG.toml", nargs="+", help="the problems")
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("config", metavar="CONFIG.toml", nargs="+", help="the problems"),
+    option("-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures"),
+    option(
         "--methods",
         metavar="NAMES",
         help="names separated by commas (default: all that take the problem)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)"
-    )
-    parser.add_argument(
+    ),
+    option(
         "--element-size",
         metavar="VALUES",
         help="values of h separated by commas (default: the config's)",
-    )
-    parser.add_argument(
-        "--reference", metavar="RESULT.h5", help="measure errors against this result"
-    )
-    parser.add_argument("--no-figures", action="store_true", help="draw nothing")
+    ),
+    option("--reference", metavar="RESULT.h5", help="measure errors against this result"),
+    option("--no-figures", action="store_true", help="draw nothing"),
+)
+"""The options of `petcontact compare`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -96,13 +94,11 @@ def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Any]]:
             yield f"{name}, h = {size:g}", config.load(path, {"mesh.element_size": size})
 
 
-def _numbers(text: str | None, option: str) -> list[float]:
-    try:
-        values = [float(word) for word in text.split(",")] if text else []
-    except ValueError:
-        raise InputError(f"{option} {text}: expected numbers separated by commas") from None
+def _numbers(text: str | None, name: str) -> list[float]:
+    values = [real(word) for word in text.split(",")] if text else []
+    refuse(any(map(math.isnan, values)), f"{name} {text}: expected numbers separated by commas")
     refuse(
         any(not 0.0 < value < float("inf") for value in values),
-        f"{option} {text}: numbers must be positive",
+        f"{name} {text}: numbers must be positive",
     )
     return values

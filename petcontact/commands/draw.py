@@ -8,24 +8,25 @@ from pathlib import Path
 
 from ..errors import in_file
 from ..runtime.figure_style import FORMATS
+from .options import option, options
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact draw`."""
-    parser.add_argument("config", metavar="CONFIG.toml", help="the problem")
-    parser.add_argument(
+add_arguments = options(
+    option("config", metavar="CONFIG.toml", help="the problem"),
+    option(
         "-o",
         "--output",
         metavar="FILE",
         help=f"the picture, {', '.join(FORMATS)} (default: the config's stem + -model.png)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--set",
         metavar="KEY=VALUE",
         action="append",
         default=[],
         help="override a key of the config, as in solve",
-    )
+    ),
+)
+"""The options of `petcontact draw`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

@@ -11,6 +11,7 @@ import sys
 import textwrap
 
 from ..errors import InputError
+from .options import option, options
 
 WIDTH = 80
 SHOWN = 6
@@ -30,17 +31,18 @@ OTHER_WORDS = {
 """Words that people look for, and the chapter that treats what they mean."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact help`."""
-    parser.add_argument(
+add_arguments = options(
+    option(
         "topic",
         nargs="*",
         help="a chapter, or a key of configs; other words are searched for in all chapters. "
         "Without one the chapters are listed",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--search", action="store_true", help="search for the words even if a chapter is called so"
-    )
+    ),
+)
+"""The options of `petcontact help`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

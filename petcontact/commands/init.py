@@ -11,6 +11,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import refuse
+from .options import option, options
 
 KINDS = {
     "block": "a block on a foundation",
@@ -25,24 +26,24 @@ OTHER_WORDS = {"2d": "block", "3d": "space", "polygon": "outline", "contact": "b
 """What others call a kind."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact init`."""
-    parser.add_argument("name", metavar="NAME", help="NAME.toml is written, and what goes with it")
-    kinds = "; ".join(f"{kind}: {text}" for kind, text in KINDS.items())
-    parser.add_argument(
+add_arguments = options(
+    option("name", metavar="NAME", help="NAME.toml is written, and what goes with it"),
+    option(
         "--kind",
         choices=KINDS,
         metavar="KIND",
         type=lambda word: OTHER_WORDS.get(word.lower(), word),
-        help=f"{kinds} (default: block)",
-    )
-    parser.add_argument(
+        help="; ".join(f"{kind}: {text}" for kind, text in KINDS.items()) + " (default: block)",
+    ),
+    option(
         "--from",
         metavar="FILE.inp",
         dest="source",
         help="the problem of a file of Abaqus or CalculiX",
-    )
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    ),
+    option("--force", action="store_true", help="replace files that exist"),
+)
+"""The options of `petcontact init`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

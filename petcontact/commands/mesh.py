@@ -13,36 +13,33 @@ import argparse
 from pathlib import Path
 
 from ..errors import refuse
+from .options import option, options, real
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact mesh`."""
-    parser.add_argument(
-        "file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep"),
+    option(
         "--size",
         metavar="S",
         help="of the cells [length] (default: a twelfth of the body's diagonal)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--order",
         type=int,
         choices=(1, 2),
         default=2,
         help="of the cells: flat (1) or curved (2, default)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--part",
         metavar="NAME=N,N",
         action="append",
         default=[],
         help="name surfaces by their numbers; may be repeated",
-    )
-    parser.add_argument(
-        "--solid", metavar="NAME", help="name or number of the solid, where there are several"
-    )
-    parser.add_argument("-o", "--output", metavar="PART.msh", help="write the mesh there")
+    ),
+    option("--solid", metavar="NAME", help="name or number of the solid, where there are several"),
+    option("-o", "--output", metavar="PART.msh", help="write the mesh there"),
+)
+"""The options of `petcontact mesh`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -56,7 +53,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         not is_cad(arguments.file),
         f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep",
     )
-    size, target = _size(arguments.size), arguments.output and Path(arguments.output)
+    size = None if arguments.size is None else real(arguments.size)
+    target = arguments.output and Path(arguments.output)
+    refuse(
+        size is not None and not 0.0 < size < float("inf"),
+        f"--size {arguments.size}: must be a positive number",
+    )
     refuse(target and target.suffix.lower() != ".msh", f"{target}: a mesh is written as .msh")
     if target:
         check_target(target, replace=True, inputs=[arguments.file])
@@ -76,17 +78,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
                 made.unlink(missing_ok=True)
         print(target)
     return 0
-
-
-def _size(word: str | None) -> float | None:
-    if word is None:
-        return None
-    try:
-        size = float(word)
-    except ValueError:
-        size = 0.0
-    refuse(not 0.0 < size < float("inf"), f"--size {word}: must be a positive number")
-    return size
 
 
 def _parts(words: list[str]) -> dict[str, tuple[int, ...]]:

@@ -11,51 +11,48 @@ import argparse
 from pathlib import Path
 
 from ..errors import refuse
+from .options import option, options
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact report`."""
-    parser.add_argument(
-        "sweep", metavar="DIR", help="folder of a sweep, finished or not, or its results.h5"
-    )
-    parser.add_argument("--csv", metavar="FILE", help="write one line a case")
-    parser.add_argument(
+add_arguments = options(
+    option("sweep", metavar="DIR", help="folder of a sweep, finished or not, or its results.h5"),
+    option("--csv", metavar="FILE", help="write one line a case"),
+    option(
         "--html",
         metavar="FILE",
         help="write one page with tables and figures that needs no other file",
-    )
-    parser.add_argument(
-        "--parquet", metavar="FILE", help="write the same with types, for pandas and polars"
-    )
-    parser.add_argument(
+    ),
+    option("--parquet", metavar="FILE", help="write the same with types, for pandas and polars"),
+    option(
         "--cells",
         metavar="QUANTITY",
         default="iterations",
         help="what the cells hold, for example max_u_t (default: iterations)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--rows",
         metavar="NAME,...",
         help="coordinates or quantities down (cells are means over what is left), for example "
         "variant",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--columns",
         metavar="NAME,...",
         help="coordinates or quantities across (default: rule,element_size)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--plot",
         metavar="QUANTITY:COORDINATE[:LINES]",
         action="append",
         default=[],
         help="plot one over the other, a line for each value of a third; may be repeated",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--figures",
         metavar="DIR",
         help="folder of the plots (default: the sweep's, without a page)",
-    )
+    ),
+)
+"""The options of `petcontact report`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

@@ -11,29 +11,24 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from .options import option, options
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact schema`."""
-    parser.add_argument(
+add_arguments = options(
+    option(
         "kind",
         nargs="?",
         default="problem",
         choices=["problem", "sweep"],
         help="of problem files (default) or of sweep files",
-    )
-    parser.add_argument(
-        "-o", "--output", metavar="FILE", help="write it there instead of to standard output"
-    )
-    parser.add_argument(
-        "--markdown",
-        action="store_true",
-        help="the same as tables in Markdown: `petcontact help config`",
-    )
+    ),
+    option("-o", "--output", metavar="FILE", help="write it there instead of to standard output"),
+)
+"""The options of `petcontact schema`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print or write; needs no PETSc."""
-    text = schema_text(arguments.kind, arguments.markdown)
+    text = schema_text(arguments.kind)
     if arguments.output is None:
         print(text, end="")
     else:
@@ -43,17 +38,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return 0
 
 
-def schema_text(kind: str, as_markdown: bool = False) -> str:
-    """The schema of problem or sweep files, as JSON or as Markdown."""
+def schema_text(kind: str) -> str:
+    """Return the JSON Schema of problem or sweep files."""
     import json
 
     from ..model.problem import OneBody, Problem
-    from ..model.reference import json_schema, markdown
+    from ..model.reference import json_schema
     from ..sweep.design.sweep_file import SweepFile
 
     models: Any = {"body": Problem, "": OneBody} if kind == "problem" else {"": SweepFile}
-    return (
-        markdown(models)
-        if as_markdown
-        else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"
-    )
+    return json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"

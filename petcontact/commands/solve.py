@@ -18,57 +18,55 @@ from typing import Any
 
 from ..errors import InputError, OutputError, in_file, refuse
 from ..runtime.signals import Interrupted, stopping
+from .options import option, options
 
 SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact solve`."""
-    parser.add_argument(
-        "config", metavar="CONFIG.toml", help="the problem (see configs/ for examples)"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("config", metavar="CONFIG.toml", help="the problem (see configs/ for examples)"),
+    option(
         "-o", "--output", metavar="FILE.h5", help="result file (default: the config's stem + .h5)"
-    )
-    parser.add_argument(
+    ),
+    option(
         "--figures",
         metavar="DIR",
         help="draw all figures, into this folder (default: some, beside the result)",
-    )
-    parser.add_argument("--no-figures", action="store_true", help="draw nothing")
-    parser.add_argument(
-        "--force", action="store_true", help="replace a file that another command wrote"
-    )
-    parser.add_argument(
+    ),
+    option("--no-figures", action="store_true", help="draw nothing"),
+    option("--force", action="store_true", help="replace a file that another command wrote"),
+    option(
         "--set",
         metavar="KEY=VALUE",
         action="append",
         default=[],
         help="override a key of the config, for example --set method.rho=100",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--monitor",
         action="store_true",
         help="print a line an iteration: change, residual, states, KSP",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--verbose",
         action="store_true",
         help="print all of the verdict: meshes, methods, moments, times by stage",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--adapt",
         action="store_true",
         help="refine the mesh until the estimated error of u_t (p, q) is as wanted",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--accuracy",
         metavar="ERROR",
         type=float,
         help="with --adapt, or without [mesh]: of u_t (1e-4), p and q (1e-2; in space 2e-2)",
-    )
+    ),
+)
+"""The options of `petcontact solve`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

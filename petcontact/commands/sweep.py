@@ -14,39 +14,36 @@ from pathlib import Path
 
 from ..errors import InputError, refuse
 from ..runtime.signals import Interrupted
+from .options import option, options
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact sweep`."""
-    parser.add_argument(
-        "config", metavar="SWEEP.toml", help="problem files, and lists of values to cross"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("config", metavar="SWEEP.toml", help="problem files, and lists of values to cross"),
+    option(
         "-o", "--output", metavar="DIR", help="folder of the sweep (default: the sweep file's stem)"
-    )
-    parser.add_argument(
-        "--list", action="store_true", help="show the ids of the cases and compute nothing"
-    )
-    parser.add_argument(
+    ),
+    option("--list", action="store_true", help="show the ids of the cases and compute nothing"),
+    option(
         "--only",
         metavar="PATTERN",
         action="append",
         default=[],
         help="compute the cases whose id matches, for example '*-h0.4'; may be repeated",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--ranks-per-case",
         metavar="K",
         type=int,
         default=1,
         help="ranks that solve one case together, for cases too large for one",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--part",
         metavar="K/N",
         help="compute the K-th of N parts, for jobs of an array that share the folder",
-    )
-    parser.add_argument("--force", action="store_true", help="compute finished cases again")
+    ),
+    option("--force", action="store_true", help="compute finished cases again"),
+)
+"""The options of `petcontact sweep`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

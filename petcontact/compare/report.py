@@ -113,7 +113,10 @@ def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
     return save_all(drawings, folder, "compare", rows)
 
 
-def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Trial]]]:
+def _panels(
+    figure: Any, rows: Sequence[Trial], across: str, up: str
+) -> Iterable[tuple[Any, list[Trial]]]:
+    """Yield axes for each problem with its runs; the labels of both axes are those given."""
     problems = list(dict.fromkeys(row.problem for row in rows))
     columns = min(2, len(problems))
     lines = -(-len(problems) // columns)
@@ -127,14 +130,16 @@ def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Tria
         axes.set_axis_off()
     for axes, problem in zip(panels, problems, strict=False):
         axes.set_title(plain(problem), fontsize=9)
+        axes.set(xlabel=across, ylabel=up)
         yield axes, [row for row in rows if row.problem == problem]
+        axes.grid(alpha=0.3)
     handles, labels = panels[0].get_legend_handles_labels()
     grid[0, -1].legend(handles, labels, loc="center left", fontsize=7, frameon=False)
 
 
 def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
     """Relative friction residual over applications of S, of the runs that were followed."""
-    for axes, group in _panels(figure, rows):
+    for axes, group in _panels(figure, rows, "applications of S", "‖R‖ / ‖σ_t‖"):
         for row in (row for row in group if row.path):
             applications, residuals = np.array(row.path).T
             label = row.contender + (f", ρ_0 = {row.rho:g}" if row.rho is not None else "")
@@ -146,14 +151,11 @@ def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
                 linewidth=1.0,
                 label=label,
             )
-        axes.set_xlabel("applications of S")
-        axes.set_ylabel("‖R‖ / ‖σ_t‖")
-        axes.grid(alpha=0.3)
 
 
 def draw_iterations(figure: Any, rows: Sequence[Trial]) -> None:
     """Iterations over ρ_0; hollow where the method did not converge."""
-    for axes, group in _panels(figure, rows):
+    for axes, group in _panels(figure, rows, "ρ_0", "iterations"):
         rhos = sorted({row.rho for row in group if row.rho is not None})
         for name, runs in _groups(group):
             line = {row.rho: row for row in runs}
@@ -169,6 +171,3 @@ def draw_iterations(figure: Any, rows: Sequence[Trial]) -> None:
                 axes.plot(
                     *np.array(failed).T, "o", mfc="white", color=drawn.get_color(), markersize=6
                 )
-        axes.set_xlabel("ρ_0")
-        axes.set_ylabel("iterations")
-        axes.grid(alpha=0.3)

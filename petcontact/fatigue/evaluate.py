@@ -15,6 +15,7 @@ from ..frozen import frozen
 from ..model.hints import among
 from ..results.data import SolutionData
 from ..results.numbers import stress_name
+from ..results.records import below
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
 from .parameters import PARAMETERS, Constants
 from .ruiz import ruiz_sites
@@ -201,9 +202,7 @@ def _chosen_parts(
     return known
 
 
-def cycles_to_failure(
-    damage: float, young_modulus: float, constants: tuple[float, float, float, float]
-) -> float:
+def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[float, ...]) -> float:
     """N at which (σ_f'²/E)(2N)^(2b) + σ_f' ε_f' (2N)^(b+c) is a value of Smith, Watson and Topper's
     parameter.
 
@@ -259,10 +258,10 @@ def cycles_to_failure(
 def table(result: Fatigue) -> dict[str, Any]:
     """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n
     of critical planes."""
-    columns: dict[str, list[Any]] = {}
+    rows = list[dict[str, Any]]()
     for one in result.found:
         sites, count = one.sites, len(one.value)
-        row: dict[str, Any] = {
+        row = {
             "body": np.full(count, sites.body),
             "part": sites.part,
             **dict(zip("xyz", sites.x.T, strict=False)),
@@ -272,6 +271,5 @@ def table(result: Fatigue) -> dict[str, Any]:
         }
         if one.normal is not None:
             row |= dict(zip(("plane_nx", "plane_ny", "plane_nz"), one.normal.T, strict=True))
-        for key, values in row.items():
-            columns.setdefault(key, []).append(values)
-    return {key: np.concatenate(values) for key, values in columns.items()}
+        rows.append(row)
+    return below(rows)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from dataclasses import field, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -69,7 +68,7 @@ class Meridian(Outline):
 class TwistedMeridian(Meridian):
     """That of a body that turns about its axis, too."""
 
-    components: ClassVar[int] = 3
+    components = 3
 
 
 def meridian(section: Outline, *, twisted: bool = False) -> Meridian:

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from .arcs import (
     signed_area,
     turns_left_once,
 )
+from .surface import Boundary
 
 if TYPE_CHECKING:
     import shapely
@@ -118,7 +119,7 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
 
 
 @frozen
-class Outline:
+class Outline(Boundary):
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 
     Attributes
@@ -135,13 +136,8 @@ class Outline:
 
     loops: tuple[tuple[Side, ...], ...]
     exterior: bool = False
-    dim: ClassVar[int] = 2
-    components: ClassVar[int] = 2
-    known: ClassVar[bool] = True
-    exact: ClassVar[bool] = False
-    meshed: ClassVar[bool] = False
-    graded: ClassVar[bool] = True
-    has_inside: ClassVar[bool] = True
+    dim = components = 2
+    known = graded = True
 
     def __post_init__(self) -> None:
         for loop in self.loops:
@@ -167,19 +163,10 @@ class Outline:
             )
         self._check_simple()
 
-    def onto(self, part: Index, points: Array) -> Array:
-        """The points: elements are segments and arcs of the outline itself."""
-        return points
-
     @functools.cached_property
     def sides(self) -> tuple[Side, ...]:
         """All sides, loop after loop, in the order in which elements are numbered."""
         return tuple(side for loop in self.loops for side in loop)
-
-    @property
-    def closed(self) -> bool:
-        """Whether the loops are all of the boundary of a finite body."""
-        return not self.exterior
 
     @property
     def parts(self) -> tuple[str, ...]:

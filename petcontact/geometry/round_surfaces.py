@@ -4,7 +4,7 @@ fine."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -51,8 +51,7 @@ class SphereSurface(SolidSurface):
     centre: Array
     radius: float
     parts: tuple[str, ...] = tuple(BOX_PARTS)
-    known: ClassVar[bool] = True
-    exact: ClassVar[bool] = True
+    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(self.radius, [self.centre], "sphere")
@@ -98,8 +97,7 @@ class CylinderSurface(SolidSurface):
     end: Array
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
-    known: ClassVar[bool] = True
-    exact: ClassVar[bool] = True
+    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(min(self.radius, self.height), [self.start, self.end], "cylinder")

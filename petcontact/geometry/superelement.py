@@ -12,7 +12,7 @@ import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from ..errors import InputError, refuse
 from ..frozen import frozen
 from ..round_off import SINGLE
 from ..stored import Stored, check_declared, checked, demand_unique, foreign
+from .surface import Boundary
 
 LARGEST = 16_000_000_000
 """Bytes of the arrays."""
@@ -53,7 +54,7 @@ NOT_IN_A_PART = re.compile(r"[./]")
 
 
 @frozen
-class CondensedSurface:
+class CondensedSurface(Boundary):
     """The contact surface of a body, and its condensed stiffness or compliance.
 
     Attributes
@@ -79,17 +80,8 @@ class CondensedSurface:
     part: Index
     parts: tuple[str, ...]
     arrays: dict[str, Array]
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = False
-    known: ClassVar[bool] = False
-    exact: ClassVar[bool] = False
-    meshed: ClassVar[bool] = True
-    graded: ClassVar[bool] = False
-    has_inside: ClassVar[bool] = False
-
-    def onto(self, part: Index, points: Array) -> Array:
-        """The points: there is nothing but the faces."""
-        return points
+    meshed = True
+    closed = has_inside = False
 
     @property
     def dim(self) -> int:

@@ -4,7 +4,7 @@ closedness are checked."""
 from __future__ import annotations
 
 from dataclasses import field
-from typing import ClassVar, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy
@@ -33,8 +33,8 @@ TURNED = np.array([[2, 1, 0, 3, 4], [3, 2, 1, 0, 4]])
 direction."""
 
 
-class Boundary(Protocol):
-    """What is asked of the boundary of any body, an outline or a surface.
+class Boundary:
+    """The boundary of any body, an outline or a surface.
 
     Attributes
     ----------
@@ -63,33 +63,33 @@ class Boundary(Protocol):
         Whether meshes that are adapted are graded along it anew; panels are cut.
     """
 
+    if TYPE_CHECKING:  # fields in some classes, computed in others
+
+        @property
+        def dim(self) -> int: ...
+        @property
+        def components(self) -> int: ...
+        @property
+        def parts(self) -> tuple[str, ...]: ...
+        @property
+        def diameter(self) -> float: ...
+
+    exterior: bool = False
+    known: bool = False
+    exact: bool = False
+    meshed: bool = False
+    has_inside: bool = True
+    graded: bool = False
+
     @property
-    def dim(self) -> int: ...
-    @property
-    def components(self) -> int: ...
-    @property
-    def parts(self) -> tuple[str, ...]: ...
-    @property
-    def diameter(self) -> float: ...
-    @property
-    def exterior(self) -> bool: ...
-    @property
-    def closed(self) -> bool: ...
-    @property
-    def known(self) -> bool: ...
-    @property
-    def exact(self) -> bool: ...
-    @property
-    def meshed(self) -> bool: ...
-    @property
-    def has_inside(self) -> bool: ...
-    @property
-    def graded(self) -> bool: ...
+    def closed(self) -> bool:
+        """Whether it is all of the boundary of a finite body."""
+        return not self.exterior
 
     def onto(self, part: Index, points: Array) -> Array:
         """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are
         where none is known."""
-        ...
+        return points
 
 
 def face_axes(axis: int, side: int) -> tuple[int, int]:
@@ -97,22 +97,10 @@ def face_axes(axis: int, side: int) -> tuple[int, int]:
     return ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
 
 
-class SolidSurface:
+class SolidSurface(Boundary):
     """The whole surface of a finite body in space, see `Boundary`."""
 
-    dim: ClassVar[int] = 3
-    components: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
-    known: ClassVar[bool] = False
-    exact: ClassVar[bool] = False
-    meshed: ClassVar[bool] = False
-    has_inside: ClassVar[bool] = True
-    graded: ClassVar[bool] = False
-
-    def onto(self, part: Index, points: Array) -> Array:
-        """As in `Boundary`."""
-        return points
+    dim = components = 3
 
 
 @frozen
@@ -123,7 +111,7 @@ class BoxSurface(SolidSurface):
     lower: Array
     upper: Array
     parts: tuple[str, ...] = tuple(BOX_PARTS)
-    known: ClassVar[bool] = True
+    known = True
 
     def __post_init__(self) -> None:
         check_digits(float((self.upper - self.lower).min()), [self.lower, self.upper], "box")
@@ -157,7 +145,7 @@ class FacetSurface(SolidSurface):
     part: Index
     parts: tuple[str, ...]
     middles: Index = field(default_factory=lambda: np.empty((0, 5), dtype=np.int64))
-    meshed: ClassVar[bool] = True
+    meshed = True
 
     def __post_init__(self) -> None:
         if not len(self.middles):

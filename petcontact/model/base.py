@@ -89,13 +89,31 @@ def _in_file(value: Any) -> Any:
     )
 
 
-def something(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-    """A vector that has a direction."""
+def _something(value: tuple[float, ...]) -> tuple[float, ...]:
     refuse(
-        value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300,
+        not 1e-300 < sum(component**2 for component in value) < 1e300,
         "must be a vector other than zero",
     )
     return value
+
+
+Directed = pydantic.AfterValidator(_something)
+"""Of vectors that have a direction."""
+Direction = Annotated[tuple[Finite, Finite, Finite], Directed]
+
+
+def whole_or_auto(most: int) -> pydantic.BeforeValidator:
+    """Check that a value is a whole number from 1 to a largest one, or "auto".
+
+    This is one check in place of a union, whose report would name every branch.
+    """
+
+    def check(value: Any) -> Any:
+        whole = isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most
+        refuse(not whole and value != "auto", f'must be a whole number from 1 to {most}, or "auto"')
+        return value
+
+    return pydantic.BeforeValidator(check)
 
 
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:

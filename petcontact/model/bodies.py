@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from ..errors import refuse
-from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
+from .base import Directed, Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector
 from .loads import PointForce, VolumeLoads
 from .shapes.files import Gmsh, Superelement
 from .shapes.plane import Polygon, Rectangle, SideBySide
@@ -281,20 +281,23 @@ class Periodic(Model):
 Normal = Literal["bilateral", "unilateral", "bonded"]
 
 
-def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) -> None:
-    """Refuse friction of parts that are bonded."""
-    if normal == "bonded" and not (coefficient is None and bound is None):
-        key = "friction_bound" if coefficient is None else "friction_coefficient"
-        raise ValueError(
-            f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"'
-        )
+def check_law(law: Contact | Pair) -> None:
+    """Refuse friction of parts that are bonded, and wear of parts that have no gap.
 
-
-def no_wear_unless_unilateral(normal: Normal, coefficient: object) -> None:
-    """Refuse wear of parts that have no gap which it opens."""
+    Raises
+    ------
+    InputError
+        One line that names the key.
+    """
+    coefficient, bonded = law.friction_coefficient, law.normal == "bonded"
     refuse(
-        coefficient is not None and normal != "unilateral",
-        f"wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "
+        bonded and not (coefficient is None and law.friction_bound is None),
+        f"friction_{'bound' if coefficient is None else 'coefficient'}: bonded parts do not slip; "
+        'leave it out, or take normal = "bilateral"',
+    )
+    refuse(
+        law.wear_coefficient is not None and law.normal != "unilateral",
+        f"wear_coefficient: wear opens a gap, and {law.normal} parts have none; take normal = "
         f'"unilateral"',
     )
 
@@ -351,8 +354,7 @@ class Contact(Model):
             "normal: this key is required beside a gap or a friction coefficient; "
             '"unilateral" contact may open, "bilateral" contact stays closed',
         )
-        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
-        no_wear_unless_unilateral(self.normal, self.wear_coefficient)
+        check_law(self)
         return self
 
     @property
@@ -459,7 +461,7 @@ class Pair(Model):
     primary: str
     normal: Normal = "unilateral"
     gap: Expression = "geometry"
-    direction: Annotated[tuple[Finite, ...], Vector] | None = None
+    direction: Annotated[tuple[Finite, ...], Vector, Directed] | None = None
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
     wear_coefficient: Expression | None = None
@@ -467,11 +469,5 @@ class Pair(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Pair:
-        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
-        no_wear_unless_unilateral(self.normal, self.wear_coefficient)
+        check_law(self)
         return self
-
-    @pydantic.field_validator("direction")
-    @classmethod
-    def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return something(value)

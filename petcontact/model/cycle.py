@@ -8,22 +8,13 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..errors import refuse
-from .base import Model, Positive
+from .base import Model, Positive, whole_or_auto
 from .hints import among
 from .load_steps import changed_obstacle
 from .loads import forces_by_step, loads_by_step
 
 MOST = 10**12
 """Cycles, at most."""
-
-
-def _jump(value: Any) -> int | str:
-    """One check instead of a union, whose report would name every branch."""
-    if value == "auto" or (
-        isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= MOST
-    ):
-        return value  # type: ignore[no-any-return]
-    raise ValueError(f'must be a whole number from 1 to {MOST}, or "auto"')
 
 
 class Cycle(Model):
@@ -52,7 +43,7 @@ class Cycle(Model):
     first: str
     last: str
     count: Annotated[int, pydantic.Field(strict=True, ge=1, le=MOST)]
-    jump: Annotated[int | Literal["auto"], pydantic.BeforeValidator(_jump)] = "auto"
+    jump: Annotated[int | Literal["auto"], whole_or_auto(MOST)] = "auto"
     tolerance: Annotated[Positive, pydantic.Field(le=1.0)] = 0.02
 
 

@@ -3,63 +3,48 @@ they move, obstacles."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import pydantic
 
 from ..errors import InputError, refuse
 from ..geometry.rotation import Motions as Kind
-from .base import Expression, Finite, Model, Name, Vector
+from .base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from .bodies import Body, Displacement, Periodic, Traction
 from .hints import among
 from .loads import LoadsChange, check_material
 
-
-def _increments(value: Any) -> int | str:
-    """One check instead of a union, whose report would name every branch."""
-    if value == "auto":
-        return "auto"
-    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= 100_000:
-        return value
-    raise ValueError('must be a whole number from 1 to 100000, or "auto"')
+Increments = Annotated[int | Literal["auto"], whole_or_auto(100_000)]
 
 
-Increments = Annotated[int | Literal["auto"], pydantic.BeforeValidator(_increments)]
+def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
+    """Check a number, or one of some words, for every component or in an array of them.
 
+    This is one check in place of a union, whose report would name every branch.
+    """
 
-def _number(value: Any) -> float:
-    if (
-        isinstance(value, (int, float))
-        and not isinstance(value, bool)
-        and abs(value) < float("inf")
-    ):
+    def one(value: Any) -> float | str:
+        if isinstance(value, str) and value in words:
+            return value
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        refuse(
+            not number or not abs(value) < float("inf"),
+            f"must be {allowed} or an array of them, one a component",
+        )
         return float(value)
-    raise ValueError("must be a finite number or an array of them, one a component")
 
-
-def _freedom(value: Any) -> float | str:
-    try:
-        return "free" if isinstance(value, str) and value == "free" else _number(value)
-    except ValueError:
-        raise ValueError(
-            'must be a finite number or "free", or an array of them, one a component'
-        ) from None
-
-
-def _components(one: Callable[[Any], Any]) -> pydantic.BeforeValidator:
-    """One check of a number or an array instead of a union, whose report would name every
-    branch."""
     return pydantic.BeforeValidator(
         lambda value: tuple(map(one, value)) if isinstance(value, (list, tuple)) else one(value)
     )
 
 
 Motions = Annotated[
-    float | Literal["free"] | tuple[float | Literal["free"], ...], _components(_freedom)
+    float | Literal["free"] | tuple[float | Literal["free"], ...],
+    _components('a finite number or "free",', "free"),
 ]
 """A number or "free" for every component, or an array of them."""
-Loads = Annotated[float | tuple[float, ...], _components(_number)]
+Loads = Annotated[float | tuple[float, ...], _components("a finite number")]
 """A number for every component, or an array of them."""
 
 

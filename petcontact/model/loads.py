@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pydantic
 
 from ..errors import refuse
-from .base import Coordinate, Expression, Finite, Model, Vector, something
+from .base import Coordinate, Direction, Expression, Finite, Model, Vector
 
 
 def _in_volume(value: Any) -> Any:
@@ -74,13 +74,8 @@ class VolumeLoads(Model):
     force: Annotated[tuple[Inside, ...], Vector] | None = None
     angular_velocity: Finite = 0.0
     centre: Annotated[tuple[Coordinate, ...], Vector] | None = None
-    axis: tuple[Finite, Finite, Finite] | None = None
+    axis: Direction | None = None
     temperature: Inside = 0.0
-
-    @pydantic.field_validator("axis")
-    @classmethod
-    def _has_length(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return something(value)
 
     @property
     def needs(self) -> list[tuple[str, str]]:

@@ -13,7 +13,7 @@ from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError, refuse
-from ..fields.boundary.places import located, sizes
+from ..fields.boundary.places import located, points_at, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
@@ -122,8 +122,7 @@ class BodyFields:
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
         """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
-        at = self.mesh.variables_at(element, place)
-        x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
+        x = points_at(self.mesh, element, place)[0]
         u, stress = self.boundary.displacement(element, place), self.boundary.stress(element, place)
         if not self.known:
             stress = np.full_like(stress, np.nan)
@@ -210,15 +209,6 @@ def _inside(
     )
 
 
-def _places(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
-    """Points and normals (m, d) at places of elements."""
-    at = mesh.variables_at(element, place)
-    x, normal = (
-        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
-    )
-    return x, normal
-
-
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
     """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from
     the stress on the boundary and those at two points below, by a parabola along the normal. Where
@@ -228,7 +218,7 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)
     rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
-    foot, normal = _places(mesh, element[rows], place[rows])
+    foot, normal = points_at(mesh, element[rows], place[rows])
     depth = layer[element[rows], None]
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
     met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - SINGLE) * layer)[0]

@@ -9,8 +9,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..bem.particular.volume import VolumeSolution
+from ..arrays import Array
 from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
@@ -18,13 +17,12 @@ from ..errors import refuse
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
-from ..model.problem import Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
 from .number_errors import with_errors
 from .numbers import Number
-from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
-from .report import Accuracy, Finding, Provenance
+from .records import BodyResult, ContactFields, PairResult, StepResult, along_tangents, below
+from .report import Finding
 
 
 @frozen
@@ -33,56 +31,10 @@ class SolutionData(Evaluated):
 
     Attributes
     ----------
-    problem : Problem
-        What was solved; a one-body file is one body named "body".
-    meshes : dict of BoundaryMesh by body
-    nodes : dict of (m,) arrays by interface
-        Numbers of the secondary's nodes in its body's mesh.
-    sides : dict of (body, part) by interface
-        Of the secondary.
-    steps : list of StepResult
-        Increments that were solved, in order.
-    status : {"converged", "not converged", "failed"}
-    reason : str
-    timings : dict of str to float
-        Wall seconds by stage.
-    accuracy : Accuracy
-        The estimated error, and how it is known.
-    provenance : Provenance
-        How the solution was made: method, solver, command, versions.
-    findings : tuple of Finding
-        What checks found of it.
-    failed : StepResult, optional
-        The increment at which the solve ended, if it found no solution of it: its last iterate.
-    wear : WearHistory, optional
-        Of a problem with cycles.
-    volumes : dict of VolumeSolution by body, optional
-        Particular solutions for volume loads, where they are known already.
-    coarser : SolutionData, optional
-        The solution on another mesh that says what errors numbers have; files do not hold it.
-    paths : tuple of (float, SolutionData)
-        Solutions with other increments, each with the error of the one before over what the two
-        differ by; files do not hold them.
     written : tuple of Number, optional
         The numbers that a file holds.
     """
 
-    problem: Problem
-    meshes: dict[str, BoundaryMesh]
-    nodes: dict[str, Index]
-    sides: dict[str, tuple[str, str]]
-    steps: list[StepResult]
-    status: str
-    reason: str
-    timings: dict[str, float]
-    accuracy: Accuracy = field(default_factory=Accuracy)
-    provenance: Provenance = field(default_factory=Provenance)
-    findings: tuple[Finding, ...] = ()
-    failed: StepResult | None = None
-    wear: WearHistory | None = None
-    volumes: dict[str, VolumeSolution | None] | None = None
-    coarser: SolutionData | None = field(default=None, repr=False, compare=False)
-    paths: tuple[tuple[float, SolutionData], ...] = field(default=(), repr=False, compare=False)
     written: tuple[Number, ...] | None = field(default=None, repr=False, compare=False)
 
     @functools.cached_property
@@ -215,36 +167,34 @@ class SolutionData(Evaluated):
             node.
         """
         step = step or self.last
-        columns: dict[str, list[Any]] = {}
+        columns = list[dict[str, Any]]()
         for name, pair in step.pairs.items():
             body, part = self.sides[name]
             nodes, names = self.nodes[name], {"part": part, "body": body, "pair": name}
-            for key, values in {
-                "nodes": nodes,
-                "x": pair.x,
-                "normal": pair.normal,
-                "tangent": pair.tangent,
-                "weight": pair.weight,
-                "arc_length": pair.arc_length,
-                "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent),
-                "sigma_t": pair.sigma_t,
-                "sigma_n": 0.0 - pair.pressure,
-                "friction_bound": pair.bound,
-                "state": pair.state,
-                "gap": pair.gap,
-                "slip": pair.slip,
-                "slip_increment": pair.slip_increment,
-                "pressure": pair.pressure,
-                "worn_depth": np.zeros(len(nodes)) if pair.wear is None else pair.wear.sum(axis=1),
-                **{key: np.full(len(nodes), text) for key, text in names.items()},
-            }.items():
-                columns.setdefault(key, []).append(values)
-        if not columns:
-            return _no_rows(next(iter(self.meshes.values())).dim)
-        return {
-            key: np.concatenate(values) if len(values) > 1 else values[0]
-            for key, values in columns.items()
-        }
+            columns.append(
+                {
+                    "nodes": nodes,
+                    "x": pair.x,
+                    "normal": pair.normal,
+                    "tangent": pair.tangent,
+                    "weight": pair.weight,
+                    "arc_length": pair.arc_length,
+                    "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent),
+                    "sigma_t": pair.sigma_t,
+                    "sigma_n": 0.0 - pair.pressure,
+                    "friction_bound": pair.bound,
+                    "state": pair.state,
+                    "gap": pair.gap,
+                    "slip": pair.slip,
+                    "slip_increment": pair.slip_increment,
+                    "pressure": pair.pressure,
+                    "worn_depth": np.zeros(len(nodes))
+                    if pair.wear is None
+                    else pair.wear.sum(axis=1),
+                    **{key: np.full(len(nodes), text) for key, text in names.items()},
+                }
+            )
+        return below(columns) or _no_rows(next(iter(self.meshes.values())).dim)
 
     @functools.cached_property
     def contact(self) -> ContactFields:
@@ -320,11 +270,7 @@ class SolutionData(Evaluated):
         columns = self.columns(self.increment(step))
         table: dict[str, Array] = dict(zip("xyz", columns["x"].T, strict=False))
         for name in ("u_t", "sigma_t", "slip", "slip_increment"):
-            several = columns[name].shape[1] > 1
-            table |= {
-                f"{name}_{k}" if several else name: values
-                for k, values in enumerate(columns[name].T, 1)
-            }
+            table |= along_tangents(name, columns[name])
         names = (
             "arc_length",
             "weight",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -14,29 +15,71 @@ from ..errors import InputError, refuse
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
+from ..frozen import frozen
 from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among
 from ..model.problem import Problem
 from ..refinement.known_data import gap_edges
 from .body_fields import BodyFields, states_at
-from .records import StepResult
-from .report import Accuracy
+from .records import StepResult, WearHistory
+from .report import Accuracy, Finding, Provenance
 
 
+@frozen
 class Evaluated:
-    """What can be evaluated of a solution; `SolutionData` has the attributes."""
+    """What a solve found, and what can be evaluated of it anywhere in the bodies.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was solved; a one-body file is one body named "body".
+    meshes : dict of BoundaryMesh by body
+    nodes : dict of (m,) arrays by interface
+        Numbers of the secondary's nodes in its body's mesh.
+    sides : dict of (body, part) by interface
+        Of the secondary.
+    steps : list of StepResult
+        Increments that were solved, in order.
+    status : {"converged", "not converged", "failed"}
+    reason : str
+    timings : dict of str to float
+        Wall seconds by stage.
+    accuracy : Accuracy
+        The estimated error, and how it is known.
+    provenance : Provenance
+        How the solution was made: method, solver, command, versions.
+    findings : tuple of Finding
+        What checks found of it.
+    failed : StepResult, optional
+        The increment at which the solve ended, if it found no solution of it: its last iterate.
+    wear : WearHistory, optional
+        Of a problem with cycles.
+    volumes : dict of VolumeSolution by body, optional
+        Particular solutions for volume loads, where they are known already.
+    coarser : SolutionData, optional
+        The solution on another mesh that says what errors numbers have; files do not hold it.
+    paths : tuple of (float, SolutionData)
+        Solutions with other increments, each with the error of the one before over what the two
+        differ by; files do not hold them.
+    """
 
     problem: Problem
     meshes: dict[str, BoundaryMesh]
     nodes: dict[str, Index]
     sides: dict[str, tuple[str, str]]
     steps: list[StepResult]
-    failed: StepResult | None
-    volumes: dict[str, VolumeSolution | None] | None
-    accuracy: Accuracy
-    coarser: Evaluated | None
-    paths: tuple[tuple[float, Any], ...]
+    status: str
+    reason: str
+    timings: dict[str, float]
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    provenance: Provenance = field(default_factory=Provenance)
+    findings: tuple[Finding, ...] = ()
+    failed: StepResult | None = None
+    wear: WearHistory | None = None
+    volumes: dict[str, VolumeSolution | None] | None = None
+    coarser: Evaluated | None = field(default=None, repr=False, compare=False)
+    paths: tuple[tuple[float, Any], ...] = field(default=(), repr=False, compare=False)
 
     @property
     def tried(self) -> list[StepResult]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import json
 import tomllib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,6 @@ from .report import as_json
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 3
-PROVENANCE = ("argv", "petsc_options", "versions")
-"""Fields of `Provenance` that are attributes of their own as well."""
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
 """Columns of the table of increments."""
 MEASURES = ("equilibrium", "elimination", "overlap", "between", "displaced")
@@ -48,8 +47,6 @@ STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
 ERRORS = ("pressure_error", "sigma_t_error")
-OPTIONAL = (*ERRORS, "wear")
-"""What files of earlier versions, or without wear, lack."""
 RESULTANTS = (
     "force",
     "moment",
@@ -105,15 +102,12 @@ def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> 
     for name, mesh in solution.meshes.items():
         place = _ordered(group, f"bodies/{name}")
         write_mesh(place.create_group("mesh"), mesh)
-        for key in ("x", "normal", "weight"):
-            place[key] = getattr(mesh, key)
+        _put(place, _values(mesh, ("x", "normal", "weight")))
         _write_names(place, "part", np.array(mesh.part_names, dtype=object)[mesh.node_part])
     for name, nodes in solution.nodes.items():
         place = _ordered(group, f"pairs/{name}")
-        place["nodes"] = nodes
-        place.attrs.update({"body": solution.sides[name][0], "part": solution.sides[name][1]})
-        for key in STILL:
-            place[key] = getattr(solution.last.pairs[name], key)
+        place.attrs.update(zip(("body", "part"), solution.sides[name], strict=True))
+        _put(place, {"nodes": nodes, **_values(solution.last.pairs[name], STILL)})
     steps = group.create_group("steps")
     for k, step in enumerate(solution.steps, 1):
         _write_step(group, steps.create_group(f"{k}"), solution, step)
@@ -139,7 +133,7 @@ def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> 
             "timings": json.dumps(solution.timings),
             "accuracy": as_json(solution.accuracy),
             "provenance": as_json(solution.provenance),
-            **{key: getattr(solution.provenance, key) for key in PROVENANCE},
+            **_values(solution.provenance, ("argv", "petsc_options", "versions")),
         }
     )
     if len(solution.meshes) == 1:
@@ -153,6 +147,18 @@ def _ordered(group: Any, path: str) -> Any:
     for name in path.split("/"):
         group = group[name] if name in group else group.create_group(name, track_order=True)
     return group
+
+
+def _values(record: Any, keys: Iterable[str]) -> dict[str, Any]:
+    """Return some fields of a record by their names."""
+    return {key: getattr(record, key) for key in keys}
+
+
+def _put(place: Any, values: Mapping[str, Any]) -> None:
+    """Store values in a group by their names, without those that are None."""
+    for key, value in values.items():
+        if value is not None:
+            place[key] = value
 
 
 def _write_names(group: Any, key: str, names: Any) -> None:
@@ -186,7 +192,8 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
     facts = {
         "name": step.name,
         "step": step.step,
-        **_of_cycle(step),
+        "cycle": step.cycle or None,
+        "origin": step.origin,
         "load_factor": step.load_factor,
         "status": step.status,
         "reason": step.reason,
@@ -195,40 +202,24 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         "residual": step.residual,
         **{f"residual_{key}": value for key, value in step.residuals.items()},
     }
-    place.attrs.update(
-        {key: value for key, value in facts.items() if value == value}
-    )  # what was not computed is not there
+    # what was not computed is not there
+    known = {key: value for key, value in facts.items() if value is not None and value == value}
+    place.attrs.update(known)
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
         here = _ordered(place, f"contact/{name}")
-        for key in STILL:
-            here[key] = group[f"pairs/{name}/{key}"]
-        for key in MOVING:
-            here[key] = getattr(pair, key)
-        for key in OPTIONAL:
-            if (values := getattr(pair, key)) is not None:
-                here[key] = values
-        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
-        if pair.wear is not None:
-            known["worn_volume"], known["worn_depth"] = pair.worn_volume, pair.worn_depth
-        here.attrs.update({key: value for key, value in known.items() if value is not None})
+        still = {key: group[f"pairs/{name}/{key}"] for key in STILL}
+        _put(here, still | _values(pair, (*MOVING, *ERRORS, "wear")))
+        worn = ("worn_volume", "worn_depth") if pair.wear is not None else ()
+        _put(here.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
     for name, body in step.bodies.items():
-        here = _ordered(place, f"body/{name}")
-        for key in ("x", "normal", "weight", "part"):
-            here[key] = group[f"bodies/{name}/{key}"]
-        here["u"], here["traction"] = body.u, body.traction
-        if solution.body_fields(name, step).known:
-            here["stress"] = solution.stress_on_boundary(name, step)
+        still = {key: group[f"bodies/{name}/{key}"] for key in ("x", "normal", "weight", "part")}
+        inside = solution.body_fields(name, step).known
+        stress = solution.stress_on_boundary(name, step) if inside else None
+        fields = {"u": body.u, "traction": body.traction, "stress": stress}
+        _put(_ordered(place, f"body/{name}"), still | fields)
     for name, obstacle in step.obstacles.items():
-        _ordered(place, f"obstacle/{name}").attrs.update(
-            {key: getattr(obstacle, key) for key in PLACES}
-        )
-
-
-def _of_cycle(step: StepResult) -> dict[str, int]:
-    """What only steps of cycles have."""
-    found = {"cycle": step.cycle} if step.cycle else {}
-    return found if step.origin is None else {**found, "origin": step.origin}
+        _put(_ordered(place, f"obstacle/{name}").attrs, _values(obstacle, PLACES))
 
 
 def _write_one_body(group: Any, solution: SolutionData) -> None:
@@ -238,12 +229,9 @@ def _write_one_body(group: Any, solution: SolutionData) -> None:
     last = f"steps/{len(solution.steps)}" if solution.steps else "failed"
     group["mesh"], group["boundary"] = group[f"bodies/{name}/mesh"], group[f"{last}/body/{name}"]
     if solution.nodes:
-        contact = group.create_group("contact")
-        for key, values in _contact(solution).items():
-            if key == "part":
-                _write_names(contact, key, values)
-            else:
-                contact[key] = values
+        contact, columns = group.create_group("contact"), _contact(solution)
+        _put(contact, {key: values for key, values in columns.items() if key != "part"})
+        _write_names(contact, "part", columns["part"])
     zones = solution.zones
     group.attrs.update(
         {
@@ -389,13 +377,6 @@ def _read_history(rows: dict[str, Any], increment: int) -> History:
     )
 
 
-def _read_errors(place: Any) -> Any:
-    """What gives the estimated errors of a pair; None where a file lacks them."""
-    return (
-        functools.partial(tuple, [place[key][()] for key in ERRORS]) if ERRORS[0] in place else None
-    )
-
-
 def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
@@ -403,7 +384,9 @@ def _read_step(place: Any, history: History) -> StepResult:
             **{key: here[key][()] for key in (*STILL, *MOVING)},
             **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
             wear=here["wear"][()] if "wear" in here else None,
-            errors=_read_errors(here),
+            errors=functools.partial(tuple, [here[key][()] for key in ERRORS])
+            if ERRORS[0] in here
+            else None,
         )
         for name, here in place.get("contact", {}).items()
     }

@@ -15,7 +15,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
-from ..fields.boundary.places import spread_places
+from ..fields.boundary.places import points_at, spread_places
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED
@@ -31,7 +31,6 @@ first in the elements with the largest values at nodes, then in the best of them
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
 
 
-DISSIPATED = ("dissipated", "dissipated_error")
 """Of a pair after an increment: energy, and a bound of its error."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
@@ -127,32 +126,46 @@ class _OfStep:
 
     def _resultants(self, name: str) -> Iterator[Number]:
         pair, (force, moment) = self._step.pairs[name], self._acting[name]
-        yield self._number("force", name, pair.force, "force", force)
-        yield self._number("moment", name, pair.moment, "moment", moment)
-        if pair.force_primary is not None:
-            yield self._number("force on the primary", name, pair.force_primary, "force", force)
-            yield self._number("moment on the primary", name, pair.moment_primary, "moment", moment)
+        for word, value, unit, scale in (
+            ("force", pair.force, "force", force),
+            ("moment", pair.moment, "moment", moment),
+            ("force on the primary", pair.force_primary, "force", force),
+            ("moment on the primary", pair.moment_primary, "moment", moment),
+        ):
+            if value is not None:
+                yield self._number(word, name, value, unit, scale)
 
     def _of_contact(self, name: str) -> Iterator[Number]:
         """Largest pressure and slip, areas, energy and wear."""
-        pair, (force, _) = self._step.pairs[name], self._acting[name]
+        pair = self._step.pairs[name]
         closed = pair.state != OPEN
         yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
         yield self._largest("largest q", name, lengths(pair.sigma_t) * closed, "stress")
-        area, far, taken = self._hidden_slip(name)
-        yield from self._areas(name, area)
-        # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
-        moved = float(np.abs(self._step.bodies[self._solution.sides[name][0]].u).max(initial=0.0))
-        moved += float(np.abs(pair.x).max(initial=0.0)) * EPS / SOLVED
-        slip = lengths(pair.slip) * closed
-        yield self._largest("largest slip", name, slip, "length", moved, far)
-        every = [each.pairs[name] for each in self._increments]
-        spent, left = (sum(getattr(each, key) for each in every) for key in DISSIPATED)
-        left = np.nan_to_num(left) + taken
-        yield self._number("dissipated energy", name, spent, "moment", moved * force, alone=left)
+        contact, body = self._contact(name), self._solution.sides[name][0]
+        singular = [e for each in self._unbounded.get(body, []) for e in each.elements]
+        hidden, far, taken = hidden_slip(*contact, singular)
+        for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):
+            left = alone + hidden * (word == "slipping")
+            yield self._number(word, name, size, "area", float(pair.weight.sum()), alone=left)
+        yield from self._of_slip(name, far, taken)
         if pair.wear is not None:
             yield self._number("worn volume", name, pair.worn_volume.sum(), "volume")
             yield self._largest("worn depth", name, pair.wear.sum(axis=1), "length")
+
+    def _of_slip(self, name: str, far: float, taken: float) -> Iterator[Number]:
+        """Yield the largest slip and the energy, which may be off by what hidden slip takes."""
+        pair, (force, _) = self._step.pairs[name], self._acting[name]
+        body, closed = self._solution.sides[name][0], pair.state != OPEN
+        # what rigid motions and coordinates leave by round-off is no slip, and its work no energy
+        moved = float(np.abs(self._step.bodies[body].u).max(initial=0.0))
+        moved += float(np.abs(pair.x).max(initial=0.0)) * EPS / SOLVED
+        yield self._largest("largest slip", name, lengths(pair.slip) * closed, "length", moved, far)
+        spent, left = (
+            sum(getattr(each.pairs[name], key) for each in self._increments)
+            for key in ("dissipated", "dissipated_error")
+        )
+        left = np.nan_to_num(left) + taken
+        yield self._number("dissipated energy", name, spent, "moment", moved * force, alone=left)
 
     def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
         """Mesh, nodes, result and compliance of a pair, as `areas` takes them."""
@@ -164,17 +177,6 @@ class _OfStep:
             for each in owners
         )
         return solution.meshes[body], solution.nodes[name], self._step.pairs[name], compliance
-
-    def _hidden_slip(self, name: str) -> tuple[float, float, float]:
-        places = self._unbounded.get(self._solution.sides[name][0], [])
-        return hidden_slip(*self._contact(name), [e for each in places for e in each.elements])
-
-    def _areas(self, name: str, hidden: float) -> Iterator[Number]:
-        contact = self._contact(name)
-        total = float(contact[2].weight.sum())
-        (closed, off), (slipping, alone) = areas(*contact)
-        yield self._number("contact area", name, closed, "area", total, alone=off)
-        yield self._number("slipping", name, slipping, "area", total, alone=alone + hidden)
 
     def _largest(
         self,
@@ -196,10 +198,13 @@ class _OfStep:
     def _of_obstacles(self) -> Iterator[Number]:
         force, moment = np.sum([(0.0, 0.0), *self._acting.values()], axis=0).tolist()
         for name, obstacle in self._step.obstacles.items():
-            yield self._number("moved", name, obstacle.displacement, "length")
-            yield self._number("turned", name, obstacle.rotation, "rad")
-            yield self._number("held by", name, obstacle.force, "force", force)
-            yield self._number("held by moment", name, obstacle.moment, "moment", moment)
+            for word, value, unit, scale in (
+                ("moved", obstacle.displacement, "length", 0.0),
+                ("turned", obstacle.rotation, "rad", 0.0),
+                ("held by", obstacle.force, "force", force),
+                ("held by moment", obstacle.moment, "moment", moment),
+            ):
+                yield self._number(word, name, value, unit, scale)
 
     def _displaced(self) -> Iterator[Number]:
         """The largest displacement of each body."""
@@ -297,8 +302,7 @@ def _between(
     at = places.reshape(-1, *places.shape[2:])
     values = mesh.basis_at(number, at) @ whole
     j = int(np.argmax(values))
-    point = mesh.variables_at(number[j : j + 1], at[j : j + 1])
-    place = np.array([point[axis][0] for axis in "xyz"[: mesh.dim]])
+    place = points_at(mesh, number[j : j + 1], at[j : j + 1])[0][0]
     return values.reshape(len(element), -1).max(axis=1), (float(values[j]), place, int(number[j]))
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
+from typing import Any
 
 import numpy as np
 
@@ -313,3 +314,18 @@ def step_ends(steps: Sequence[StepResult]) -> list[StepResult]:
         for k, step in enumerate(steps)
         if k + 1 == len(steps) or steps[k + 1].step != step.step
     ]
+
+
+def below(tables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the rows of tables with the same columns, one table below the other."""
+    keys = tables[0] if tables else ()
+    return {key: np.concatenate([table[key] for table in tables]) for key in keys}
+
+
+def along_tangents(name: str, values: Array) -> dict[str, Array]:
+    """Return the columns of components (n, d-1) along the tangents.
+
+    A single component has the name NAME, two have the names NAME_1 and NAME_2.
+    """
+    several = values.shape[1] > 1
+    return {f"{name}_{k}" if several else name: column for k, column in enumerate(values.T, 1)}

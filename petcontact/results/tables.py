@@ -10,19 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
 from ..contact.state import COLUMNS
 from ..errors import refuse
 from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
 from ..runtime.text_table import as_csv
 from .data import SolutionData
-from .records import StepResult
+from .records import StepResult, along_tangents, below
 from .verdict.text import unit_of
 
 Table = dict[str, Any]
 """Columns by name, all of one length."""
-AXES = "xyz"
 UNITS = (
     ("length", "[xyz]|u[xyz]?|arc_length|gap|worn_depth|slip.*"),
     ("stress", "pressure|bound|t[xyz]|sigma_.*|von_mises|principal_.*"),
@@ -37,13 +35,7 @@ UNITS = (
 def named(name: str, values: Any) -> Table:
     """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are
     x, y, ..."""
-    return dict(zip((f"{name}{axis}" for axis in AXES), np.asarray(values).T, strict=False))
-
-
-def along_tangents(name: str, values: Array) -> Table:
-    """Components (n, d-1) along the tangents: NAME, of two NAME_1 and NAME_2."""
-    several = values.shape[1] > 1
-    return {f"{name}_{k}" if several else name: column for k, column in enumerate(values.T, 1)}
+    return dict(zip((f"{name}{axis}" for axis in "xyz"), np.asarray(values).T, strict=False))
 
 
 def pairs_table(solution: SolutionData, step: StepResult) -> Table:
@@ -92,7 +84,7 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
                 **{f"sigma_{c}": s for c, s in zip(mesh.stresses, stress.T, strict=True)},
             }
         )
-    return _below(parts)
+    return below(parts)
 
 
 def reactions_table(solution: SolutionData, step: StepResult) -> Table:
@@ -194,12 +186,7 @@ def table(solution: SolutionData, name: str, steps: Sequence[int]) -> Table:
             "load_factor": step.load_factor,
         }
         parts.append({**{key: np.full(rows, value) for key, value in of_step.items()}, **columns})
-    return _below(parts)
-
-
-def _below(parts: Sequence[Table]) -> Table:
-    """Tables of the same columns below one another."""
-    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]} if parts else {}
+    return below(parts)
 
 
 def csv_text(columns: Mapping[str, Any]) -> str:

@@ -3,7 +3,9 @@ units, and files."""
 
 from __future__ import annotations
 
+import base64
 import importlib
+import io
 import os
 import sys
 import textwrap
@@ -67,6 +69,19 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         If the file cannot be written.
     """
     suffix = figure_format(path)
+    with temporary_name(path) as temporary:
+        _save(temporary, suffix, draw, *arguments)
+
+
+def png(draw: Callable[..., None], *arguments: Any) -> str:
+    """Return one figure as a PNG picture in base64."""
+    picture = io.BytesIO()
+    _save(picture, "png", draw, *arguments)
+    return base64.b64encode(picture.getvalue()).decode()
+
+
+def _save(target: Any, suffix: str, draw: Callable[..., None], *arguments: Any) -> None:
+    """Draw one figure into a file."""
     load_matplotlib()
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -76,16 +91,13 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         figure = Figure(figsize=SIZE, dpi=150, layout="constrained")
         FigureCanvasAgg(figure)
         draw(figure, *arguments)
-        stamp = {"svg": "Date", "pdf": "CreationDate"}.get(suffix)
+        # no date: the same result is the same file
+        stamp = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(suffix)
         # zlib's own choice takes three times as long for an eighth less
         how: dict[str, Any] = (
             {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
         )
-        with temporary_name(path) as temporary:
-            # no date: the same result is the same file
-            figure.savefig(
-                temporary, format=suffix, metadata={stamp: None} if stamp else None, **how
-            )
+        figure.savefig(target, format=suffix, metadata=stamp, **how)
 
 
 def load_matplotlib() -> None:

@@ -142,7 +142,7 @@ def _local() -> Iterator[None]:
     a daemon. Who has set any of it keeps that."""
     ours = dict[str, str]()
     if not any(name in os.environ for name in _SINGLETON):
-        if not _launched():
+        if not any(map(os.environ.__contains__, _LAUNCHED)):
             ours = _SINGLETON
         elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get(
             "OMPI_COMM_WORLD_LOCAL_SIZE", ""
@@ -171,11 +171,6 @@ def _unset_what_mpi_set() -> None:
         }
         for name in names - os.environb.keys():
             os.unsetenv(name)
-
-
-def _launched() -> bool:
-    """Whether a launcher of ranks started this process."""
-    return any(map(os.environ.__contains__, _LAUNCHED))
 
 
 def failure_comm() -> Any:

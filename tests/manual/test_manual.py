@@ -16,8 +16,6 @@ import pytest
 import petcontact
 from petcontact.commands.schema import schema_text
 from petcontact.manual import ORDER, chapter, pages, topics
-from petcontact.model.problem import OneBody, Problem
-from petcontact.model.reference import EXAMPLE, _places
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
@@ -30,6 +28,7 @@ MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 SOURCES = tomllib.loads((ROOT / "tests/data/manual_numbers.toml").read_text())
 VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
 blocks, commands = VERIFY["blocks"], VERIFY["commands"]
+REFERENCE = runpy.run_path(str(ROOT / "scripts/config_reference"))
 
 
 def is_run(page: Path) -> bool:
@@ -148,7 +147,7 @@ def test_the_chapters_are_the_files():
 
 def test_the_config_reference_is_current():
     """Mended by scripts/manual."""
-    assert chapter("config").endswith(schema_text("problem", as_markdown=True))
+    assert chapter("config").endswith(REFERENCE["markdown"](REFERENCE["MODELS"]))
     for kind in ("problem", "sweep"):
         name = {"problem": "petcontact.schema.json", "sweep": "petcontact.sweep-schema.json"}[kind]
         assert (ROOT / "configs" / name).read_text() == schema_text(kind)
@@ -171,9 +170,10 @@ def test_every_key_has_a_meaning():
 
 def test_every_table_has_an_example_that_is_read():
     """A table of it, at the place that the heading names; shapes from files are not opened."""
-    models = {m: place for root in (Problem, OneBody) for place, m in _places(root) if place}
+    roots, places = REFERENCE["MODELS"].values(), REFERENCE["places_of"]
+    models = {model: place for root in roots for place, model in places(root) if place}
     for model, place in models.items():
-        (example,) = EXAMPLE.findall(model.__doc__)
+        (example,) = REFERENCE["EXAMPLE"].findall(model.__doc__)
         value = tomllib.loads(textwrap.dedent(example))
         for key in place.partition(" ")[0].strip("[]").removeprefix("body.").split("."):
             value = value[key]

@@ -126,6 +126,7 @@ SMALLEST = {
     "mutate": "--list",
     "verification": "B10",
     "drawings": "-o {folder}",
+    "config_reference": "",
     "benchmark_contact": "--quick --here",
     "benchmark_accuracy": "--quick --example 1",
     "readability": f"{ROOT / 'README.md'}",

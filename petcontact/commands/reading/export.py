@@ -15,47 +15,42 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import refuse
+from ..options import option, options
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact export`."""
-    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument(
-        "--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("result", metavar="RESULT.h5", help="a result file"),
+    option("--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv"),
+    option(
         "--table",
         metavar="NAME",
         action="append",
         default=[],
         help="of --csv: this table; may be repeated (default: all, of FILE.csv pairs)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--step",
         metavar="K",
         help="of --csv: increment 1, 2, ..., or `last` (default: all, below one another)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--vtkhdf",
         metavar="FILE.vtkhdf",
         help="all increments, bodies and fields for ParaView 5.12 on",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--grid",
         metavar="NXxNY",
         help="of --vtkhdf: grid cells along x and y, in space along z too",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--superelement",
         metavar="FILE.npz",
         help="a body condensed to its contact parts (.npz, .inp)",
-    )
-    parser.add_argument(
-        "--body", metavar="NAME", help="of --superelement: which body, where there are several"
-    )
-    parser.add_argument(
-        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
-    )
+    ),
+    option("--body", metavar="NAME", help="of --superelement: which body, where there are several"),
+    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+)
+"""The options of `petcontact export`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

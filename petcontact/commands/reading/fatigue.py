@@ -13,56 +13,51 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, refuse
+from ...errors import refuse
+from ..options import option, options, real
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact fatigue`."""
-    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument(
+add_arguments = options(
+    option("result", metavar="RESULT.h5", help="a result file"),
+    option(
         "--parameter",
         metavar="NAME",
         default="smith-watson-topper",
         help="smith-watson-topper (default), findley, crossland, dang-van, ruiz-1, ruiz-2",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--first",
         metavar="STEP",
         help="name of the step that the cycle begins with (default: [cycle]'s)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--last", metavar="STEP", help="name of the step that it ends with (default: [cycle]'s)"
-    )
-    parser.add_argument(
+    ),
+    option(
         "--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)"
-    )
-    parser.add_argument(
-        "--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van"
-    )
-    parser.add_argument(
+    ),
+    option("--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van"),
+    option(
         "--limit",
         metavar="STRESS",
         help="what the parameter may be: the largest value is given over it",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--life",
         metavar="S,B,E,C",
         help="sigma_f', b, epsilon_f', c: cycles to failure by smith-watson-topper",
-    )
-    parser.add_argument(
-        "--body", metavar="NAME", action="append", help="only this body; may be repeated"
-    )
-    parser.add_argument(
+    ),
+    option("--body", metavar="NAME", action="append", help="only this body; may be repeated"),
+    option(
         "--part",
         metavar="NAME",
         action="append",
         help="this part of the surface instead of those in contact; may be repeated",
-    )
-    parser.add_argument("-o", "--output", metavar="FILE.csv", help="a table, a row a place")
-    parser.add_argument("--figure", metavar="FILE.png", help="also draw it (.png, .pdf or .svg)")
-    parser.add_argument(
-        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
-    )
+    ),
+    option("-o", "--output", metavar="FILE.csv", help="a table, a row a place"),
+    option("--figure", metavar="FILE.png", help="also draw it (.png, .pdf or .svg)"),
+    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+)
+"""The options of `petcontact fatigue`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -131,9 +126,7 @@ def _print_largest(result: Any) -> None:
         print(f"  critical plane: normal ({normal})")
 
 
-def _cycles(
-    value: float, error: float, modulus: float, life: tuple[float, float, float, float]
-) -> str:
+def _cycles(value: float, error: float, modulus: float, life: tuple[float, ...]) -> str:
     """The line on cycles to failure, with what the error of the value leaves of them."""
     from ...fatigue.evaluate import cycles_to_failure
 
@@ -146,24 +139,19 @@ def _cycles(
 
 def _number(arguments: argparse.Namespace, key: str) -> float | None:
     text = getattr(arguments, key)
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or value < 0.0 or (key == "limit" and value == 0.0):
-        least = "positive" if key == "limit" else "0 or more"
-        raise InputError(f"--{key} {text}: must be a number, {least}")
+    value = None if text is None else real(text)
+    least = "positive" if key == "limit" else "0 or more"
+    bad = value is not None and not (0.0 <= value < math.inf and (value or key != "limit"))
+    refuse(bad, f"--{key} {text}: must be a number, {least}")
     return value
 
 
-def _life(text: str, parameter: str) -> tuple[float, float, float, float]:
+def _life(text: str, parameter: str) -> tuple[float, ...]:
+    """Return the four constants of the curve of lives."""
     refuse(parameter != "smith-watson-topper", "--life: of smith-watson-topper only")
-    try:
-        strength, b, ductility, c = (float(word) for word in text.split(","))
-    except ValueError:
-        raise InputError(
-            f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c"
-        ) from None
-    return strength, b, ductility, c
+    values = tuple(map(real, text.split(",")))
+    refuse(
+        len(values) != 4 or any(map(math.isnan, values)),
+        f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c",
+    )
+    return values

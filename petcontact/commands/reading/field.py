@@ -17,67 +17,62 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, refuse
+from ..options import option, options, real
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact field`."""
-    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument(
-        "--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it"
-    )
-    parser.add_argument(
-        "--body", metavar="NAME", action="append", help="only this body; may be repeated"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("result", metavar="RESULT.h5", help="a result file"),
+    option("--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it"),
+    option("--body", metavar="NAME", action="append", help="only this body; may be repeated"),
+    option(
         "--window",
         metavar="X",
         nargs="+",
         help="lower and upper corner of a box: only what is in it",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--grid",
         metavar="NXxNY",
         help="grid cells along x and y, in space along z too (100x100, 16x16x16)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--points",
         metavar="FILE.csv",
         help="points x, y (and z), a line each, in a body or on its boundary: write a table",
-    )
-    parser.add_argument(
+    ),
+    option(
         "-o",
         "--output",
         metavar="FILE",
         help="the field (default: the result's stem + .vtu), or the table (-points.csv)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--boundary",
         metavar="FILE.vtu",
         help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those "
         "of "
         "all increments always are)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--revolve",
         metavar="DEGREES",
         nargs="?",
         type=float,
         const=360.0,
         help="turn half sections of bodies of revolution about their axis in the .vtu files (360)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--figure",
         metavar="FILE.png",
         help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--quantity",
         metavar="NAME",
         help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...",
-    )
-    parser.add_argument(
-        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
-    )
+    ),
+    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+)
+"""The options of `petcontact field`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -274,7 +269,7 @@ def read_points(path: str, dim: int) -> Any:
     found = []
     for number, line in enumerate(lines, 1):
         words = line.replace(",", " ").replace(";", " ").split()
-        values = [_real(word) for word in words[:dim]]
+        values = [real(word) for word in words[:dim]]
         if not words or (number == 1 and not any(map(math.isfinite, values))):
             continue
         refuse(
@@ -288,7 +283,7 @@ def read_points(path: str, dim: int) -> Any:
 
 def window(words: list[str]) -> Any:
     """Lower and upper corner of 4 or 6 numbers."""
-    values = [_real(word) for text in words for word in text.split(",") if word]
+    values = [real(word) for text in words for word in text.split(",") if word]
     half = len(values) // 2
     low, high = np.array(values[:half]), np.array(values[half:])
     refuse(
@@ -309,13 +304,6 @@ def increment_number(word: str, solution: Any) -> int:
         f"--step {word}: there are increments 1 to {count}, and `last`",
     )
     return int(word)
-
-
-def _real(word: str) -> float:
-    try:
-        return float(word)
-    except ValueError:
-        return math.nan
 
 
 def grid(text: str) -> tuple[int, ...]:

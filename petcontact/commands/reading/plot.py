@@ -8,35 +8,30 @@ from pathlib import Path
 
 from ...errors import refuse
 from ...runtime.figure_style import FORMATS
+from ..options import option, options
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of `petcontact plot`."""
-    parser.add_argument(
-        "result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"
-    )
-    parser.add_argument(
-        "-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)"
-    )
-    parser.add_argument(
+add_arguments = options(
+    option("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"),
+    option("-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)"),
+    option(
         "--format",
         choices=FORMATS,
         action="append",
         help="png (default), pdf or svg; may be repeated",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--animate",
         metavar="FILE.gif",
         help="draw the deformed bodies through all increments instead (.gif, .mp4)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--html",
         action="store_true",
         help="write one page STEM.html that turns the deformed bodies in a browser instead",
-    )
-    parser.add_argument(
-        "--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"
-    )
+    ),
+    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+)
+"""The options of `petcontact plot`."""
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

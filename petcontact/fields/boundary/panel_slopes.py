@@ -8,7 +8,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
 from .gradients import surface_gradient
-from .places import best_places, middles, sizes
+from .places import best_places, middles, points_at, sizes
 
 SAMPLES = 2.0
 """Number of samples over that of the coefficients of a fit [-]."""
@@ -45,8 +45,8 @@ class PanelSlopes:
         self._linear = linear
         self._owner, place = best_places(mesh)
         self._sample = self._own(self._owner, place)
-        self._x, self._normal = _points(mesh, self._owner, place)
-        self._middle, self._middle_normal = _points(mesh, *middles(mesh))
+        self._x, self._normal = points_at(mesh, self._owner, place)
+        self._middle, self._middle_normal = points_at(mesh, *middles(mesh))
         self._level = np.floor(np.log2(sizes(mesh)) + 0.5).astype(np.int64)
 
     def at(self, element: Index, place: Array) -> Array:
@@ -78,7 +78,7 @@ class PanelSlopes:
     def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
         """Return slopes of the values and the position that are exact for linear parts,
         (q, k + 3, 3)."""
-        normal = _points(self._mesh, element, place)[1]
+        normal = points_at(self._mesh, element, place)[1]
         plane = np.eye(3) - normal[:, :, None] * normal[:, None]
         return np.concatenate(
             [found[:, :-3] + self._linear[element] @ (plane - found[:, -3:]), plane], axis=1
@@ -144,9 +144,9 @@ class PanelSlopes:
         known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
-        at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[
-            :, 0
-        ]
+        at = self._local(
+            mine[panel], points_at(self._mesh, element[rows], place[rows])[0][:, None]
+        )[:, 0]
         fitted = np.einsum(
             "qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*near.shape, -1))[panel]
         )
@@ -180,9 +180,3 @@ def _degree(samples: int) -> int:
 def _powers(local: Array, exponents: Index) -> Array:
     """Return ξ^a η^b at points (..., 2) for all exponents, (..., K)."""
     return np.asarray(np.prod(np.power(local[..., None, :], exponents), axis=-1))
-
-
-def _points(mesh: SurfaceMesh, element: Index, place: Array) -> tuple[Array, Array]:
-    """Return points (q, 3) and outward normals (q, 3) at places of panels."""
-    at = mesh.variables_at(element, place)
-    return np.column_stack([at[c] for c in "xyz"]), np.column_stack([at[f"n{c}"] for c in "xyz"])

@@ -69,14 +69,22 @@ def sizes(mesh: BoundaryMesh) -> Array:
     return _spheres(mesh)[1]
 
 
+def points_at(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
+    """Return points (q, d) [length] and outward unit normals (q, d) at places of elements."""
+    at = mesh.variables_at(element, place)
+    x, normal = (
+        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
+    )
+    return x, normal
+
+
 def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
     """Return the foot of a point (d,) on the boundary, and the elements that meet there.
 
     The point may be up to `within` away from the boundary [length].
     """
     element, place = located(mesh, x[None], within=np.full(mesh.n_elements, within))
-    at = mesh.variables_at(element, place)
-    foot = np.array([at[axis][0] for axis in "xyz"[: mesh.dim]])
+    foot = points_at(mesh, element, place)[0][0]
     centre, radius = _spheres(mesh)
     return foot, np.flatnonzero(np.linalg.norm(centre - foot, axis=1) < (1.0 + SINGLE) * radius)
 

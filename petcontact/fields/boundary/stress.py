@@ -21,6 +21,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 from ..smoothing import smoothed
 from .linear import linear_parts
+from .places import points_at
 from .recovery import Slopes, slopes_of
 
 
@@ -75,8 +76,10 @@ class BoundaryField:
 
     def displacement(self, element: Index, place: Array) -> Array:
         """Return the displacement at places of elements (see `Hits`), (q, d) [length]."""
-        basis, at = self._mesh.basis_at(element, place), self._mesh.variables_at(element, place)
-        x = np.column_stack([at[axis] for axis in "xyz"[: self._mesh.dim]])
+        basis, (x, _) = (
+            self._mesh.basis_at(element, place),
+            points_at(self._mesh, element, place),
+        )
         return np.asarray(
             basis @ self._u + np.einsum("qij,qj->qi", self._linear[element], x - basis @ self._x)
         )
@@ -87,8 +90,7 @@ class BoundaryField:
         The components are those of `field_at`.
         """
         traction = self._mesh.basis_at(element, place) @ self._traction
-        at, d = self._mesh.variables_at(element, place), self._mesh.dim
-        x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[:d]]) for n in ("", "n"))
+        x, normal = points_at(self._mesh, element, place)
         slopes, hoop = self._mesh.strained(
             x, self.displacement(element, place), self._slopes.at(element, place)
         )

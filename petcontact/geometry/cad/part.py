@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -79,7 +79,7 @@ class CadSurface(SolidSurface):
     part_of: tuple[str, ...]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    exact: ClassVar[bool] = True
+    exact = True
 
     @property
     def parts(self) -> tuple[str, ...]:

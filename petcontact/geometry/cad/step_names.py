@@ -92,14 +92,12 @@ def _lines(path: Path) -> Lines:
                 continue
             # bytes of a line: a shell of a million faces
             line, start = text[start : min(match.start(), start + 10_000_000)], match.end()
-            head = HEAD.match(line) or HEAD.match(BREAKS.sub(_without_comment, line))
+            head = HEAD.match(line) or HEAD.match(
+                BREAKS.sub(lambda match: b" " if match[0].startswith(b"/") else match[0], line)
+            )
             if head and head[2] in KINDS:
                 found[int(head[1])] = head[2].decode(), head.string[head.end() :]
     return found
-
-
-def _without_comment(match: re.Match[bytes]) -> bytes:
-    return b" " if match[0].startswith(b"/") else match[0]
 
 
 def _references(values: bytes) -> Iterator[int]:

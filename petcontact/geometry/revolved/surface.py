@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import ClassVar
 
 import numpy as np
 
@@ -30,11 +29,6 @@ def _triangle(*corners: tuple[float, float]) -> Array:
     """Corners and middles of the sides."""
     x = np.array(corners, dtype=float)
     return np.concatenate([x, 0.5 * (x + np.roll(x, -1, axis=0))])
-
-
-def _mirrored(cells: Array) -> Array:
-    """Triangles with start and end of the piece changed over, still counter-clockwise."""
-    return (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]
 
 
 EQUAL = np.array(
@@ -78,8 +72,7 @@ class RevolvedSurface(SolidSurface):
     centre: Array
     frame: Array
     angle: float
-    known: ClassVar[bool] = True
-    exact: ClassVar[bool] = True
+    known = exact = True
 
     def __post_init__(self) -> None:
         check_digits(self.section.diameter, [self.centre], "body of revolution")
@@ -206,7 +199,9 @@ class RevolvedSurface(SolidSurface):
                     (TIP if 0 in (before, after) else MORE),
                     min(before, after) or max(before, after),
                 )
-                cells = cells if before < after else _mirrored(cells)
+                # start and end of the piece change over; triangles stay counter-clockwise
+                if after < before:
+                    cells = (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]
             place = np.rint(2.0 * cells[..., 1]).astype(int)
             r, z = found.at[k, place].transpose(2, 0, 1)
             steps = np.rint(

@@ -10,7 +10,7 @@ import pydantic
 
 from ...geometry.outline import Outline, oriented
 from ...geometry.revolved.surface import RevolvedSurface
-from ..base import Finite, Shape, SpacePoint, something
+from ..base import Direction, Shape, SpacePoint
 from .plane import Circle, OutlineSide, loops_of
 
 Degrees = Annotated[float, pydantic.Field(strict=True, gt=0.0, le=360.0)]
@@ -50,12 +50,7 @@ class Revolved(Shape):
     loops: tuple[tuple[OutlineSide, ...] | Circle, ...] = pydantic.Field(min_length=1)
     angle: Degrees = 360.0
     centre: SpacePoint = (0.0, 0.0, 0.0)
-    axis: tuple[Finite, Finite, Finite] = (0.0, 0.0, 1.0)
-
-    @pydantic.field_validator("axis")
-    @classmethod
-    def _points_somewhere(cls, value: tuple[float, ...]) -> tuple[float, ...] | None:
-        return something(value)
+    axis: Direction = (0.0, 0.0, 1.0)
 
     def outline(self) -> RevolvedSurface:
         """The surface.

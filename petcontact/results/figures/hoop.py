@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...fields.boundary.gradients import tangents
 from ...fields.boundary.places import best_places
+from ...fields.stress_state import StressState
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import label, legend_beside, plain
 from ..data import SolutionData
@@ -24,8 +26,20 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
     units = solution.problem.units
     for axes, name in zip(np.atleast_1d(figure.subplots(len(bodies), 1)), bodies, strict=True):
         mesh = as_curve(solution.meshes[name])
-        _draw_stresses(axes, solution, name, mesh)
-        _mark_parts(axes, mesh)
+        start = np.append(0.0, np.cumsum(mesh.length))
+        _draw_stresses(axes, solution, name, start)
+        for k in np.flatnonzero(np.append(True, mesh.part[1:] != mesh.part[:-1])):
+            axes.axvline(start[k], color="0.7", lw=0.6)
+            axes.annotate(
+                plain(mesh.part_names[mesh.part[k]]),
+                (start[k], 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2.0, -2.0),
+                textcoords="offset points",
+                va="top",
+                fontsize="x-small",
+                color="0.35",
+            )
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set(
             xlim=(0.0, float(mesh.length.sum())),
@@ -37,68 +51,39 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
             legend_beside(axes)
 
 
-def _draw_stresses(axes: Any, solution: SolutionData, name: str, mesh: CurveMesh) -> None:
-    """The curves of a body."""
+def _draw_stresses(axes: Any, solution: SolutionData, name: str, start: Array) -> None:
+    """Draw the curves of a body whose elements have the arc lengths `start` at their starts."""
+    mesh, ends, largest = as_curve(solution.meshes[name]), shown_ends(solution), 0.0
     element, place = best_places(mesh)
-    along, ends, usual = _way(mesh, element, place), shown_ends(solution), 0.0
+    along = start[element] + place * mesh.length[element]
     order = np.argsort(along, kind="stable")
     for number, step in enumerate(ends):
-        for what, (stress, style) in _stresses(solution, name, element, place, step).items():
-            usual = max(usual, float(np.percentile(np.abs(stress), 99.0)))
-            words = [plain(step.title) if len(ends) > 1 else "", what]
-            style |= {"label": ", ".join(filter(None, words))}
-            axes.plot(along[order], stress[order], **line(number), **style)
+        state = solution.body_fields(name, step).on_boundary(element, place)
+        title = plain(step.title) if len(ends) > 1 else ""
+        for word, stress, faint in _curves(mesh, element, place, state):
+            largest = max(largest, float(np.percentile(np.abs(stress), 99.0)))
+            text = ", ".join(filter(None, (title, word)))
+            axes.plot(along[order], stress[order], label=text, **line(number), **faint)
     # stress may be infinite at corners
-    if usual > 0.0:
-        low, high = axes.get_ylim()
-        axes.set_ylim(max(low, -1.5 * usual), min(high, 1.5 * usual))
+    if largest > 0.0:
+        axes.set_ylim(*np.clip(axes.get_ylim(), -1.5 * largest, 1.5 * largest))
 
 
-def _mark_parts(axes: Any, mesh: CurveMesh) -> None:
-    for start, part in _starts(mesh):
-        axes.axvline(start, color="0.7", lw=0.6)
-        axes.annotate(
-            plain(part),
-            (start, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(2.0, -2.0),
-            textcoords="offset points",
-            va="top",
-            fontsize="x-small",
-            color="0.35",
-        )
+def _curves(
+    mesh: CurveMesh, element: Index, place: Array, state: StressState
+) -> list[tuple[str, Array, dict[str, Any]]]:
+    """Return the name, the stress and the style of each curve."""
+    along = hoop_stress(mesh, element, place, state)
+    if "zz" not in mesh.stresses:
+        return [("", along, {})]
+    return [("along the curve", along, {}), ("around the axis", state.sigma_zz, {"alpha": 0.45})]
 
 
-def hoop_stress(
-    solution: SolutionData, body: str, element: Index, place: Array, step: Any = None
-) -> Array:
-    """τ·στ (q,) at places of a plane body's boundary, τ along it [stress]."""
-    at = solution.meshes[body].variables_at(element, place)
-    state = solution.body_fields(body, step).on_boundary(element, place)
-    x, y = -at["ny"], at["nx"]
+def hoop_stress(mesh: CurveMesh, element: Index, place: Array, state: StressState) -> Array:
+    """Return τ·στ (q,) at places of a boundary in the plane, with τ along it [stress].
+
+    `state` is the stress at these places.
+    """
+    x, y = tangents(mesh, element, place).T
     xx, yy, xy = state.in_plane.T
     return np.asarray(xx * x * x + yy * y * y + 2.0 * xy * x * y)
-
-
-def _stresses(
-    solution: SolutionData, body: str, element: Index, place: Array, step: Any
-) -> dict[str, tuple[Array, dict[str, Any]]]:
-    """What is drawn, by its name, with the style of its line."""
-    along = hoop_stress(solution, body, element, place, step)
-    if "zz" not in solution.meshes[body].stresses:
-        return {"": (along, {})}
-    around = solution.body_fields(body, step).on_boundary(element, place).sigma_zz
-    return {"along the curve": (along, {}), "around the axis": (around, {"alpha": 0.45})}
-
-
-def _way(mesh: CurveMesh, element: Index, place: Array) -> Array:
-    """Arc length round all loops at places [length]."""
-    first = np.concatenate([[0.0], np.cumsum(mesh.length)])
-    return np.asarray(first[element] + place * mesh.length[element])
-
-
-def _starts(mesh: CurveMesh) -> list[tuple[float, str]]:
-    """Where parts begin, and their names."""
-    first = np.concatenate([[0.0], np.cumsum(mesh.length)])
-    found = np.flatnonzero(np.append(True, mesh.part[1:] != mesh.part[:-1]))
-    return [(float(first[k]), mesh.part_names[mesh.part[k]]) for k in found]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...fields.boundary.places import points_at
 from ...frozen import frozen
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.surface_mesh import SurfaceMesh
@@ -187,8 +188,8 @@ def _middle(mesh: CurveMesh, part: str) -> tuple[Array, Array] | None:
     way = np.cumsum(mesh.length[longest])
     k = int(np.searchsorted(way, 0.5 * way[-1]))
     within = 1.0 - (way[k] - 0.5 * way[-1]) / mesh.length[longest[k]]
-    at = mesh.variables_at(longest[k : k + 1], np.array([within]))
-    return np.array([at["x"][0], at["y"][0]]), np.array([at["nx"][0], at["ny"][0]])
+    x, normal = points_at(mesh, longest[k : k + 1], np.array([within]))
+    return x[0], normal[0]
 
 
 def _has_room(

@@ -3,6 +3,7 @@ interface (2, 3, 5, 6)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -146,96 +147,97 @@ def line(number: int) -> dict[str, Any]:
     return {"color": f"C{number}", "ls": LINES[number % len(LINES)], "lw": 1.2}
 
 
-def _components_on(axes: Any, s: Array, values: Array, name: str, style: dict[str, Any]) -> None:
-    """Curves of the components (m, k) along the tangents; with torsion pale the one along θ."""
-    for column, faint in zip(values.T, ({}, {"alpha": 0.45}), strict=False):
-        axes.plot(s, column, label=name + ", round the axis" * bool(faint), **style, **faint)
+def _draw_ends(
+    axes: Any,
+    solution: SolutionData,
+    name: str,
+    values: Callable[[PairResult], Array],
+    symbol: str = "",
+) -> list[Array]:
+    """Draw a field of an interface over the arc length at the end of each step.
+
+    The field is a function of the interface that returns components (m, k) along the tangents.
+    The component around the axis is pale. A single curve has the symbol as its label. Returns the
+    fields (m, k) at the ends of the steps.
+    """
+    ends = shown_ends(solution)
+    order = np.argsort(solution.pairs[name].arc_length)
+    curves = [values(step.pairs[name]) for step in ends]
+    for number, (step, curve) in enumerate(zip(ends, curves, strict=True)):
+        word = symbol if symbol and len(ends) == 1 else plain(step.title)
+        for column, faint in zip(curve.T, ({}, {"alpha": 0.45}), strict=False):
+            style = {"label": word + ", round the axis" * bool(faint), **line(number), **faint}
+            axes.plot(step.pairs[name].arc_length[order], column[order], **style)
+    return curves
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement along each interface, between bodies the slip, at the end of each
     step (figures 2 and 5)."""
-    for axes, name, order in _panels(figure, solution):
-        ends = shown_ends(solution)
-        for number, step in enumerate(ends):
-            pair = step.pairs[name]
-            slip = np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
-            named = plain(step.title) if len(ends) > 1 else "$u_t$"
-            _components_on(axes, pair.arc_length[order], slip[order], named, line(number))
+
+    def slip(pair: PairResult) -> Array:
+        return np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
+
+    unit = solution.problem.units.length
+    for axes, name, _ in _panels(figure, solution, label("tangential displacement", unit)):
+        _draw_ends(axes, solution, name, slip, "$u_t$")
         axes.axhline(0.0, color="0.5", lw=0.6)
-        axes.set_ylabel(label("tangential displacement", solution.problem.units.length))
-        legend_beside(axes)
 
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
     """Tangential traction along each interface at the end of each step, with the bounds of the last
     (figures 3 and 6)."""
-    for axes, name, order in _panels(figure, solution):
-        ends = shown_ends(solution)
-        curves = [without_noise(solution, step.pairs[name].sigma_t) for step in ends]
-        for number, (step, sigma_t) in enumerate(zip(ends, curves, strict=True)):
-            pair = step.pairs[name]
-            named = plain(step.title) if len(ends) > 1 else r"$\sigma_t$"
-            _components_on(axes, pair.arc_length[order], sigma_t[order], named, line(number))
-        s, bound = pair.arc_length[order], pair.bound[order]
-        for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
-            axes.plot(
-                s,
-                sign * bound,
-                color="black",
-                lw=0.6,
-                label=r"$\pm$ bound" if sign > 0 else None,
-            )
+    unit = solution.problem.units.stress
+    for axes, name, order in _panels(figure, solution, label("tangential traction", unit)):
+        curves = _draw_ends(
+            axes,
+            solution,
+            name,
+            lambda pair: without_noise(solution, pair.sigma_t),
+            r"$\sigma_t$",
+        )
+        s, bound = solution.pairs[name].arc_length[order], solution.pairs[name].bound[order]
+        for sign, word in ((1.0, r"$\pm$ bound"), (-1.0, None)) if np.isfinite(bound).all() else ():
+            axes.plot(s, sign * bound, color="black", lw=0.6, label=word)
         axes.margins(y=0.08)
         end_at_corners(axes, solution, name, [column for curve in curves for column in curve.T])
-        axes.set_ylabel(label("tangential traction", solution.problem.units.stress))
-        legend_beside(axes)
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
     """Pressure along each interface at the end of each step; where it is negative at the last, a
     foundation that does not pull would let go."""
-    for axes, name, order in _panels(figure, solution):
-        ends = shown_ends(solution)
-        curves = [without_noise(solution, step.pairs[name].pressure) for step in ends]
-        for number, step in enumerate(ends):
-            pressure = curves[number][order]
-            s = step.pairs[name].arc_length[order]
-            named = plain(step.title) if len(ends) > 1 else "$p$"
-            axes.plot(s, pressure, label=named, **line(number))
-        if (pressure < 0.0).any():
-            axes.fill_between(
-                s,
-                0.0,
-                np.minimum(pressure, 0.0),
-                color=COLOURS[3],
-                alpha=0.4,
-                lw=0,
-                label="tension",
-            )
+    unit = solution.problem.units.stress
+    for axes, name, order in _panels(figure, solution, label("pressure", unit)):
+        curves = _draw_ends(
+            axes,
+            solution,
+            name,
+            lambda pair: without_noise(solution, pair.pressure)[:, None],
+            "$p$",
+        )
+        s, pull = solution.pairs[name].arc_length[order], np.minimum(curves[-1][order, 0], 0.0)
+        if pull.any():
+            style = {"color": COLOURS[3], "alpha": 0.4, "lw": 0, "label": "tension"}
+            axes.fill_between(s, 0.0, pull, **style)
         axes.axhline(0.0, color="0.5", lw=0.6)
-        end_at_corners(axes, solution, name, curves)
-        axes.set_ylabel(label("pressure", solution.problem.units.stress))
-        legend_beside(axes)
+        end_at_corners(axes, solution, name, [curve[:, 0] for curve in curves])
 
 
 def draw_gap(figure: Any, solution: SolutionData) -> None:
     """What is left of the gap along each interface at the end of each step."""
-    for axes, name, order in _panels(figure, solution):
-        top = 0.0
-        for number, step in enumerate(shown_ends(solution)):
-            pair = step.pairs[name]
-            s, gap = (
-                pair.arc_length[order],
-                np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order],
-            )
-            axes.plot(s, gap, label=plain(step.title), **line(number))
-            inside = (s >= axes.get_xlim()[0]) & (s <= axes.get_xlim()[1]) & np.isfinite(gap)
-            top = max(top, float(gap[inside].max(initial=0.0)))
+    unit = solution.problem.units.length
+    for axes, name, _ in _panels(figure, solution, label("gap", unit)):
+        curves = _draw_ends(
+            axes,
+            solution,
+            name,
+            lambda pair: np.where(np.isfinite(pair.gap), pair.gap, np.nan)[:, None],
+        )
+        (low, high), s = axes.get_xlim(), solution.pairs[name].arc_length
+        shown = np.concatenate([curve[(s >= low) & (s <= high), 0] for curve in curves])
+        top = float(np.nan_to_num(shown).max(initial=0.0))
         if top > 0.0:
             axes.set_ylim(-0.05 * top, 1.05 * top)
-        axes.set_ylabel(label("gap", solution.problem.units.length))
-        legend_beside(axes)
 
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
@@ -243,44 +245,43 @@ def draw_profiles(figure: Any, solution: SolutionData) -> None:
     sides, downwards."""
     table, units = solution.wear, solution.problem.units
     assert table is not None
-    for axes, name, order in _panels(figure, solution, list(table.depth)):
-        s = solution.pairs[name].arc_length[order]
-        deep = axes.twinx()
-        for number, k in enumerate(
-            np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))
-        ):
-            axes.plot(
-                s,
-                table.pressure[name][k][order],
-                color=f"C{number}",
-                label=f"cycle {table.cycle[k]}",
-            )
+    shown = np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))
+    panels = _panels(figure, solution, label("pressure", units.stress), list(table.depth))
+    for axes, name, order in panels:
+        s, deep = solution.pairs[name].arc_length[order], axes.twinx()
+        for number, k in enumerate(shown):
+            style = {"color": f"C{number}", "label": f"cycle {table.cycle[k]}"}
+            axes.plot(s, table.pressure[name][k][order], **style)
             deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
-        deep.set(ylim=(2.5 * float(table.depth[name].max(initial=0.0)) or 1.0, 0.0))
-        deep.set_ylabel(label("worn depth (dashed)", units.length))
-        axes.set_ylabel(label("pressure", units.stress))
-        legend_below(axes, 3)
+        lowest = 2.5 * float(table.depth[name].max(initial=0.0)) or 1.0
+        deep.set(ylim=(lowest, 0.0), ylabel=label("worn depth (dashed)", units.length))
 
 
 def _panels(
-    figure: Any, solution: SolutionData, names: list[str] | None = None
-) -> list[tuple[Any, str, Index]]:
-    """One panel an interface, its states at the end behind it, its name, and its nodes in order
-    along it."""
-    names = names or list(solution.pairs)
-    if len(names) > 1:
-        figure.set_figheight(1.2 + 2.6 * len(names))
-    panels = []
-    for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1)), names, strict=True):
-        order = np.argsort(solution.pairs[name].arc_length)
+    figure: Any,
+    solution: SolutionData,
+    what: str,
+    names: list[str] | None = None,
+) -> Iterator[tuple[Any, str, Index]]:
+    """Axes for each interface, its name, and its nodes in order along it.
+
+    The states at the end are shaded behind the curves. The label of the axis and the legend follow
+    when the curves are drawn.
+    """
+    shown = names or list(solution.pairs)
+    if len(shown) > 1:
+        figure.set_figheight(1.2 + 2.6 * len(shown))
+    for axes, name in zip(np.atleast_1d(figure.subplots(len(shown), 1)), shown, strict=True):
         _shaded(axes, solution, name)
         _window(axes, [step.pairs[name] for step in shown_ends(solution)])
-        axes.set_xlabel(
-            label(f"arc length along {along(solution, name)}", solution.problem.units.length)
-        )
-        axes.set_title(headed(solution) if name == names[0] else "")
-        panels.append((axes, name, order))
-    return panels
+        way = label(f"arc length along {along(solution, name)}", solution.problem.units.length)
+        axes.set(xlabel=way, title=headed(solution) if name == shown[0] else "")
+        yield axes, name, np.argsort(solution.pairs[name].arc_length)
+        axes.set_ylabel(what)
+        if names is None:
+            legend_beside(axes)
+        else:  # a second axis stands on the right
+            legend_below(axes, 3)
 
 
 def _shaded(axes: Any, solution: SolutionData, name: str) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
+from ...fields.boundary.places import points_at
 from ...frozen import frozen
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
@@ -61,8 +62,7 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
         places, triangles, rims = small_triangles(
             surface, round(TRIANGLES * mesh.n_elements / count)
         )
-        at = mesh.variables_at(places.element, places.place)
-        x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
+        x, normal = points_at(mesh, places.element, places.place)
         u = mesh.basis_at(places.element, places.place) @ solution.bodies[name].u
         result[name] = Sampled(x, normal, u, sample(name, surface, places), triangles, rims)
     return result

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
+from ...fields.boundary.places import points_at
 from ...frozen import frozen
 from ...geometry.rotation import MOTIONS
 from ...mesh.curve_mesh import CurveMesh, as_curve
@@ -207,11 +208,11 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
             for elements in stretches(curve, part):
                 rows = np.repeat(elements, len(WITHIN))
                 place = np.tile(WITHIN, len(elements))
-                at = curve.variables_at(rows, place)
+                x, normal = points_at(curve, rows, place)
                 basis = curve.basis_at(rows, place)
                 yield _Side(
-                    np.column_stack([at["x"], at["y"]]) + view.factor * (basis @ found.u[:, :2]),
-                    np.column_stack([at["nx"], at["ny"]]),
+                    x + view.factor * (basis @ found.u[:, :2]),
+                    normal,
                     basis @ found.traction[:, :2],
                     condition,
                 )

@@ -6,7 +6,6 @@ from __future__ import annotations
 import base64
 import functools
 import json
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...fields.boundary.places import points_at
 from ...fields.stress_state import StressState
 from ...geometry.rotation import lifted
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
-from ...runtime.figure_style import label, save
+from ...runtime.figure_style import label, png
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..records import StepResult, step_ends
@@ -83,12 +83,7 @@ def _curves(solution: SolutionData) -> list[str]:
     if next(iter(solution.meshes.values())).dim == 3:
         return []  # their surfaces are shaded by both
     wanted = drawings(solution)
-    with tempfile.TemporaryDirectory() as folder:
-        for name in (names := [name for name in ("normal", "traction") if name in wanted]):
-            save(Path(folder) / f"{name}.png", wanted[name], solution)
-        return [
-            base64.b64encode((Path(folder) / f"{name}.png").read_bytes()).decode() for name in names
-        ]
+    return [png(wanted[name], solution) for name in ("normal", "traction") if name in wanted]
 
 
 def scene(solution: SolutionData) -> dict[str, Any]:
@@ -216,8 +211,7 @@ def _(
 ) -> tuple[dict[str, Any], list[Fields]]:
     share = mesh.n_elements / sum(other.n_elements for other in solution.meshes.values())
     places, triangles, rims = small_triangles(mesh, round(TRIANGLES * share))
-    at = mesh.variables_at(places.element, places.place)
-    x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
+    x, normal = points_at(mesh, places.element, places.place)
     basis, fields = mesh.basis_at(places.element, places.place), []
     contact = {
         pair: np.isin(places.element, mesh.element[nodes])

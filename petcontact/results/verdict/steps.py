@@ -144,18 +144,22 @@ def law_words(posed: Any) -> str:
 def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[str]]:
     """Line by line."""
     pair = step.pairs[name]
-    told = tell.verbose or len(pair.force) > pair.x.shape[1]  # with torsion the torque
-    yield list(tell.items(step, name, {"force": "force", **MOMENT} if told else FORCE))
+    twisted = len(pair.force) > pair.x.shape[1]
+    words = ("force", "moment") if tell.verbose or twisted else ("force",)
+    yield list(tell.items(step, name, {word: word for word in words}))
     if tell.verbose and pair.force_primary is not None:
-        yield [*tell.items(step, name, PRIMARY), f"imbalance {pair.imbalance:.1e}"]
-    stresses = {"largest p": "largest p"}
-    stresses |= {"largest q": "largest q"} if tell.verbose or law.normal == "bonded" else {}
-    yield list(tell.items(step, name, stresses))
+        primary = {"force on the primary": "on the primary", "moment on the primary": "moment"}
+        yield [*tell.items(step, name, primary), f"imbalance {pair.imbalance:.1e}"]
+    sheared = tell.verbose or law.normal == "bonded"
+    stresses = ("largest p", "largest q") if sheared else ("largest p",)
+    yield list(tell.items(step, name, {word: word for word in stresses}))
     slides = (law.friction_coefficient, law.friction_bound) != (None, None)
     yield list(_area(tell, step, name, slides))
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
         yield list(tell.items(step, name, MOVED))
-    yield list(tell.items(step, name, WORN))
+    yield list(
+        tell.items(step, name, {"worn volume": "worn volume", "worn depth": "largest depth"})
+    )
 
 
 def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[str]:
@@ -176,12 +180,9 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
             yield f"|Q|/(mu N) {used:.3g}"
 
 
-FORCE = {"force": "force"}
-MOMENT = {"moment": "moment"}
-PRIMARY = {"force on the primary": "on the primary", "moment on the primary": "moment"}
 MOVED = {"largest slip": "largest slip", "dissipated energy": "dissipated energy"}
-WORN = {"worn volume": "worn volume", "worn depth": "largest depth"}
 OBSTACLE = {"moved": "moved", "turned": "turned", "held by": "held by", "held by moment": "moment"}
+"""Numbers of an obstacle, and the words before them."""
 
 
 def _defects(pair: PairResult) -> list[str]:
@@ -207,8 +208,9 @@ def _defects(pair: PairResult) -> list[str]:
 
 def _obstacles(tell: Teller, step: StepResult) -> Iterator[str]:
     for name in step.obstacles:
-        items = list(tell.items(step, name, OBSTACLE))
-        yield from wrapped(f"  {printable(name)}: ", items, width=NARROW)
+        yield from wrapped(
+            f"  {printable(name)}: ", list(tell.items(step, name, OBSTACLE)), width=NARROW
+        )
 
 
 def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:

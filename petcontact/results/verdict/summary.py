@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
 from ...round_off import SOLVED
@@ -71,25 +70,17 @@ def _sizes(solution: SolutionData) -> list[str]:
     lines = list[str]()
     for name, mesh in solution.meshes.items():
         label = "" if name == ONE_BODY else f"body {printable(name)}: "
-        lines += wrapped(f"  {label}", [_size(mesh), *_free(solution, name)])
+        low, high = int(mesh.order.min()), int(mesh.order.max())
+        order = low if low == high else f"{low}-{high}"
+        size = f"{mesh.n_elements} elements of order {order}, {mesh.x.size} unknowns"
+        free = solution.provenance.motions.get(name, 0)
+        held = f"{free} motion{'s' if free > 1 else ''} held by contact only"
+        lines += wrapped(f"  {label}", [size, *[held] * bool(free)])
     if solution.kind == "bilateral":
         lines.append(f"  {len(solution.contact.nodes)} contact nodes")
     provenance = solution.provenance
     solver = ": ".join(filter(None, (provenance.solver, provenance.ksp_reason)))
     return [*lines, *(wrapped("  ", [solver], separator=" ") if solver else [])]
-
-
-def _size(mesh: BoundaryMesh) -> str:
-    low, high = int(mesh.order.min()), int(mesh.order.max())
-    return (
-        f"{mesh.n_elements} elements of order {low if low == high else f'{low}-{high}'}, "
-        f"{mesh.x.size} unknowns"
-    )
-
-
-def _free(solution: SolutionData, body: str) -> list[str]:
-    free = solution.provenance.motions.get(body, 0)
-    return [f"{free} motion{'s' if free > 1 else ''} held by contact only"] * bool(free)
 
 
 def _warnings(solution: SolutionData) -> list[str]:

@@ -23,7 +23,7 @@ from ..body_fields import BodyFields
 from ..data import SolutionData
 from ..records import BodyResult, StepResult
 from .places import vtk_cells
-from .writing import in_space, unit_notes, write_mesh
+from .writing import unit_notes, write_mesh
 
 
 @frozen
@@ -175,7 +175,7 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     bound = np.where(touching, np.maximum(bound[:, 0], 0.0), np.inf)
     sigma_n, sigma_t, traction = _within(bound, traction, normal, mesh)
     return meshio.Mesh(
-        in_space(x),
+        lifted(x, 3),
         [
             (
                 "line",
@@ -185,9 +185,9 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
             )
         ],
         point_data={
-            "displacement": in_space(u),
-            "traction": in_space(traction),
-            "normal": in_space(normal),
+            "displacement": lifted(u, 3),
+            "traction": lifted(traction, 3),
+            "normal": lifted(normal, 3),
             "sigma_n": sigma_n,
             **dict(zip(("sigma_t", "sigma_theta"), sigma_t.T, strict=False)),
             "friction_bound": np.where(touching, bound, 0.0),

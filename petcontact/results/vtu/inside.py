@@ -17,13 +17,14 @@ from ...fields.interior import Progress
 from ...fields.interior_grid import triangulate
 from ...fields.stress_state import Field, StressState
 from ...geometry.crossings import winding
+from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Units
 from ..data import SolutionData
 from ..records import StepResult
-from .writing import in_space, unit_notes, write_mesh
+from .writing import unit_notes, write_mesh
 
 
 def write_vtu(
@@ -59,9 +60,9 @@ def inside_cells(field: Field) -> meshio.Mesh:
     if field.x.shape[1] == 3:
         kind, points, data["stress"] = "hexahedron", field.x, field.stress[:, [0, 1, 2, 3, 5, 4]]
     else:
-        kind, points = "triangle", in_space(field.x)
+        kind, points = "triangle", lifted(field.x, 3)
         data |= {
-            "displacement": in_space(field.u),
+            "displacement": lifted(field.u, 3),
             "stress": field.components[:, [0, 1, 2, 3, 5, 4]],
             "principal_1": field.principal_in_plane[:, 0],
             "principal_2": field.principal_in_plane[:, 1],

@@ -7,8 +7,6 @@ from xml.sax.saxutils import quoteattr
 
 import meshio
 
-from ...arrays import Array
-from ...geometry.rotation import lifted
 from ...model.bodies import Units
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
@@ -19,11 +17,6 @@ def unit_notes(units: Units | None) -> dict[str, int]:
     """Notes that name the units."""
     given = units.model_dump(exclude_none=True) if units is not None else {}
     return {f"unit of {quantity} is {name}": 1 for quantity, name in given.items()}
-
-
-def in_space(values: Array) -> Array:
-    """VTK knows three components only."""
-    return lifted(values, 3)
 
 
 def write_mesh(

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import tempfile
 from collections.abc import Sequence
-from pathlib import Path
 
 from ...results.solution import Solution
+from ...runtime.figure_style import png
 from ..published import example_number
 from ..store.case_table import CaseTable
 from .pivot import ITERATIONS, Table, text
-from .plots import Plot, write_plots
+from .plots import Plot, draw
 from .text import bad_cases, column_heads, counts_line, legend
 
 DRAWN = {
@@ -25,6 +23,7 @@ DRAWN = {
 }
 OF_THE_PAPER = ("deformed", "displacement", "traction")
 """Figures 1 to 3 of the first example, 4 to 6 of the second."""
+EMBEDDED = "data:image/png;base64,"
 Figure = tuple[str, str]
 """A picture of the page: caption, and PNG as a data URI."""
 
@@ -46,7 +45,8 @@ def html(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    pictures = [*([("Plots", _plots(table, plots))] if plots else []), *_figures_of_cases(table)]
+    drawn = [(plot.caption, EMBEDDED + png(draw, table, plot)) for plot in plots]
+    pictures = [*([("Plots", drawn)] if plots else []), *_figures_of_cases(table)]
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",
         counts=counts_line(table),
@@ -75,29 +75,13 @@ def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
 
 
 def _figures(solution: Solution) -> list[Figure]:
-    from ...results.figures.plots import plot_all
+    from ...results.figures.plots import drawings
 
-    number = example_number(solution.problem)
-    figures = []
-    with tempfile.TemporaryDirectory() as folder:
-        for picture in plot_all(solution, folder, "figure"):
-            kind = picture.stem.removeprefix("figure-")
-            caption = DRAWN.get(kind, kind)
-            if number is not None and kind in OF_THE_PAPER:
-                caption = (
-                    f"Figure {3 * (number - 1) + 1 + OF_THE_PAPER.index(kind)} of the "
-                    f"paper: "
-                    f"{caption}"
-                )
-            figures.append((caption, _embedded(picture)))
+    number, figures = example_number(solution.problem), []
+    for kind, drawing in drawings(solution).items():
+        caption = DRAWN.get(kind, kind)
+        if number is not None and kind in OF_THE_PAPER:
+            own = 3 * (number - 1) + 1 + OF_THE_PAPER.index(kind)
+            caption = f"Figure {own} of the paper: {caption}"
+        figures.append((caption, EMBEDDED + png(drawing, solution)))
     return figures
-
-
-def _plots(table: CaseTable, plots: Sequence[Plot]) -> list[Figure]:
-    with tempfile.TemporaryDirectory() as folder:
-        paths = write_plots(table, plots, folder)
-        return [(plot.caption, _embedded(path)) for path, plot in zip(paths, plots, strict=True)]
-
-
-def _embedded(picture: Path) -> str:
-    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode('ascii')}"

@@ -7,6 +7,7 @@ sweep that is resumed computes what an uninterrupted one does, bit for bit.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -54,18 +55,18 @@ class Groups:
         return [costs[k] for k in nearest]
 
 
+SHAPING = re.compile(r"method\.formulation$|(geometry|mesh|bem|body)(\.|$)")
+"""Dotted keys on which the meshes of a case depend."""
+
+
 def make_groups(sweep: Sweep) -> Groups:
     """Cases that differ in nothing that the elimination depends on belong together."""
     fixed = all(map(_has_fixed_meshes, _first_cases(sweep)))
     of_case, first, size = _numbers(
         _codes(sweep, lambda key, value: elimination_needs(key, value, meshes_fixed=fixed))
     )
-    meshes, _, _ = _numbers(_codes(sweep, lambda key, value: value if _shapes_mesh(key) else None))
+    meshes, _, _ = _numbers(_codes(sweep, lambda key, value: value if SHAPING.match(key) else None))
     return Groups(of_case, first, size, meshes[first])
-
-
-def _shapes_mesh(key: str) -> bool:
-    return key == "method.formulation" or key.split(".")[0] in ("geometry", "mesh", "bem", "body")
 
 
 def _first_cases(sweep: Sweep) -> Iterator[Problem | None]:

@@ -32,7 +32,6 @@ OWN = ("digest",)
 """Columns that are the program's, not the user's."""
 OF_RECORDS = ("id", "keep", "bytes", "sum")
 """Entries of a record that are no columns: the id is that which the case has in the sweep."""
-TABLE = "cases"
 
 
 @frozen
@@ -178,7 +177,7 @@ def write_table(
                 "facts": json.dumps(facts),
             }
         )
-        table = file.create_group(TABLE, track_order=True)
+        table = file.create_group("cases", track_order=True)
         for name, values in columns.items():
             text = h5py.string_dtype("utf-8", values.dtype.itemsize)
             packed = {"compression": 1, "shuffle": True, "fletcher32": True} if len(values) else {}
