@@ -3,6 +3,7 @@ evenly."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -30,3 +31,14 @@ def even_bounds(count: int, size: int) -> Index:
     sizes = np.full(size, count // size, dtype=np.int64)
     sizes[: count % size] += 1
     return np.concatenate([[0], np.cumsum(sizes)])
+
+
+def shown(point: Iterable[float], digits: int = 6) -> str:
+    """Return a point as text.
+
+    Examples
+    --------
+    >>> shown((0.5, 1.0, -2.0))
+    '(0.5, 1, -2)'
+    """
+    return f"({', '.join(f'{component:.{digits}g}' for component in point)})"

@@ -6,11 +6,11 @@ import functools
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, shown
 from ..errors import InputError
 from ..geometry.arcs import on_arcs
 from ..geometry.meridian import Meridian
-from ..geometry.outline import Outline, Side, shown
+from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
 from ..model.bodies import Condition

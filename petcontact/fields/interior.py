@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, shown
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError, refuse
@@ -196,10 +196,9 @@ def fields_at(
     # the winding is 1 inside, 1/2 on the boundary, 0 outside
     beyond = np.flatnonzero(~(wound > filled - 0.1))
     if len(beyond) and outside is None:
-        place = ", ".join(f"{value:g}" for value in points[beyond[0]])
         raise InputError(
-            f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do "
-            f"not)"
+            f"points: {shown(points[beyond[0]])} does not lie inside the body ({len(beyond)} of "
+            f"{len(points)} do not)"
         )
     displacement += filled * motion(points)
     displacement[beyond] = stress[beyond] = outside

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import LARGEST_COORDINATE, Array
+from ..arrays import LARGEST_COORDINATE, Array, shown
 from ..errors import InputError, refuse
 from ..round_off import CHAINED, WRITTEN
 from .arcs import turn_through
-from .outline import Outline, Side, arc, oriented, shown
+from .outline import Outline, Side, arc, oriented
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list

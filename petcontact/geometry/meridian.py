@@ -7,11 +7,11 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, shown
 from ..errors import InputError
 from ..frozen import frozen
 from ..round_off import WRITTEN
-from .outline import Outline, Side, shown
+from .outline import Outline, Side
 
 
 @frozen

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, shown
 from ..errors import InputError, refuse
 from ..frozen import frozen
 from .arcs import (
@@ -382,8 +382,3 @@ def oriented(
             tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)])
         )
     return tuple(turned)
-
-
-def shown(point: Array) -> str:
-    """A point in an error message."""
-    return f"({point[0]:g}, {point[1]:g})"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index, Mask
+from ..arrays import Array, Index, Mask, shown
 from ..errors import InputError, refuse
 from ..frozen import frozen
 from ..round_off import CHAINED
@@ -180,7 +180,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     cells = _outward(points, cells, bodies, source)
     place = first_crossing(points, _triangles(cells)[0])
     if place is not None:
-        raise InputError(f"{source}: the surface crosses itself near {_text(place)}")
+        raise InputError(f"{source}: the surface crosses itself near {shown(place)}")
     return FacetSurface(points, cells[:, :4], surface.part, surface.parts, cells[:, 4:])
 
 
@@ -190,7 +190,7 @@ def _check_points(points: Array, source: str) -> None:
     pairs = tree.query_pairs(CHAINED * size, output_type="ndarray")
     if len(pairs):
         raise InputError(
-            f"{source}: {_text(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "
+            f"{source}: {shown(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such "
             f"pairs); "
             "join duplicate nodes (Gmsh: Coherence Mesh)"
         )
@@ -209,14 +209,14 @@ def _check_shapes(points: Array, cells: Index, source: str) -> None:
     worst = int(np.argmin(height / longest[owner]))
     refuse(
         not height[worst] > SLIVER * longest[owner[worst]],
-        f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, "
+        f"{source}: the facet at {shown(points[triangles[worst]].mean(axis=0))} is a sliver, "
         f"its height "
         f"below {SLIVER:g} of its longest edge",
     )
     folded = folded_cells(points, cells)
     if len(folded):
         raise InputError(
-            f"{source}: the curved cell at {_text(corners[folded[0]].mean(axis=0))} is folded or "
+            f"{source}: the curved cell at {shown(corners[folded[0]].mean(axis=0))} is folded or "
             f"turned inside "
             f"out between its nodes ({len(folded)} such cells)"
         )
@@ -258,7 +258,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
         what = "is open: one facet" if n == 1 else f"is no boundary of a body: {n} facets"
         a, b = points[ends[starts[wrong[0]]]]
         raise InputError(
-            f"{source}: the surface {what} at the edge from {_text(a)} to {_text(b)}, two must "
+            f"{source}: the surface {what} at the edge from {shown(a)} to {shown(b)}, two must "
             f"meet ({len(wrong)} such edges)"
         )
     one, other = owner[starts], owner[starts + 1]
@@ -272,7 +272,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
     if len(gaping):
         a, b = points[ends[starts[gaping[0]]]]
         raise InputError(
-            f"{source}: the surface is open at the edge from {_text(a)} to {_text(b)}: its two "
+            f"{source}: the surface is open at the edge from {shown(a)} to {shown(b)}: its two "
             f"facets have "
             f"different points in the middle of it ({len(gaping)} such edges)"
         )
@@ -282,7 +282,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
         k = int(np.argmax(label[:n] == label[n:]))
         raise InputError(
             f"{source}: the surface has one side only (like a Moebius strip) at "
-            f"{_text(points[facets[k, 0]])}"
+            f"{shown(points[facets[k, 0]])}"
         )
     seen = np.full(label.max() + 1, -1)
     for k in range(n):
@@ -372,12 +372,8 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
             result[mine] = _reversed(cells[mine])
     if len(outer) > 1:
         raise InputError(
-            f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; "
+            f"{source}: {len(outer)} separate pieces, at {shown(outer[0])} and {shown(outer[1])}; "
             f"a body is "
             "one piece: make a file and a [[body]] of each"
         )
     return result
-
-
-def _text(point: Array) -> str:
-    return "({:g}, {:g}, {:g})".format(*point)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, shown
 from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
@@ -178,8 +178,7 @@ def states_at(
     element, place = located(one.mesh, points, part)
     on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
     if part is not None and len(inside):
-        at = ", ".join(f"{c:.6g}" for c in points[inside[0]])
-        raise InputError(f"part {part!r}: the point ({at}) does not lie on it")
+        raise InputError(f"part {part!r}: the point {shown(points[inside[0]])} does not lie on it")
     x, order = points[inside], np.argsort(np.concatenate([inside, on]), kind="stable")
     u, stress = _inside(increments, x, progress, outside)
     _next_to_boundary(increments, x, stress)

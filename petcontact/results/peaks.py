@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -133,15 +133,14 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     """The largest of stresses (n,) at points (n, d) of a body after the last increment, in words;
     next to a place without a bound it says how near the points are, and no more."""
     k = int(np.argmax(stress))
-    mesh, place = solution.meshes[body], ", ".join(f"{each:.4g}" for each in points[k])
-    reach = hill_reach(mesh)
+    reach = hill_reach(solution.meshes[body])
     near = [
         each.sides
         for each in unbounded_places(solution, solution.last)[body]
         if np.linalg.norm(each.x - points[k]) < reach
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
-    return f"{stress[k]:.4g} at ({place}){where}"
+    return f"{stress[k]:.4g} at {shown(points[k], 4)}{where}"
 
 
 def hill_reach(mesh: BoundaryMesh) -> float:

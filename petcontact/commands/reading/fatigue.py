@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import shown
 from ...errors import refuse
 from ..options import option, options, real
 
@@ -117,10 +118,9 @@ def _print_largest(result: Any) -> None:
     worst, k = result.largest
     sites = worst.sites
     x = np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k])
-    where = ", ".join(f"{c:.6g}" for c in x)
     deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
     largest = told(Number("", "", 0, 0, worst.value[k : k + 1], "", error=result.error))
-    print(f"  largest {largest} at ({where}), {sites.body}.{sites.part[k]}{deep}")
+    print(f"  largest {largest} at {shown(x)}, {sites.body}.{sites.part[k]}{deep}")
     if worst.normal is not None:
         normal = ", ".join(f"{c + 0.0:.4f}" for c in worst.normal[k].round(4))
         print(f"  critical plane: normal ({normal})")

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, shown
 from ...errors import InputError, refuse
 from ...frozen import frozen
 from ...round_off import WRITTEN, least_pieces, whole
-from ..outline import Outline, Side, shown
+from ..outline import Outline, Side
 
 TURN = 0.25 * math.pi
 """Largest angle of a panel, around the axis or along an arc: its area factor varies by less than 2

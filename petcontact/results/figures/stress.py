@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, shown
 from ...errors import refuse
 from ...fields.stress_state import Field
 from ...frozen import frozen
@@ -180,7 +180,7 @@ def _colour(
     largest, field = float(values[name][tops[name]]), fields[name]
     every, end = np.concatenate([*values.values()]), abs(largest) or 1.0
     signed = float(every.min(initial=0.0)) < -SIGNED * end
-    shown = {
+    how = {
         "shading": "gouraud",
         "cmap": "coolwarm" if signed else "viridis",
         "vmin": -end if signed else 0.0,
@@ -188,14 +188,13 @@ def _colour(
         "rasterized": True,
     }
     for each, one in fields.items():
-        colours = axes.tripcolor(
-            *_drawn(picture, one).T, values[each], triangles=one.cells, **shown
-        )
+        colours = axes.tripcolor(*_drawn(picture, one).T, values[each], triangles=one.cells, **how)
     cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest"}
     axes.plot(*_drawn(picture, field)[tops[name]], "x", **cross)
     beyond = _beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=beyond)
-    text = f"largest {largest:.4g} at {_point(field.x[tops[name]])}{_without(solution, picture)}"
+    text = f"largest {largest:.4g} at {shown(field.x[tops[name]] + 0.0, 4)}"
+    text += _without(solution, picture)
     figure.supxlabel(textwrap.fill(plain(text), WIDE), fontsize=8.0)
 
 
@@ -221,17 +220,13 @@ def _places(solution: SolutionData, picture: Picture, body: str) -> list[Unbound
 def _without(solution: SolutionData, picture: Picture) -> str:
     """Where colours and the largest leave values out, in words."""
     left = {
-        f"{_point(place.x)} ({place.sides})"
+        f"{shown(place.x + 0.0, 4)} ({place.sides})"
         for name in picture.bodies
         for place in _places(solution, picture, name)
     }
-    shown, more = sorted(left)[:PLACES], max(0, len(left) - PLACES)
+    listed, more = sorted(left)[:PLACES], max(0, len(left) - PLACES)
     rest = f" and {more} more place{'s' * (more > 1)}" if more else ""
-    return f", away from {', '.join(shown)}{rest} where stress has no bound" if left else ""
-
-
-def _point(x: Array) -> str:
-    return "(" + ", ".join(f"{component + 0.0:.4g}" for component in x) + ")"
+    return f", away from {', '.join(listed)}{rest} where stress has no bound" if left else ""
 
 
 def _top(solution: SolutionData, picture: Picture, body: str, x: Array, values: Array) -> int:

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from ...arrays import Array
-from ...geometry.rotation import Axial
+from ...arrays import Array, shown
 from ...model.bodies import Units
 from ...runtime.terminal import printable
 from ..numbers import Number
@@ -18,12 +17,6 @@ UNKNOWN, EXACT = 5, 7
 """Digits of a number whose error is not known, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
 """Of length in a unit, beyond that of an area (`weight_power`)."""
-
-
-def vector(value: Axial, count: int = 6) -> str:
-    """A number, or a vector in brackets, with so many significant digits."""
-    text = ", ".join(f"{component:.{count}g}" for component in np.atleast_1d(value))
-    return text if np.ndim(value) == 0 else f"({text})"
 
 
 def digits(error: float, value: float) -> int:
@@ -88,7 +81,7 @@ def rounded_up(error: float) -> str:
 
 def place_of(x: Array, size: float) -> str:
     """A point; coordinates that are next to nothing beside the size of the bodies are 0."""
-    return vector(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4).replace(" ", KEPT)
+    return shown(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4).replace(" ", KEPT)
 
 
 def unit_of(kind: str, units: Units, power: int) -> str:

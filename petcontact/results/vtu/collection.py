@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-from ...runtime.atomic_write import temporary_name
+from ...runtime.atomic_write import write_text
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
 from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, within, write_vtu
@@ -75,15 +75,9 @@ def write_collection(
                 f"file={quoteattr(file.name)}/>"
                 for i, file in enumerate(files)
             ]
-    _write_pvd(path, rows)
+    rows = ['<VTKFile type="Collection" version="0.1">', "  <Collection>", *rows]
+    write_text(path, "\n".join([*rows, "  </Collection>", "</VTKFile>", ""]))
     return [*written, path]
-
-
-def _write_pvd(path: Path, rows: list[str]) -> None:
-    head = ['<VTKFile type="Collection" version="0.1">', "  <Collection>"]
-    text = "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])
-    with temporary_name(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def file_word(name: str) -> str:

@@ -89,14 +89,11 @@ def _increment(
         pieces = [boundary_cells(solution, name, step)]
         if name in inside:
             pieces.append(inside_cells(next(inside[name])))
+        # -1: cells inside belong to no part and have no state of contact
+        missing = {"body": number, "part": -1, "contact": -1, "traction_error": np.nan}
         for mesh in pieces:
-            for key in ("part", "contact"):
-                # -1: cells inside belong to no part and have no state of contact
-                mesh.cell_data.setdefault(key, [np.full(len(block), -1) for block in mesh.cells])
-            mesh.cell_data.setdefault(
-                "traction_error", [np.full(len(block), np.nan) for block in mesh.cells]
-            )
-            mesh.cell_data["body"] = [np.full(len(block), number) for block in mesh.cells]
+            for key, value in missing.items():
+                mesh.cell_data.setdefault(key, [np.full(len(block), value) for block in mesh.cells])
         meshes += pieces
     kinds = {"displacement": 3, "traction": 3, "stress": 6, "von_mises": 1}
     points = {
@@ -112,14 +109,9 @@ def _increment(
         for key, width in kinds.items()
     }
     cells = {
-        key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(
-            np.int64
-        )
-        for key in ("body", "part", "contact")
+        key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes])
+        for key in ("body", "part", "contact", "traction_error")
     }
-    cells["traction_error"] = np.concatenate(
-        [np.concatenate(mesh.cell_data["traction_error"]) for mesh in meshes]
-    )
     return meshes, points, cells
 
 
