@@ -8,14 +8,16 @@ nodes, of one body or relative to its partner. σ is the traction on them.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol, TypeGuard
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Mask
 from ..frozen import frozen
-from ..round_off import CHAINED
+from ..round_off import CHAINED, SUMMED
 from .linearisation import Linearisation as Linearisation
 
 
@@ -31,11 +33,14 @@ class Modes:
         E: the work of σ on each motion; most often that of weight · M.
     load : (r,) array
         f: the work of all other loads on each motion.
+    left_out : (r, p) array, optional
+        Orthonormal combinations of motions of unit size that are not solved for: they stay 0.
     """
 
     motion: Array
     resultant: Array
     load: Array
+    left_out: Array | None = None
 
     @cached_property
     def size(self) -> Array:
@@ -46,7 +51,61 @@ class Modes:
     @cached_property
     def fit(self) -> Array:
         """Amplitudes of the motions nearest to a displacement, (r, m k)."""
-        return np.linalg.pinv(self.motion.reshape(-1, len(self.load)))
+        motion = self.motion.reshape(-1, len(self.load))
+        if self.left_out is None:
+            return np.linalg.pinv(motion)
+        basis = self.basis / self.size[:, None]
+        return np.asarray(basis @ np.linalg.pinv(motion @ basis))
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal combinations of motions of unit size that are solved for, (r, q)."""
+        if self.left_out is None:
+            return np.eye(len(self.load))
+        return np.asarray(scipy.linalg.null_space(self.left_out.T))
+
+    def beyond_errors(self, derivative: Array, weight: Array, error: Array) -> Modes:
+        """Return the modes without those that contact resists by errors of its normals only.
+
+        Such a motion is the rotation of a ball on a smooth plane: over all nodes ‖Π'Mα‖ < ‖εMα‖.
+        It is neither solved for nor in equilibrium. Loads on it are left out if they are as small
+        as what such errors make of the other loads. Larger ones stay, and nothing holds them.
+
+        Parameters
+        ----------
+        derivative : (m, k, k) array
+            Π' where all nodes are closed and stick.
+        weight : (m,) array
+        error : (m,) array
+            ε, error of the normals [rad].
+        """
+        unit = np.sqrt(weight)[:, None, None] * self.motion / self.size
+        resisted, rough, whole = (
+            each.reshape(-1, len(self.load))
+            for each in (derivative @ unit, error[:, None, None] * unit, unit)
+        )
+        values, vectors = np.linalg.eigh(resisted.T @ resisted - rough.T @ rough)
+        gone = vectors[:, values < 0.0]
+        if not gone.size:
+            return self
+        load, share = self.load / self.size, np.linalg.norm(rough) / np.linalg.norm(whole)
+        left = replace(self, left_out=gone)
+        small = np.abs(gone.T @ load).max() <= share * np.linalg.norm(load)
+        return replace(
+            left,
+            resultant=left.solved_for(self.resultant),
+            load=left.solved_for(self.load) if small else self.load,
+        )
+
+    def solved_for(self, work: Array) -> Array:
+        """Return work (r, ...) on the motions without that on those that are left out."""
+        if self.left_out is None:
+            return work
+        unit = work.reshape(len(work), -1) / self.size[:, None]
+        least, unit = SUMMED * np.abs(unit).max(initial=0.0), self.basis @ (self.basis.T @ unit)
+        # of a motion that is left out as a whole no digit stays
+        kept = np.where(np.abs(unit) > least, unit, 0.0) * self.size[:, None]
+        return np.asarray(kept.reshape(work.shape))
 
     def unbalanced(self, sigma: Array) -> Array:
         """Return the forces and moments Eσ + f out of balance, one for each rigid motion, (r,)."""
@@ -95,12 +154,14 @@ class RigidModeConstraint:
             self.columns, self.rhs = np.zeros((int(linearised.active.sum()), 0)), np.zeros(0)
             self.rows, self._unit = self.columns.T, 1.0
             return
-        rank, size = len(modes.load), modes.size
-        factor = np.linalg.qr(modes.motion[linearised.active] / size, mode="r")
+        size, within = modes.size, modes.basis
+        factor = np.linalg.qr(modes.motion[linearised.active] / size @ within, mode="r")
         values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
-        followed = np.zeros(rank, dtype=bool)
+        followed = np.zeros(within.shape[1], dtype=bool)
         followed[: len(values)] = values > CHAINED * max(1.0, float(values.max(initial=0.0)))
-        basis, self.free = vectors[followed].T, vectors[~followed].T
+        basis, self.free = within @ vectors[followed].T, within @ vectors[~followed].T
+        if modes.left_out is not None:
+            self.free = np.column_stack([self.free, modes.left_out])
         work = np.einsum(
             "rib,ibc->ric", modes.resultant / size[:, None, None], linearised.derivative
         )[:, linearised.active]

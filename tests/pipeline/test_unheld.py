@@ -161,7 +161,7 @@ def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
     data = block(boundary=[top], mesh={"element_size": 0.5})
     data["contact"][0] = {**data["contact"][0], "gap": 0.0, "friction_bound": 0.05}
     del data["contact"][0]["friction_coefficient"]
-    increment = first_increment(prepare(parse(Problem, data, "test"))).to(0.1)
+    increment = first_increment(prepare(parse(Problem, data, "test"))).ending_at(0.1)
     outcome = increment.solved()
     assert not outcome.converged
     assert unbalanced_load(increment.system.modes, increment.problem.discrete.law) is None
@@ -225,3 +225,49 @@ def test_what_an_element_holds_and_its_nodes_do_not_is_not_said_to_tip(beside, h
     assert not solution.converged
     assert ("corners of elements can hold" in solution.reason) == held
     assert ("cannot be held" in solution.reason) != held
+
+
+def pulled(kind, pull, storage):
+    """A bar, a box or a ring that only loads act on: they pull at its ends with `pull` and 1."""
+    shapes = {
+        "bar": ({"shape": "rectangle", "lower_left": [0, 0], "upper_right": [2, 1]}, "left right"),
+        "ring": ({"shape": "rectangle", "lower_left": [1, 0], "upper_right": [2, 2]}, "bottom top"),
+        "box": ({"shape": "box", "lower": [0, 0, 0], "upper": [2, 1, 1]}, "left right"),
+    }
+    shape, ends = shapes[kind]
+    along = np.eye(3 if kind == "box" else 2)[1 if kind == "ring" else 0]
+    loads = [
+        {"part": part, "condition": "traction", "value": list(size * along)}
+        for part, size in zip(ends.split(), (-pull, 1.0), strict=True)
+    ]
+    body = {
+        "name": "b",
+        "material": {"young_modulus": 1e3, "poisson_ratio": 0.3, "plane": "stress"},
+        "geometry": shape,
+        "mesh": {"element_size": 1.0, "order": 2},
+        "boundary": loads,
+    }
+    if kind != "bar":
+        del body["material"]["plane"]
+    return {"body": [body], "petsc": {"bem_mat_type": storage}} | (
+        {"symmetry": "axial"} if kind == "ring" else {}
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "storage"),
+    [("bar", "dense"), ("bar", "hodlr"), ("ring", "dense"), ("box", "dense"), ("box", "hmatrix")],
+)
+def test_a_body_that_nothing_holds_is_strained_and_does_not_move(kind, storage):
+    """Under σ = 1, E = 1e3 it is 2e-3 longer, by half of it at each end."""
+    solution = solved(pulled(kind, 1.0, storage))
+    body, mesh = solution.last.bodies["b"], solution.meshes["b"]
+    axis = 1 if kind == "ring" else 0
+    assert solution.converged and "nothing holds" in " ".join(solution.warnings)
+    assert np.allclose(body.u[:, axis], 1e-3 * (mesh.x[:, axis] - 1.0), atol=1e-7)
+
+
+def test_a_body_that_nothing_holds_is_refused_where_its_loads_do_not_balance():
+    solution = solved(pulled("bar", 0.99, "dense"))
+    assert not solution.converged
+    assert "body 'b' cannot be held: the load pushes it along +x" in solution.reason

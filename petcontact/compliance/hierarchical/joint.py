@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -195,7 +196,7 @@ class JointBodies:
     ) -> State:
         """Solve δσ + ρ δv = r without loads."""
         eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
-        loaded = None if modes is None else Modes(modes.motion, modes.resultant, -work)
+        loaded = None if modes is None else replace(modes, load=-work)
         constraint = (
             None
             if modes is None

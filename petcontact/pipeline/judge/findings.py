@@ -59,7 +59,6 @@ KINDS = {
     "overlap under pressure": Kind("warning", 0.3),
     "iterations": Kind("warning"),
     "loose motion": Kind("warning"),
-    "rough motion": Kind("warning"),
     "second solution": Kind("warning"),
     # for the whole solution
     "no contact": Kind("warning"),

@@ -13,7 +13,7 @@ from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
 from ...bem.compatibility import check_compatible
 from ...bem.particular.volume import VolumeSolution, volume_solution
-from ...compliance.interface import Interface, slices
+from ...compliance.interface import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
 from ...errors import InputError
@@ -219,16 +219,17 @@ def _law_and_data(
     Raises
     ------
     InputError
-        If a body can move freely.
+        If the conditions of a body hold it at too few nodes.
     """
     interfaces, law = with_law(given, problem.interfaces, interfaces, meshes)
     data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
     if given is not None or not isinstance(law, Tresca):
         return interfaces, law, data
+    for known, mesh in zip(data, meshes, strict=True):
+        check_held(known, mesh)
     motions = list(map(body_motions, boundaries, data, meshes))
-    if not any(free.shape[2] for free in motions):
+    if not interfaces or not any(free.shape[2] for free in motions):
         return interfaces, law, data
-    _check_friction_holds(interfaces, meshes, data, motions, law.bound)
     # the equilibrium of bodies that only contact holds is exact if all tractions are unknowns
     interfaces = [replace(interface, held=False) for interface in interfaces]
     law = law_between(problem.interfaces, interfaces, meshes)
@@ -303,23 +304,3 @@ def _loads_volume_alike(problem: Problem, earlier: Problem, number: int) -> bool
     """Return whether a body has the same material and volume loads in both problems."""
     same = problem.body[number].material == earlier.body[number].material
     return same and loads_by_step(problem, number) == loads_by_step(earlier, number)
-
-
-def _check_friction_holds(
-    interfaces: list[Interface],
-    meshes: list[BoundaryMesh],
-    data: list[BoundaryData],
-    motions: list[Array],
-    bound: Array,
-) -> None:
-    """Refuse bodies that can move although contact holds normals and friction acts.
-
-    Raises
-    ------
-    InputError
-    """
-    node_slices = slices(interfaces)
-    for b, (mesh, mesh_data, free) in enumerate(zip(meshes, data, motions, strict=True)):
-        bounds = [bound[node_slices[face.name]] for face in interfaces if face.body == b]
-        if free.shape[2]:
-            check_held(mesh_data, mesh, np.concatenate([*bounds, np.zeros(0)]))

@@ -217,29 +217,20 @@ def _(boundary: CondensedSurface, data: BoundaryData, mesh: BoundaryMesh) -> Arr
     return modes if data.traction_known.all() else modes[..., :0]
 
 
-def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
-    """Refuse a body that can move although its contact normals are held.
-
-    Either no friction acts, or its conditions hold too few nodes because the mesh is too coarse.
+def check_held(data: BoundaryData, mesh: BoundaryMesh) -> None:
+    """Refuse a body that its conditions hold at too few nodes, because the mesh is too coarse.
 
     Raises
     ------
     InputError
     """
-    motions, held = free_motions(data, mesh), int((~data.traction_known).any(axis=1).sum())
-    few = 0 < held <= mesh.dim
-    if not motions.shape[2] or (bound.any() and not few):
-        return
-    name = motion_name(motions[:, :, 0], mesh)
-    if few:
+    held = int((~data.traction_known).any(axis=1).sum())
+    motions = free_motions(data, mesh) if 0 < held <= mesh.dim else np.zeros((0, 0, 0))
+    if motions.shape[2]:
         raise InputError(
-            f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller "
-            f"elements"
+            f"boundary: the body can {motion_name(motions[:, :, 0], mesh)} freely: it is held at "
+            f"{held} nodes only; use smaller elements"
         )
-    raise InputError(
-        f"boundary: the body can {name} freely (friction does not hold it); "
-        "fix it with a displacement condition, a roller or another contact part"
-    )
 
 
 def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:

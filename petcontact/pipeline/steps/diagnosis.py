@@ -7,7 +7,6 @@ import numpy as np
 from ...arrays import Array
 from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
-from ...contact.law_protocol import friction_bound
 from ...contact.state import ContactState
 from ...results.report import Finding
 from ..judge.findings import new_finding
@@ -27,10 +26,9 @@ MOTIONS = {
 FAR_OFF = 1e3
 """Rigid motion over the displacement that loads and tractions cause, above which a body is not held
 [-]."""
-LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
-"""Resistance of contact to a motion, over that to the motion it resists most [-]. Up to LOOSE it
-does not resist. Up to ROUGH it resists only by the error of its normals. That is reported if the
-motion is more than FOLLOWS times the largest of the other motions."""
+LOOSE = 1e-9
+"""Resistance of contact to a motion, over that to the motion it resists most, up to which it does
+not resist [-]."""
 
 
 def is_unbalanced(increment: Increment) -> bool:
@@ -86,31 +84,18 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
     moved = max(np.abs(outcome.v).max(initial=0.0), np.abs(increment.system.u_0).max(initial=0.0))
     size = np.abs(outcome.sigma).max(initial=0.0) / (moved or 1.0)
     derivative = law.linearise(size * outcome.v - outcome.sigma)
-    resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(
-        -1, len(modes.load)
-    )
+    followed = modes.motion / modes.size @ modes.basis @ modes.basis.T
+    resisted = np.einsum("iab,ibr->iar", derivative, followed).reshape(-1, len(modes.load))
     values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
     values = np.append(values, np.zeros(len(vectors) - len(values))) / max(
         1.0, values.max(initial=0.0)
     )
-    rough, findings = (values > LOOSE) & (values <= ROUGH), list[Finding]()
+    if not (values <= LOOSE).any():
+        return []
+    text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"
     where = f"step {increment.step.name or increment.number!r}"
-    if rough.any():
-        moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
-        rough &= moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0)
-    if rough.any():  # the rotation of a ball in a cup depends on the roughness of its panels
-        text = (
-            f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh "
-            f"only: what they come to, up to {moving[rough].max():.2g}, means nothing"
-        )
-        has_friction = np.nanmax(friction_bound(law, outcome.sigma), initial=0.0) > 0.0
-        advice = "" if has_friction else "friction would hold them"
-        findings.append(new_finding("rough motion", text, where, advice=advice, limit=ROUGH))
-    if (values <= LOOSE).any():
-        text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"
-        advice = "chosen as the least there is"
-        findings.append(new_finding("loose motion", text, where, advice=advice, limit=LOOSE))
-    return findings
+    advice = "chosen as the least there is"
+    return [new_finding("loose motion", text, where, advice=advice, limit=LOOSE)]
 
 
 def _named(increment: Increment, loose: Array) -> str:

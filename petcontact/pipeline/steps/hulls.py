@@ -38,7 +38,8 @@ def forces_at_corners(increment: Increment) -> Forces | None:
         forces.append(_of_pair(mesh, face, modes.motion[where], of_pair))
     resultants, values = zip(*forces, strict=True)
     columns = zip(*map(dataclasses.astuple, values), strict=True)
-    return np.concatenate(resultants, axis=1), Admissible(*map(np.concatenate, columns))
+    felt = modes.solved_for(np.concatenate(resultants, axis=1))
+    return felt, Admissible(*map(np.concatenate, columns))
 
 
 def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissible) -> Forces:

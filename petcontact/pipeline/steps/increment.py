@@ -13,6 +13,7 @@ from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
 from ...contact.criterion import Criterion, displaced_by
 from ...contact.iteration import ContactMethod, Iteration
+from ...contact.methods.starts import everywhere
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
@@ -139,6 +140,27 @@ class PreparedProblem:
             (body.digits_lost for body in self.system.bodies if np.isfinite(body.digits_lost)),
             default=np.nan,
         )
+
+    @functools.cached_property
+    def normal_error(self) -> Array:
+        """Angles between the normals of curved panels and those of the smooth surface, (M,) [rad].
+
+        The second ones are used; their own error is smaller by an order.
+        """
+        meshes = self.discrete.meshes
+        apart = [
+            (meshes[i.body].smooth_normal - meshes[i.body].normal)[i.nodes]
+            for i in self.discrete.interfaces
+        ]
+        return np.concatenate([np.zeros(0), *(np.linalg.norm(each, axis=1) for each in apart)])
+
+    def resisted(self, modes: Modes) -> Modes:
+        """Return the modes without those that only errors of normals resist."""
+        if not len(modes.load) or not self.normal_error.any():
+            return modes
+        law = self.discrete.law
+        stuck = law.linearise(everywhere(modes.motion[:, :, 0], law, 0.0))
+        return modes.beyond_errors(stuck, self.system.weight, self.normal_error)
 
     @functools.cached_property
     def places(self) -> list[Places | None]:
@@ -281,7 +303,9 @@ class Increment:
         )
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
         together = np.where(np.abs(u_0 + shift) > ROUNDED * size, u_0 + shift, 0.0)
-        return system.increment_system(together, rigid, self.shares, self.layer)
+        return system.increment_system(
+            together, self.problem.resisted(rigid), self.shares, self.layer
+        )
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
         """Return the outcome of the method; if a linear solve fails, the last iterate.
