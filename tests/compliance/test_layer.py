@@ -9,7 +9,6 @@ import scipy.integrate
 from conftest import example
 from prepared import Posed, layer_of, operators, strips_of
 
-import petcontact.compliance.layer.reflection
 import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
 from petcontact.bem.kelvin2d.moments import powers
@@ -307,17 +306,3 @@ def test_reflections_by_transforms_are_the_folded_loop(ends, signs, n):
     assert np.abs(ours.matrix() @ ours.solve(x) - x).max() <= 1e-12 * np.abs(x).max()
     robin = ours.solve(x, 2.5)
     assert np.abs(robin + 2.5 * (ours.matrix() @ robin) - x).max() <= 1e-12 * np.abs(x).max()
-
-
-@pytest.mark.parametrize("ends", petcontact.compliance.layer.reflection.REFLECTED)
-@pytest.mark.parametrize("size", [1, 2, 106])
-def test_lengths_with_a_large_prime_factor_take_longer_transforms_and_the_same_products(
-    ends, size, monkeypatch
-):
-    rng = np.random.default_rng(size)
-    symbol, x = rng.uniform(0.1, 1.0, size) / np.arange(1, size + 1), rng.standard_normal(size)
-    products = []
-    for prime in (size, 0):
-        monkeypatch.setattr(petcontact.compliance.layer.reflection, "PRIME", prime)
-        products.append(petcontact.compliance.layer.reflection.Reflection(ends, size, symbol)(x))
-    np.testing.assert_allclose(products[1], products[0], atol=1e-13)

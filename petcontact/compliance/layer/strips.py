@@ -3,7 +3,6 @@ long, else dense."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -13,7 +12,6 @@ import scipy
 from ...arrays import Array, Complex, Index, Mask
 from ...linalg.matrix_free import Krylov
 from .kernel import Strip, layer_matrix
-from .reflection import REFLECTED, Reflection
 
 LONG_SIZE = 3000
 """Largest number of nodes of unequal elements for which T is dense."""
@@ -88,8 +86,8 @@ class DenseStrip:
 class FourierStrip:
     """T of equal elements of any order, a convolution from element to element.
 
-    A product or a solve takes two transforms. An open strip is reflected at both ends (see
-    `Reflection`); a closed one is already a loop.
+    A product or a solve takes two transforms. An open strip is continued by its reflections at both
+    ends until they make a loop; a closed one is already a loop.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
@@ -112,34 +110,25 @@ class FourierStrip:
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
-        self._reflected = self._open and self._nodes == 1
-        if self._reflected:
-            self._symbol = np.ascontiguousarray(
-                self._symbol.real[:, :, REFLECTED[strip.ends].frequencies]
-            )
-        self._forward, self._inverse = self._product(self._symbol), Inverses(self._inverted)
+        self._inverse = Inverses(self._inverted)
         self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
         """Return the product T x, (k,)."""
-        return self._forward(x)
+        return self._convolve(self._symbol, x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
-        return np.asarray(self._inverse(rho)(x))
+        return self._convolve(self._inverse(rho), x)
 
-    def _product(self, symbol: Array | Complex) -> Callable[[Array], Array]:
-        if self._reflected:
-            return Reflection(self._ends, self._elements, symbol[0, 0].real)
-        return functools.partial(self._convolve, symbol)
-
-    def _inverted(self, rho: float | None) -> Callable[[Array], Array]:
+    def _inverted(self, rho: float | None) -> Complex:
+        """Return the symbol of T⁻¹, or that of (I + ρT)⁻¹ if ρ is given."""
         blocks = self._symbol.transpose(2, 0, 1)
         blocks = blocks if rho is None else np.eye(self._nodes) + rho * blocks
         inverse = 1.0 / blocks if self._nodes == 1 else np.linalg.inv(blocks)
-        return self._product(np.ascontiguousarray(inverse.transpose(1, 2, 0)))
+        return np.ascontiguousarray(inverse.transpose(1, 2, 0))
 
-    def _convolve(self, symbol: Array | Complex, x: Array) -> Array:
+    def _convolve(self, symbol: Complex, x: Array) -> Array:
         # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
         pieces = x.reshape(self._elements, self._nodes).T
         if self._open:
