@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import abc
 import functools
-from collections.abc import Callable, Hashable, Iterator
-from typing import Any, Protocol
+from collections.abc import Hashable, Iterator
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -25,8 +26,10 @@ class Batch:
     nodes: Index
 
 
-class BoundaryMesh(Protocol):
+class BoundaryMesh(abc.ABC):
     """Elements on the boundary of a body in d dimensions, collocated at nodes inside of them.
+
+    What all meshes share follows from the elements' order and part and the nodes' element.
 
     Attributes
     ----------
@@ -36,18 +39,11 @@ class BoundaryMesh(Protocol):
         Components of displacements and tractions: `dim`, with torsion one more.
     x, normal : (n, d) arrays
         Nodes [length] and outward unit normals.
-    smooth_normal : (n, d) array
-        Normals of the smooth surface that the elements stand for, along which bodies touch.
     weight : (n,) array
         Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary
         [length^weight_power].
     weight_power : int
         1 for plane bodies, whose forces are per unit of thickness, else 2.
-    measure : (n,) array
-        Weights of integrals over the elements themselves, for rings over their generating curve
-        [length^(d-1)].
-    functions : dict
-        Samples of functions on parts, stored by the part and the function's name.
     motions : Motions
         The rigid motions of such bodies.
     stresses : tuple of str
@@ -56,218 +52,55 @@ class BoundaryMesh(Protocol):
         The element of each node.
     first_node : (n_elements + 1,) array
         The nodes of element e are first_node[e] to first_node[e + 1] - 1.
-    kind : (n_elements,) array
-        Kind of each element, its shape and order; one call of a kernel takes one kind.
     order : (n_elements,) array
         Order p of each element.
     part : (n_elements,) array
         Number of the part in `part_names`.
+    kind : (n_elements,) array
+        Kind of each element, its shape and order; one call of a kernel takes one kind.
+    corners : (n_elements, c, d) array
+        Corners of each element, NaN where it has fewer [length].
     unit_length : float
         Length by which the arguments of the kernels are divided [length].
     """
 
-    @property
-    def dim(self) -> int: ...
-    @property
-    def components(self) -> int: ...
-    @property
-    def x(self) -> Array: ...
-    @property
-    def normal(self) -> Array: ...
-    @property
-    def smooth_normal(self) -> Array: ...
-    @property
-    def weight(self) -> Array: ...
-    @property
-    def weight_power(self) -> int: ...
-    @property
-    def measure(self) -> Array: ...
-    @property
-    def functions(self) -> dict[Hashable, Any]: ...
-    @property
-    def motions(self) -> Motions: ...
-    @property
-    def stresses(self) -> tuple[str, ...]: ...
-    @property
-    def element(self) -> Index: ...
-    @property
-    def first_node(self) -> Index: ...
-    @property
-    def kind(self) -> Index: ...
-    @property
-    def order(self) -> Index: ...
-    @property
-    def part(self) -> Index: ...
-    @property
-    def part_names(self) -> tuple[str, ...]: ...
-    @property
-    def unit_length(self) -> float: ...
-    @property
-    def n_nodes(self) -> int: ...
-    @property
-    def n_elements(self) -> int: ...
-    @property
-    def node_part(self) -> Index: ...
-    @property
-    def corner_nodes(self) -> Index: ...
-    @property
-    def corners(self) -> Array:
-        """Return corners of each element, (n_elements, c, d), NaN where it has fewer [length]."""
-        ...
-
-    @staticmethod
-    def around(x: Array) -> Array:
-        """Return the factor of integrals over elements at points (q, d): 1, or 2πr on rings."""
-        ...
-
-    def nodes_of(self, part: str) -> Index:
-        """Return the numbers of the nodes of a part, increasing."""
-        ...
-
-    def tangents(self, nodes: Index) -> Array:
-        """Return orthonormal tangents at nodes, (m, d-1, d)."""
-        ...
-
-    def tangents_to(self, normal: Array) -> Array:
-        """Return orthonormal tangents to unit vectors (m, d), (m, d-1, d), along the axes of
-        points."""
-        ...
-
-    def slip_directions(self, normal: Array) -> Array:
-        """Return orthonormal directions of slip for unit normals, (m, d-1, d).
-
-        They have the components of displacements: the tangents, and with torsion θ.
-        """
-        ...
-
-    def variables(self, nodes: Index) -> dict[str, Array]:
-        """Return the variables of expressions at nodes, (m,) each.
-
-        They are x, y (and z), nx, ny (and nz), and s on curves.
-        """
-        ...
-
-    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """Return the variables of expressions at positions, as in `Hits`, on elements (q,)."""
-        ...
-
-    def faces(self, *parts: str) -> tuple[Index, Faces]:
-        """Return the numbers of the elements of parts, increasing, and these elements for contact
-        search."""
-        ...
-
-    def basis_at(self, element: Index, place: Array) -> Any:
-        """Return the sparse matrix (q, n) from nodal values to values at positions, as in `Hits`,
-        on elements (q,)."""
-        ...
-
-    def lower_degree(self, kind: int, less: int = 1) -> Array:
-        """Return a basis (k, r) of polynomials of one or two degrees (`less`) lower, at an
-        element's k nodes.
-
-        The element has the given kind, of order 1 or more. The degree is at least 0.
-        """
-        ...
-
-    def with_hoop(self, stress: Array, across: Array) -> Array:
-        """Return the stress (m, d(d+1)/2) with all components.
-
-        On bodies of revolution the normal stress `across` (m,) the half section is inserted as the
-        third.
-        """
-        ...
-
-    def images(self, x: Array) -> list[Array]:
-        """Return points (m, d) and their mirror images.
-
-        The image of a half section looks from a point like the half section from the image of the
-        point.
-        """
-        ...
-
-    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """Return gradients (m, d, d) of displacements (m, d) at points, and the strain (m,) across
-        their plane.
-
-        The given gradients (m, d, k) are along the axes of points [-]. Both results include the
-        terms of bodies of revolution around the axis.
-        """
-        ...
-
-    def on_axis(self, u: Array) -> Array:
-        """Return nodal displacements (n, k), with u_r = 0 on the axis of a body of revolution."""
-        ...
-
-    def batches(self) -> list[Batch]:
-        """Return all elements, grouped by kind."""
-        ...
-
-    def elements(self, numbers: Index) -> Any:
-        """Return elements of one kind as the kernels need them, with their numbers in `index`."""
-        ...
-
-    def targets(self, nodes: Index | slice) -> Any:
-        """Return collocation nodes as the kernels need them."""
-        ...
-
-    def points(self, x: Array) -> Any:
-        """Return points (m, d) that are no nodes, as the kernels need them."""
-        ...
-
-
-class Collocated:
-    """Properties that follow from the elements' order and part and the nodes' element, in any
-    dimension."""
-
+    dim: ClassVar[int]
+    components: ClassVar[int]
+    weight_power: ClassVar[int]
+    motions: ClassVar[Motions]
+    stresses: ClassVar[tuple[str, ...]]
+    x: Array
+    normal: Array
+    weight: Array
+    element: Index
+    first_node: Index
     order: Index
     part: Index
     part_names: tuple[str, ...]
-    element: Index
-    normal: Array
-    weight: Array
-    tangents_to: Callable[[Array], Array]
+    if TYPE_CHECKING:  # fields of some meshes, and properties of others
+
+        @property
+        def kind(self) -> Index: ...
+        @property
+        def corners(self) -> Array: ...
+        @property
+        def unit_length(self) -> float: ...
+
+    @property
+    def smooth_normal(self) -> Array:
+        """Normals of the smooth surface that the elements stand for, along which bodies touch."""
+        return self.normal
 
     @property
     def measure(self) -> Array:
-        """The weights."""
+        """Weights of integrals over the elements themselves, for rings over their generating curve
+        [length^(d-1)]."""
         return self.weight
 
     @functools.cached_property
     def functions(self) -> dict[Hashable, Any]:
         """Samples of functions on parts, stored by the part and the function's name."""
         return {}
-
-    def slip_directions(self, normal: Array) -> Array:
-        """Return the tangents."""
-        return self.tangents_to(normal)
-
-    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
-        """Return the gradients, and no strain across."""
-        return gradient, np.zeros(len(x))
-
-    def on_axis(self, u: Array) -> Array:
-        """Return the displacements unchanged: there is no axis."""
-        return u
-
-    @staticmethod
-    def with_hoop(stress: Array, across: Array) -> Array:
-        """Return the stress unchanged."""
-        return stress
-
-    @staticmethod
-    def images(x: Array) -> list[Array]:
-        """Return the points alone: the mesh is the whole boundary."""
-        return [x]
-
-    @staticmethod
-    def around(x: Array) -> Array:
-        """Return the factor of integrals over elements at points (q, d): 1."""
-        return np.ones(len(x))
-
-    @property
-    def smooth_normal(self) -> Array:
-        """The normals, which such elements have exactly."""
-        return self.normal
 
     @property
     def n_nodes(self) -> int:
@@ -300,6 +133,105 @@ class Collocated:
     def nodes_of(self, part: str) -> Index:
         """Return the numbers of the nodes of a part, increasing."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))
+
+    def tangents(self, nodes: Index) -> Array:
+        """Return orthonormal tangents at nodes, (m, d-1, d)."""
+        return self.tangents_to(self.normal[nodes])
+
+    @staticmethod
+    @abc.abstractmethod
+    def tangents_to(normal: Array) -> Array:
+        """Return orthonormal tangents to unit vectors (m, d), (m, d-1, d), along the axes of
+        points."""
+
+    def slip_directions(self, normal: Array) -> Array:
+        """Return orthonormal directions of slip for unit normals, (m, d-1, d).
+
+        They have the components of displacements: the tangents, and with torsion θ.
+        """
+        return self.tangents_to(normal)
+
+    @abc.abstractmethod
+    def variables(self, nodes: Index) -> dict[str, Array]:
+        """Return the variables of expressions at nodes, (m,) each.
+
+        They are x, y (and z), nx, ny (and nz), and s on curves.
+        """
+
+    @abc.abstractmethod
+    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
+        """Return the variables of expressions at positions, as in `Hits`, on elements (q,)."""
+
+    @abc.abstractmethod
+    def faces(self, *parts: str) -> tuple[Index, Faces]:
+        """Return the numbers of the elements of parts, increasing, and these elements for contact
+        search."""
+
+    @abc.abstractmethod
+    def basis_at(self, element: Index, place: Array) -> Any:
+        """Return the sparse matrix (q, n) from nodal values to values at positions, as in `Hits`,
+        on elements (q,)."""
+
+    @staticmethod
+    @abc.abstractmethod
+    def lower_degree(kind: int, less: int = 1) -> Array:
+        """Return a basis (k, r) of polynomials of one or two degrees (`less`) lower, at an
+        element's k nodes.
+
+        The element has the given kind, of order 1 or more. The degree is at least 0.
+        """
+
+    @staticmethod
+    def around(x: Array) -> Array:
+        """Return the factor of integrals over elements at points (q, d): 1, or 2πr on rings."""
+        return np.ones(len(x))
+
+    @staticmethod
+    def with_hoop(stress: Array, across: Array) -> Array:
+        """Return the stress (m, d(d+1)/2) with all components.
+
+        On bodies of revolution the normal stress `across` (m,) the half section is inserted as the
+        third.
+        """
+        return stress
+
+    @staticmethod
+    def images(x: Array) -> list[Array]:
+        """Return points (m, d) and their mirror images.
+
+        The image of a half section looks from a point like the half section from the image of the
+        point. Other meshes are the whole boundary.
+        """
+        return [x]
+
+    def strained(self, x: Array, u: Array, gradient: Array) -> tuple[Array, Array]:
+        """Return gradients (m, d, d) of displacements (m, d) at points, and the strain (m,) across
+        their plane.
+
+        The given gradients (m, d, k) are along the axes of points [-]. Both results include the
+        terms of bodies of revolution around the axis.
+        """
+        return gradient, np.zeros(len(x))
+
+    def on_axis(self, u: Array) -> Array:
+        """Return nodal displacements (n, k), with u_r = 0 on the axis of a body of revolution."""
+        return u
+
+    @abc.abstractmethod
+    def batches(self) -> list[Batch]:
+        """Return all elements, grouped by kind."""
+
+    @abc.abstractmethod
+    def elements(self, numbers: Index) -> Any:
+        """Return elements of one kind as the kernels need them, with their numbers in `index`."""
+
+    @abc.abstractmethod
+    def targets(self, nodes: Index | slice) -> Any:
+        """Return collocation nodes as the kernels need them."""
+
+    @abc.abstractmethod
+    def points(self, x: Array) -> Any:
+        """Return points (m, d) that are no nodes, as the kernels need them."""
 
 
 def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:

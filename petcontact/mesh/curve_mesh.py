@@ -17,13 +17,13 @@ from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import hull_scale, round_loops
 from ..geometry.rotation import PLANE, Motions
 from .basis import COINCIDE, gauss, lagrange, legendre
-from .boundary_mesh import Batch, BoundaryMesh, Collocated
+from .boundary_mesh import Batch, BoundaryMesh
 from .elements import Elements, Targets
 from .pairs.curves import Curves
 
 
 @frozen
-class CurveMesh(Collocated):
+class CurveMesh(BoundaryMesh):
     """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of
     a plane body.
 
@@ -130,7 +130,7 @@ class CurveMesh(Collocated):
 
     @functools.cached_property
     def corner_nodes(self) -> Index:
-        """As in `Collocated`."""
+        """As in `BoundaryMesh`."""
         return np.asarray(self.first_node[np.flatnonzero(self.power)])
 
     @property
@@ -147,10 +147,6 @@ class CurveMesh(Collocated):
     def arc_length(self) -> Array:
         """Arc length of each node along its part, (n,) [length]."""
         return self.side_start[self.element] + 0.5 * (1.0 + self.xi) * self.length[self.element]
-
-    def tangents(self, nodes: Index) -> Array:
-        """Return outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""
-        return self.tangents_to(self.normal[nodes])
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:

@@ -17,7 +17,7 @@ from ..frozen import frozen
 from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
-from .boundary_mesh import Batch, Collocated
+from .boundary_mesh import Batch, BoundaryMesh
 from .curved.panels import CurvedPanels, make_curved_panels
 from .curved.smooth_normals import smooth_normals
 from .pairs.panel_faces import PanelFaces
@@ -28,7 +28,7 @@ TRIANGLE, CURVED = 4, 8
 
 
 @frozen
-class SurfaceMesh(Collocated):
+class SurfaceMesh(BoundaryMesh):
     """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 
     Attributes
@@ -129,10 +129,6 @@ class SurfaceMesh(Collocated):
         return SurfaceMesh(
             corners, self.order[elements], self.part[elements], self.part_names, middles
         )
-
-    def tangents(self, nodes: Index) -> Array:
-        """Return orthonormal tangents at nodes, (m, 2, 3)."""
-        return self.tangents_to(self.normal[nodes])
 
     @staticmethod
     def tangents_to(normal: Array) -> Array:

@@ -69,7 +69,7 @@ def test_a_drawer_jams_where_friction_is_more_than_its_length_over_twice_the_off
     ends = []
     for tau, sigma, _ in complementary_guesses(system, law, np.arange(4) < near):
         solver = DenseActiveSetSolver(system, None)
-        steps = pivots(solver, law, system.u_0, system.modes, tau, sigma=sigma, to_the_end=False)
+        steps = pivots(solver, law, system.u_0, system.modes, tau, sigma=sigma)
         step = list(itertools.islice(steps, 4))[-1]
         ends.append(step.wrong == 0 and not step.push.any())
         if ends[-1]:

@@ -10,10 +10,10 @@ and the right set gives the solution.
 
 Full exchanges may cycle, for example if bodies that only contact holds roll to and fro. If the
 number of wrong nodes has not fallen for some steps, damped steps follow (`line_search`). After them
-only the last of the wrong nodes moves, until the number falls. This block principal pivoting
-(Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot cycle, and ends for every P-matrix.
-S is one for Tresca's law, since its symmetric part is positive definite in the inner product of the
-weights.
+laws without normal components move only the last of the wrong nodes, until the number falls. This
+block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot cycle, and
+ends for every P-matrix. S is one for Tresca's law, since its symmetric part is positive definite in
+the inner product of the weights. For Coulomb's law `complementarity` finds the sets that cycle.
 """
 
 from __future__ import annotations
@@ -115,7 +115,6 @@ def pivots(
     sigma: Array | None = None,
     alpha: Array | None = None,
     predict: Predictor | None = None,
-    to_the_end: bool = True,
 ) -> Generator[Pivot, None, str]:
     """Yield steps until no node is wrong; return why there is no further step.
 
@@ -134,8 +133,6 @@ def pivots(
     predict : callable, optional
         Function of a pivot that returns a better next (τ, σ) than the plain exchange. It is called
         while full exchanges are allowed.
-    to_the_end : bool
-        Whether random and single exchanges follow when damped steps do not help.
     """
     rank = 0 if modes is None else len(modes.load)
     sigma = np.zeros_like(base) if sigma is None else sigma
@@ -143,7 +140,6 @@ def pivots(
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
     farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
-    shuffle: np.random.Generator | None = None
     search: LineSearch | None = None
     while True:
         linearised = Linearisation.from_law(law, tau)
@@ -172,7 +168,7 @@ def pivots(
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
             seen_sets.clear()
-        elif patience > 0 or not (search is None or search.goes_on):
+        else:
             patience -= 1
         if patience > 0 or len(wrong) == 0:
             tau, sigma = (revised, sigma) if predict is None else predict(step)
@@ -180,16 +176,9 @@ def pivots(
             search = search or LineSearch(law, base, modes)
             tau, rho = search.after(sigma, v, alpha)
             sigma, alpha = search.sigma, search.alpha
-        elif not to_the_end:
-            return "the sets repeat"
-        # exchanges of a random half of the nodes break most cycles; after 40, single ones break
-        # all
-        elif patience > -40:
-            shuffle = shuffle or np.random.default_rng(2019)
-            tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
         else:
             signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
-            if signature in seen_sets:
+            if len(law.groups) > 1 or signature in seen_sets:
                 return "the sets repeat"
             seen_sets.add(signature)
             tau = tau.copy()

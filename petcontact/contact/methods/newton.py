@@ -10,7 +10,6 @@ again from other sets.
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import field
@@ -38,7 +37,7 @@ from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, is_monolithic
 from .prediction import LOOSE, Foresight, first_guess, prediction
-from .starts import Guess, everywhere, frictionless, tau_of
+from .starts import Guess, everywhere, tau_of
 
 
 @frozen
@@ -153,7 +152,7 @@ class _Run:
             foretell,
         )
         self.recorder = Recorder(law, system, iteration)
-        self.ended, self.to_the_end = "", True
+        self.ended = ""
         self.last = deque[States](maxlen=PATIENCE)
         self.step: Pivot | None = None
 
@@ -177,8 +176,7 @@ class _Run:
         If contact cannot hold the loads, there is no further attempt.
         """
         state, failure = None, None
-        for to_the_end, (tau, sigma, v) in self._starts(first):
-            self.to_the_end = to_the_end
+        for tau, sigma, v in self._starts(first):
             try:
                 state = self._attempt(tau, sigma, v)
             except SolverError as error:
@@ -197,31 +195,22 @@ class _Run:
     def _overloaded(self) -> bool:
         return unbalanced_load(self.system.modes, self.law) is not None
 
-    def _starts(self, first: Guess) -> Iterator[tuple[bool, Guess]]:
-        """Yield starts of attempts, and whether the attempt is to break cycles.
+    def _starts(self, first: Guess) -> Iterator[Guess]:
+        """Yield starts of attempts: the first guess, then sets by complementary pivots.
 
-        Starts by complementary pivots are found sooner than the end of a cycle. Other starts follow
-        only if the problem is too large for pivots.
+        Nodes whose sets cycle are pivoted on alone, at most three times, then all that are near.
         """
-        yield False, first
-        pivoted, near, law = False, np.zeros(len(first[0]), dtype=bool), self.law
-        if type(law) is SignoriniCoulomb:
-            # nodes whose sets cycle are pivoted on alone, at most so often, then all that are near
-            for _ in range(3):
-                near = near | self._changing()
-                if self.step is None or not near.any():
-                    break
-                pieces = self.step.linearised, self.step.sigma
-                alone = complementary_guesses(self.system, law, near, pieces)
-                yield from ((False, guess) for guess in alone)
-            for guess in complementary_guesses(self.system, law, self._near()):
-                pivoted = True
-                yield False, guess
-        if not pivoted:
-            # each is made when it is its turn, as it may be a solve
-            once, again = itertools.tee(self._others(first))
-            yield from ((False, guess) for guess in once)
-            yield from ((True, guess) for guess in itertools.chain([first], again))
+        yield first
+        near, law = np.zeros(len(first[0]), dtype=bool), self.law
+        if type(law) is not SignoriniCoulomb:
+            return
+        for _ in range(3):
+            near = near | self._changing()
+            if self.step is None or not near.any():
+                break
+            pieces = self.step.linearised, self.step.sigma
+            yield from complementary_guesses(self.system, law, near, pieces)
+        yield from complementary_guesses(self.system, law, self._near())
 
     def _changing(self) -> Mask:
         """Return the nodes whose state differs among the last steps, (m,)."""
@@ -231,17 +220,6 @@ class _Run:
         """Return the nodes that were closed in the last steps, or all if there are none, (m,)."""
         closed = np.any([states != OPEN for states in self.last], axis=0)
         return closed if closed.any() else np.ones(len(closed), dtype=bool)
-
-    def _others(self, first: Guess) -> Iterator[Guess]:
-        tau, sigma, v = first
-        opened = self.law.states(tau) == OPEN
-        stuck = everywhere(tau, self.law, 0.0)
-        # of a law without normal components, or in plane Tresca friction, no attempt fails
-        yield from frictionless(self.solver, self.law, self.system, stuck)
-        if opened.any():
-            yield np.where(opened[:, None], tau, stuck), sigma, v
-        for slip in (0.0, 1.0, -1.0):
-            yield everywhere(tau, self.law, slip), np.zeros_like(sigma), self.system.u_0
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
         """Solve until no node is wrong, the sets repeat, or the loads have no equilibrium."""
@@ -292,7 +270,6 @@ class _Run:
             sigma=sigma,
             alpha=alpha,
             predict=self.foretell,
-            to_the_end=self.to_the_end,
         )
 
     def _touching(self, step: Pivot, against: bool) -> Array | None:

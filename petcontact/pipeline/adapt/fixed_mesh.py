@@ -29,7 +29,7 @@ from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
 from .difference import difference, displacement_difference, displacement_scale
-from .other_orders import other_faces_error, whole_error
+from .other_orders import whole_error
 from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
@@ -87,7 +87,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
 def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
     """Return the solution in space with its estimated error, as `with_estimate`."""
-    whole = other_faces = math.nan
+    whole = math.nan
     if solution.kind == "bilateral" or not solution.nodes:
         whole = whole_error(solution, solved_on)
     if not solution.nodes:
@@ -96,9 +96,7 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
                 solution, accuracy=replace(solution.accuracy, unknown="compare with a finer mesh")
             )
         return _estimated(solution, Accuracy(error=min(whole, 1.0)))
-    if solution.kind == "bilateral" and math.isnan(whole):
-        other_faces = other_faces_error(solution, solved_on)
-    error, of_resultants = TailErrors(solution).error(other_faces, whole)
+    error, of_resultants = TailErrors(solution).error(whole)
     return _estimated(solution, Accuracy(error=error, resultants=of_resultants))
 
 

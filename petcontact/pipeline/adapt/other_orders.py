@@ -121,43 +121,6 @@ def _changed_by(
     return _norm(mesh.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0
 
 
-def other_faces_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
-    """Return the error of u_t in bilateral contact that the other faces of the body cause, over
-    ‖u_t‖ [-].
-
-    It is a `share` of the change when the other faces get the order below. It includes a body that
-    is too stiff as a whole since its held face or its bending is poorly resolved. Tails do not show
-    that.
-
-    Parameters
-    ----------
-    solution, solved_on
-        As in `whole_error`.
-
-    Returns
-    -------
-    float
-        nan if unknown: if another face has panels of order 0 or 1, or above `MOST` nodes.
-    """
-    mesh, nodes = as_surface(solution.mesh), solution.contact.nodes
-    contact = np.zeros(mesh.n_elements, dtype=bool)
-    contact[mesh.element[nodes]] = True
-    order = mesh.order[~contact]
-    from_file = not solution.problem.body[0].geometry.has_inside
-    if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
-        return math.nan
-    gained = share(p := int(order.max()), p - 1, _exponent(solution, 0))
-    lower = _converged(solved_on, [other_order(mesh, ~contact, -1, gained)])
-    if lower is None:
-        return math.nan
-    return (
-        SURE
-        * gained
-        * _norm(solution.contact.weight, lower.contact.u_t - solution.contact.u_t)
-        / displacement_scale(solution)
-    )
-
-
 def _exponent(solution: Solution, number: int) -> float:
     """Return λ of a body; a part in contact slides if none of its nodes sticks."""
     sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())

@@ -40,12 +40,10 @@ HELD = 0.085
 [-]. These move the whole contact."""
 UNEVEN = 1.4
 """Relative error of u_t over the imbalance of the tractions [-]."""
-LINEAR = 1.65
-"""Factor on the error from other faces if these have linear panels [-]. Bending is of the next
-order, which their tails do not contain."""
-MOST = (1.3, 2.5)
-"""Largest error from other faces of order 2 and 3, over the one from their tails [-]. It bounds the
-estimate from the order below, which is too large if that order resolves little."""
+BESIDE = (1.0, 1.65, 1.3, 2.5)
+"""Largest error from other faces of order 0 to 3, over the one from their tails [-]. A body that is
+too stiff as a whole, as its bending is of the next order, has no tails that show it. The factors of
+orders 2 and 3 bound the change of u_t when the other faces get the order below."""
 EVENLY, EVEN = 0.4, 0.1
 """Error of resultants over the error of a nearly uniform p, which has one sign everywhere: 0.24 and
 0.32 for a ring on a shaft. `EVEN` is the largest variance of such a p over the square of its
@@ -149,7 +147,7 @@ class TailErrors:
                 )
         return result
 
-    def error(self, other_faces: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
+    def error(self, whole: float = math.nan) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
         [-].
 
@@ -157,9 +155,8 @@ class TailErrors:
         their tails over their own norm, with weights that fade out towards the rim of a part.
 
         The error of u_t over ‖u_t‖ is `whole` if that is given (see `whole_error`). Otherwise it is
-        the tail of u in the contact plus the error from other faces. The latter is `other_faces` if
-        that is given (see `other_faces_error`). Otherwise it follows from `slip_squares` and the
-        imbalance of tractions.
+        the tail of u in the contact plus the error from other faces. The latter follows from
+        `slip_squares` and the imbalance of tractions.
 
         Resultants have about the product of both errors, plus the imbalance. A uniform p has an
         error of one sign, which resultants then have, too. All errors include the bending of thin
@@ -191,12 +188,9 @@ class TailErrors:
         squares, (mesh,) = self.slip_squares(solution.last), self.meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
         scale, order = displacement_scale(solution), int(mesh.order[~contact].max(initial=0))
-        tails = math.hypot(math.sqrt(squares[~contact].sum()) / scale, UNEVEN * uneven)
-        if math.isnan(other_faces):
-            other_faces = tails * (LINEAR if order == 1 else 1.0)
-        else:
-            other_faces = math.hypot(min(other_faces, MOST[order - 2] * tails), UNEVEN * uneven)
-        error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, other_faces), 1.0)
+        beside = math.hypot(math.sqrt(squares[~contact].sum()) / scale, UNEVEN * uneven)
+        own = math.sqrt(squares[contact].sum()) / scale
+        error = min(math.hypot(own, BESIDE[order] * beside), 1.0)
         return error, worst * error + uneven
 
     def _of_pressure(self, step: StepResult, number: int) -> tuple[float, float, float]:
