@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 import scipy
@@ -14,6 +13,7 @@ import scipy
 from ..arrays import Array, Index
 from ..frozen import frozen
 from ..geometry.rotation import lifted
+from ..mesh.pairs.mortar import rounded
 from .body.base import ElasticBody
 
 
@@ -113,14 +113,6 @@ def contact_maps(
     """Return the maps between the contact directions of one body and those of all interfaces."""
     body, d = bodies[number], bodies[number].mesh.components
     k = directions_looked_for(d, interfaces)
-    if len(bodies) == 1 and all(face.primary is None for face in interfaces):
-        positions = places(body, interfaces)
-        frame = body.data.contact_frame
-        once = len(positions) == len(body.contact)  # a part may be the secondary of two contacts
-        if once and np.array_equal(
-            np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[positions]
-        ):
-            return _Reordered((k * positions[:, None] + np.arange(k)).ravel())
     seen, carried = list[_Triples](), list[_Triples]()
     for face, where in zip(interfaces, slices(interfaces).values(), strict=True):
         if face.body == number:
@@ -144,7 +136,7 @@ def contact_maps(
     shape = (k * sum(len(face.nodes) for face in interfaces), body.data.contact_directions.size)
     displacement = _sum_of(seen, shape)
     alike = all(face.primary != number for face in interfaces)
-    return _Combined(displacement, displacement if alike else _sum_of(carried, shape))
+    return ContactMaps(displacement, displacement if alike else _sum_of(carried, shape))
 
 
 _Triples = tuple[Array, Index, Index]
@@ -178,12 +170,14 @@ def _places_of(matrix: scipy.sparse.csr_array) -> tuple[Index, Index]:
 
 
 def _sum_of(parts: list[_Triples], shape: tuple[int, int]) -> scipy.sparse.csr_array:
-    """Return the sparse matrix of these triples without zeros; entries at one place are added."""
+    """Return the sparse matrix of these triples; entries at one place are added.
+
+    Cosines of equal directions are 0 or ±1 without round-off.
+    """
     if not parts:
         return scipy.sparse.csr_array(shape)
     entries, rows, columns = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-    there = np.flatnonzero(entries)
-    return scipy.sparse.csr_array((entries[there], (rows[there], columns[there])), shape=shape)
+    return rounded(scipy.sparse.csr_array((entries, (rows, columns)), shape=shape))
 
 
 def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
@@ -192,70 +186,32 @@ def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
     return np.asarray(np.searchsorted(body.contact, nodes))
 
 
-class ContactMaps(Protocol):
+@frozen
+class ContactMaps:
     """Maps between vectors along a body's contact directions (k m_c, ...) and along those of all
-    interfaces (k M, ...)."""
+    interfaces (k M, ...).
 
-    @property
-    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        """Matrices of `seen` and of the transpose of `carried`, (k M, k m_c) each."""
-        ...
-
-    def seen(self, moved: Array) -> Array:
-        """Return the v that a displacement of the body causes."""
-        ...
-
-    def carried(self, sigma: Array) -> Array:
-        """Return the tractions on the body that σ causes."""
-        ...
-
-    def felt(self, work: Array) -> Array:
-        """Return the transpose of `carried` times a vector on the body."""
-        ...
-
-
-@frozen
-class _Reordered:
-    """Maps of a single body whose contact directions are those of the interfaces, reordered."""
-
-    order: Index
-
-    @property
-    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        ones = scipy.sparse.identity(len(self.order), format="csr")[self.order]
-        return scipy.sparse.csr_array(ones), scipy.sparse.csr_array(ones)
-
-    def seen(self, moved: Array) -> Array:
-        return moved[self.order]
-
-    def carried(self, sigma: Array) -> Array:
-        result = np.empty_like(sigma)
-        result[self.order] = sigma
-        return result
-
-    felt = seen
-
-
-@frozen
-class _Combined:
-    """Maps by sparse matrices (k M, k m_c)."""
+    Attributes
+    ----------
+    displacement, traction : (k M, k m_c) sparse matrices
+        Matrices of `seen`, and of the transpose of `carried`.
+    """
 
     displacement: scipy.sparse.csr_array
     traction: scipy.sparse.csr_array
-
-    @property
-    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        return self.displacement, self.traction
 
     @functools.cached_property
     def _onto_body(self) -> scipy.sparse.csc_array:
         return scipy.sparse.csc_array(self.traction.T)
 
     def seen(self, moved: Array) -> Array:
+        """Return the v that a displacement of the body causes."""
         return np.asarray(self.displacement @ moved)
 
     def carried(self, sigma: Array) -> Array:
+        """Return the tractions on the body that σ causes."""
         return np.asarray(self._onto_body @ sigma)
 
     def felt(self, work: Array) -> Array:
+        """Return the transpose of `carried` times a vector on the body."""
         return np.asarray(self.traction @ work)

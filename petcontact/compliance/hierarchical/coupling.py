@@ -180,7 +180,9 @@ class Coupling:
         self._pick = _selection(numbers, self._place, (k * m, q))
         moved, carried = (
             scipy.sparse.hstack(parts).tocsr()
-            for parts in zip(*(body_maps.matrices for body_maps in maps), strict=True)
+            for parts in zip(
+                *((body_maps.displacement, body_maps.traction) for body_maps in maps), strict=True
+            )
         )
         self.opposite = matrix_of(moved - self._turn @ self._pick)
         self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0

@@ -36,7 +36,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, is_monolithic
-from .prediction import LOOSE, Foresight, first_guess, prediction
+from .prediction import LOOSE, Foresight, prediction
 from .starts import Guess, everywhere, tau_of
 
 
@@ -65,27 +65,18 @@ class SemismoothNewton:
         The criterion's tolerance bounds the relative residuals of converged results.
         """
         linear = system.modes is None or law.groups[0].stop == 1
-        # a step with a dense S costs less than a prediction, which then is for sets that its own
-        # steps do not find soon
-        late = self.predict is None and not system.matrix_free and len(law.groups) > 1
         predict = self.predict
         if predict is None:
-            # up to here more of its own steps cost less than to set T up
-            predict = linear and (late or system.matrix_free or system.u_0.size > 300)
+            # steps with a dense S cost less than T does to set up, except many for Tresca's law
+            many = system.u_0.size > 300 and len(law.groups) == 1
+            predict = linear and (system.matrix_free or many)
         # a mixed system's step costs no more than T does to set up
-        mixed = is_monolithic(system)
-        surrogate = (
-            prediction(system)
-            if not mixed and (system.matrix_free or (predict and not late))
-            else None
-        )
+        mixed, asked = is_monolithic(system), system.matrix_free or predict
+        surrogate = prediction(system) if asked and not mixed else None
+        foretell = None
         if surrogate is not None:
             surrogate.rtol = LOOSE
-        foretell = (
-            Foresight(system, law, surrogate)
-            if predict and (late or surrogate is not None)
-            else None
-        )
+            foretell = Foresight(system, law, surrogate) if predict else None
         solver: LinearSolver
         if is_monolithic(system):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
@@ -127,9 +118,8 @@ def _first_guess(
         if sigma.any():
             tau = next_tau(Linearisation.from_law(law, tau), law, sigma, v, 0.0)[0]
         return tau, sigma, v
-    if foretell is not None and foretell.surrogate is not None:
-        sigma, v = first_guess(system, foretell.surrogate, solver)
-        return *foretell.through(foretell.surrogate, sigma, v, stuck), v
+    if foretell is not None:
+        return foretell.first(solver, stuck)
     return stuck, np.zeros_like(base), base
 
 
