@@ -128,28 +128,17 @@ def graded_breaks(
         [[0.0], options.resolved_grading ** np.arange(options.levels, -1.0, -1.0)]
     )
     pieces = [np.array([0.0])]
-    for k, (a, b) in enumerate(itertools.pairwise(marks)):
-        length = b - a
-        if singular[k] and singular[k + 1]:
-            half = 0.5 * length
-            points = np.concatenate([a + half * graded, (b - half * graded)[-2::-1]])
-        elif singular[k]:
-            points = a + length * graded
-        elif singular[k + 1]:
-            points = (b - length * graded)[::-1]
-        else:
-            points = np.array([a, b])
+    largest = min(math.inf if size is None else size / side.length, largest_turn(side))
+    for (a, b), (first, last) in zip(
+        itertools.pairwise(marks), itertools.pairwise(singular), strict=True
+    ):
+        reach = (0.5 if first and last else 1.0) * (b - a)
+        up, down = (reach * (graded if towards else graded[:1]) for towards in (first, last))
+        # where both are graded they meet in the middle, which is one point
+        points = np.concatenate([a + up, (b - down)[-2::-1]] if first or last else [[a], [b]])
         points[0], points[-1] = a, b
-        pieces.append(_split(points, _largest(side, size))[1:])
+        pieces.append(_split(points, largest)[1:])
     return np.concatenate(pieces)
-
-
-def _largest(side: Side, size: float | None) -> float:
-    """Return the size of the largest element, as a fraction of the side.
-
-    An element of an arc turns by 30 degrees at most.
-    """
-    return min(math.inf if size is None else size / side.length, largest_turn(side))
 
 
 def largest_turn(side: Side) -> float:

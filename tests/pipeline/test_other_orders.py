@@ -61,7 +61,7 @@ def test_the_error_of_coarse_sides_is_bounded():
     fine = solve(block(2, 1.0 / 3.0, beside=1.0))
     for order, beside in ((1, 4.0), (2, 2.0), (3, 2.0)):
         solution = solve(block(order, 0.5, beside=beside))
-        assert 1.0 < solution.accuracy.error / apart(solution, fine) < 4.0
+        assert 1.0 < solution.accuracy.error / apart(solution, fine) < 5.0
 
 
 def test_panels_of_the_highest_order_have_none():
