@@ -4,8 +4,8 @@ free to move."""
 from __future__ import annotations
 
 import numpy as np
+from reduced_system import ReducedSystem
 
-from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.system import Modes
 
 

@@ -3,15 +3,13 @@ E σ + f = 0."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array
 from ..contact.system import ContactSystem, Modes, Surrogate
-from ..runtime.petsc import petsc
-from .contact_compliance import ContactCompliance, DenseCompliance, MakeSurrogate
+from .contact_compliance import ContactCompliance, MakeSurrogate
 
 
 class Joint(Protocol):
@@ -95,27 +93,3 @@ class ComposedSystem:
     def surrogate(self) -> Surrogate | None:
         """Return the surrogate T of S, or None."""
         return self._operator.surrogate()
-
-
-class ReducedSystem(ComposedSystem):
-    """A contact system whose S is a given dense matrix (m k, m k) [length/stress].
-
-    Component c of node i has number k i + c.
-
-    >>> import numpy as np
-    >>> system = ReducedSystem(np.array([[-1.0]]), np.array([[2.0]]), np.ones(1))
-    >>> v, sigma = system.robin(1.0, np.zeros((1, 1)))
-    >>> float(v[0, 0]), float(sigma[0, 0])
-    (-0.3333333333333333, 0.3333333333333333)
-    """
-
-    def __init__(
-        self,
-        u_0: Array,
-        compliance: Array,
-        weight: Array,
-        modes: Modes | None = None,
-        surrogate: Callable[[], Surrogate | None] | None = None,
-    ) -> None:
-        operator = DenseCompliance(compliance, petsc().COMM_SELF, surrogate or (lambda: None))
-        super().__init__(u_0, weight, modes, operator)

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..runtime.petsc import petsc
 from .ksp import LinearSolver, SolverFront
-from .row_layout import even_ranges
+from .row_layout import even_ranges, everywhere
 
 RESTART = 200
 """Directions that GMRES keeps: its products are worth more than these vectors."""
@@ -39,7 +39,7 @@ class Krylov(SolverFront):
         self._shape, self._prefix, self._text = shape, prefix, text
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy
-        self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
+        self._comm = comm
         first, last = even_ranges(size, comm.getSize())[comm.getRank()]
         self._own, layout = slice(first, last), (last - first, size)
         self._matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
@@ -50,7 +50,7 @@ class Krylov(SolverFront):
             "iterate",
             ksp_type="gmres",
             pc_type="python",
-            context=_Preconditioner(self),
+            context=self,
         )
         self._x, self._b = self._matrix.createVecs()
 
@@ -58,7 +58,7 @@ class Krylov(SolverFront):
         """The matrix of type python."""
         y.setArray(self._product(self._whole(x)).ravel()[self._own])
 
-    def precondition(self, x: Any, y: Any) -> None:
+    def apply(self, pc: Any, x: Any, y: Any) -> None:
         """The preconditioner of type python."""
         y.setArray(self._precondition(self._whole(x)).ravel()[self._own])
 
@@ -95,16 +95,4 @@ class Krylov(SolverFront):
 
     def _whole(self, vector: Any) -> Array:
         own = vector.getArray(readonly=True)
-        whole = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
-        return np.asarray(whole).reshape(self._shape)
-
-
-class _Preconditioner:
-    def __init__(self, owner: Krylov) -> None:
-        self._owner = owner
-
-    def apply(self, pc: Any, x: Any, y: Any) -> None:
-        self._owner.precondition(x, y)
-
-    def view(self, pc: Any, viewer: Any) -> None:
-        self._owner.view(pc, viewer)
+        return everywhere(own, self._comm).reshape(self._shape)

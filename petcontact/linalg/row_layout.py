@@ -21,4 +21,9 @@ def everywhere(local: Array, comm: Any) -> Array:
     """All rows (n, ...) on every rank, from each rank's. Collective."""
     if comm.getSize() == 1:
         return local
-    return np.asarray(np.concatenate(comm.tompi4py().allgather(local)))
+    return np.asarray(np.concatenate(comm.tompi4py().allgather(np.array(local))))
+
+
+def summed(values: Array, comm: Any) -> Array:
+    """The sum of the values of all ranks, on every rank. Collective."""
+    return values if comm.getSize() == 1 else np.asarray(comm.tompi4py().allreduce(values))

@@ -123,6 +123,16 @@ class SurfaceMesh(BoundaryMesh):
         """A quarter of the edge of the cube with the same surface [length]."""
         return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
 
+    def sides_of(self, panels: Index) -> tuple[Index, Index, Array]:
+        """Return the panel of each side of panels and its number there, (s,) each, and the sides'
+        starts, ends and middles, (3, s, 3) [length]."""
+        count = np.where(self.kind[panels] & TRIANGLE, 3, 4)
+        panel = np.repeat(panels, count)
+        k = np.arange(len(panel)) - np.repeat(np.cumsum(count) - count, count)
+        corners, after = self.corners[panel], (k + 1) % np.repeat(count, count)
+        row = np.arange(len(panel))
+        return panel, k, np.stack([corners[row, k], corners[row, after], self.middles[panel, k]])
+
     def reordered(self, elements: Index) -> SurfaceMesh:
         """Return the mesh of the panels `elements`, in this order."""
         corners, middles = self.corners[elements], self.middles[elements]

@@ -51,7 +51,6 @@ def test_rows_to_the_tolerance(name, tol, rng):
     matrix = compressed(operator, tol)
     # many small loops close together are sampled at the limit
     assert row_error(matrix, dense(operator)) <= (25 if name == "holes" else 5) * tol
-    assert 0 < matrix.rank < matrix.shape[0]
 
 
 @pytest.mark.parametrize("seed", range(3))

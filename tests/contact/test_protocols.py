@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import scipy
 from half_space import half_plane, half_plane_on, pressed
+from reduced_system import ReducedSystem
 
 import petcontact.contact
 from petcontact import InputError, Method
-from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.active_set.pivots import next_tau
 from petcontact.contact.criterion import Criterion, natural_residuals
 from petcontact.contact.iteration import Iteration

@@ -15,6 +15,7 @@ import scipy
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
+from ...linalg.row_layout import everywhere, summed
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
@@ -63,7 +64,7 @@ class HodlrBody(ElasticBody):
                 if r
                 else np.zeros((own_rows.stop - own_rows.start, 0))
             )
-            self._seen = self._summed(self._gauge, self._moved)
+            self._seen = summed(self._gauge @ self._moved, comm)
             self._load(self._compressed.loads)
         size = operators.data.contact_directions.size
         self.compliance = None
@@ -109,26 +110,20 @@ class HodlrBody(ElasticBody):
         unknowns, beta = self._bordered(
             self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel())
         )
-        return np.concatenate([self._compressed.everywhere(unknowns), beta])
+        return np.concatenate([everywhere(unknowns, self._compressed.comm), beta])
 
     def describe(self) -> str:
         """Return the text for the verdict: the storage and its tolerance."""
         return f"condensed, hodlr {self._compressed.bem.hodlr_tol:g}"
-
-    def _summed(self, rows: Array, x: Array) -> Array:
-        """Return some rows times x, summed over the ranks."""
-        own = rows @ x
-        comm = self._compressed.comm
-        return np.asarray(own if comm.getSize() == 1 else comm.tompi4py().allreduce(own))
 
     def _bordered(self, rhs: Array) -> tuple[Array, Array]:
         """Return this rank's part of the solution x of the bordered system, and β."""
         x = self._compressed.solve(rhs)
         if not len(self._gauge):
             return x, np.zeros(0)
-        beta = np.linalg.solve(self._seen, self._summed(self._gauge, x))
+        beta = np.linalg.solve(self._seen, summed(self._gauge @ x, self._compressed.comm))
         x = x - self._moved @ beta
-        return x, beta + self._summed(self._pins, x)
+        return x, beta + summed(self._pins @ x, self._compressed.comm)
 
 
 def pinned(motions: Array, free: Mask) -> Array:

@@ -10,12 +10,12 @@ from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
 from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
+from ...linalg.row_layout import everywhere
 from ...mesh.curve_mesh import as_curve
 from ...model.solver_options import Bem
 from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank
-from ..contact_vectors import ContactVectors
 from .stretches import stretches_of
 
 
@@ -46,7 +46,6 @@ class CompressedOperators:
         border: tuple[Array, Array] | None = None,
     ) -> None:
         self.operators, self.comm, self.bem = operators, comm, bem
-        self.contact = ContactVectors(operators, comm)
         self._units = column_units(operators)
         # the compression has its own threads: each works on a subtree, with one BLAS thread
         with one_blas_thread():
@@ -61,10 +60,11 @@ class CompressedOperators:
             with stage("factor"):
                 self._factor = factor(self._system, use_up=True)
                 self._spare()
-        self._here, self.here = (
-            slice(*own),
-            slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1]),
-        )
+        d, data = operators.kernel.dim, operators.data
+        self._here, self.here = slice(*own), slice(d * own[0], d * own[1])
+        first, last = np.searchsorted(data.contact_nodes, own).tolist()
+        self._contact = slice(*(data.contact_shape[1] * place for place in (first, last)))
+        self._local = data.contact_unknowns[self._contact] - d * own[0]
 
     def _spare(self) -> None:
         # with this many nodes saved memory is worth the page faults when it is needed again
@@ -79,7 +79,7 @@ class CompressedOperators:
     def traction_to_rhs(self, sigma: Array) -> Array:
         """Return G_Ct σ on this rank's nodes, for one σ (m k,) or several (m k, s)."""
         padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
-        padded[self._is_contact] = sigma[self.contact.here] / self.operators.traction_scale
+        padded[self._is_contact] = sigma[self._contact] / self.operators.traction_scale
         return np.asarray(self._rhs_columns @ padded)
 
     def solve(self, rhs: Array) -> Array:
@@ -87,26 +87,14 @@ class CompressedOperators:
         unknowns = np.asarray(self._factor.solve(rhs))
         return unknowns if self._units is None else (unknowns.T * self._units[self._here].ravel()).T
 
-    def everywhere(self, unknowns: Array) -> Array:
-        """Return all unknowns on every rank, from the unknowns of each rank."""
-        return self.contact.everywhere(unknowns)
-
     def on_contact(self, unknowns: Array) -> Array:
         """Return u along the contact directions, (m k,) or (m k, s), from each rank's unknowns."""
-        return self.contact.everywhere(unknowns[self.contact.local_unknowns])
+        return everywhere(unknowns[self._local], self.comm)
 
     @property
     def nbytes(self) -> int:
         """Memory of the compressed operators and the factorisation on all ranks [bytes]."""
         return int(self._system.nbytes + self._rhs_columns.nbytes + self._factor.nbytes)
-
-    def describe(self) -> str:
-        """Return the text for the verdict: tolerance, leaf size, largest rank and memory."""
-        return (
-            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank "
-            f"{self._system.rank}, "
-            f"{self.nbytes / 1e6:.1f} MB"
-        )
 
     def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
         # samples use some rows and columns, a random probe uses all. If the probe misses the

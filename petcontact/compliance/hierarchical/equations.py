@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...linalg.row_layout import everywhere, summed
 from ...round_off import HALF
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
@@ -46,7 +47,6 @@ class MixedEquations:
         self.rows, self.coupling, self.comm = rows, coupling, comm
         self.defect = 0.0
         self.rank, ranks = comm.getRank(), comm.getSize()
-        self._mpi = comm.tompi4py() if ranks > 1 else None
         spans = [
             [
                 np.arange(*body.bounds[r : r + 2]) + offset
@@ -361,14 +361,14 @@ class MixedEquations:
     def whole(self, own: Array) -> Array:
         """Return a whole vector: the unknowns body after body, then those of rigid motions.
         Collective."""
-        gathered = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
+        gathered = everywhere(own, self.comm)
         result = np.array(gathered)
         result[self._order] = gathered[: len(self._order)]
         return result
 
     def sum(self, values: Array) -> Array:
         """Return the sum over the ranks."""
-        return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
+        return summed(values, self.comm)
 
     def _sizes(self, x: Array) -> Array:
         """Return the norm of each body's part of a whole vector."""

@@ -106,18 +106,12 @@ class HMatrix:
     def mult(self, x: Array) -> Array:
         """A x for a vector over all columns: these rows, (rows,)."""
         filled = np.concatenate([x, np.zeros(FULL)])
-        return self._over_parts(lambda part, y: self._multiply(part, filled, y))
-
-    __matmul__ = mult
-
-    def _over_parts(self, add: Callable[[int, Array], None]) -> Array:
-        """Sum of what each thread adds to a vector of its own."""
-        sums = np.zeros((self.threads, self.shape[0] + FULL))
+        sums = np.zeros((self.threads, self.shape[0] + FULL))  # a vector for each thread
         shares = np.array_split(np.arange(len(self._chunks)), self.threads)
 
         def work(thread: int) -> None:
             for chunk in shares[thread].tolist():
-                add(chunk, sums[thread])
+                self._multiply(chunk, filled, sums[thread])
 
         if self.threads == 1:
             work(0)
@@ -125,6 +119,8 @@ class HMatrix:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(work, range(self.threads)))
         return np.asarray(sums.sum(axis=0) if self.threads > 1 else sums[0])[: self.shape[0]]
+
+    __matmul__ = mult
 
     def _multiply(self, number: int, x: Array, y: Array) -> None:
         work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)

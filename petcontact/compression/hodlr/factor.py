@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from ...arrays import Array
@@ -13,17 +11,9 @@ from .subtrees import Forest
 
 
 class Factorisation:
-    """The inverse of a compressed square operator; `factor` makes one.
+    """The inverse of a compressed square operator; `factor` makes one."""
 
-    Attributes
-    ----------
-    shape : (int, int)
-    seconds : float
-        Wall time of the factorisation.
-    """
-
-    def __init__(self, matrix: HODLR, forest: Forest, seconds: float) -> None:
-        self.shape, self.seconds = matrix.shape, seconds
+    def __init__(self, forest: Forest) -> None:
         self._forest = forest
 
     def solve(self, b: Array) -> Array:
@@ -50,7 +40,6 @@ def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
     numpy.linalg.LinAlgError
         If a block to eliminate is singular.
     """
-    start = time.perf_counter()
     if not matrix.operator.square:
         raise ValueError(
             "only an operator with as many columns as rows at every node can be factorised"
@@ -61,5 +50,4 @@ def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
     if matrix.top is not None:
         top = eliminate(matrix.top, workers.gather([part.left[0] for part in parts]), use_up)
     left = np.array(workers.gather([len(part.left[0].values) for part in parts]))
-    forest = matrix.forest.like(parts, top, left)
-    return Factorisation(matrix, forest, time.perf_counter() - start)
+    return Factorisation(matrix.forest.like(parts, top, left))

@@ -49,14 +49,6 @@ class Level:
         """Memory of the blocks [bytes]."""
         return self.near.nbytes + self.row_combine.nbytes + self.column_combine.nbytes
 
-    @property
-    def rank(self) -> int:
-        """The most rows or columns that a compressed cluster keeps."""
-        bases = [
-            (c.row_basis, c.column_basis) for c in self.clusters if c.row_basis and c.column_basis
-        ]
-        return max((len(basis.kept) for pair in bases for basis in pair), default=0)
-
 
 def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
     """One level from its compressed clusters, whose blocks are in `near`. Their own bases are

@@ -4,7 +4,6 @@ products with them."""
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -44,10 +43,6 @@ class HODLR:
     shape : (int, int)
         Rows and columns of the whole operator.
     first_node, last_node : int
-    tolerance : float
-        The relative error asked for.
-    seconds : float
-        Wall time of the compression.
     """
 
     def __init__(
@@ -57,7 +52,6 @@ class HODLR:
         top: Stack | None,
         workers: Workers,
         split: Split,
-        seconds: float,
     ) -> None:
         self.operator, self.parts, self.top, self.workers, self.split = (
             operator,
@@ -69,7 +63,6 @@ class HODLR:
         bounds = split.bounds
         self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
         self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
-        self.tolerance, self.seconds = operator.tolerance, seconds
         lengths = np.array([part.levels[0].near.shape[1] for part in parts])
         kept = np.array(workers.gather([len(part.levels[-1].kept_rows) for part in parts]))
         first = sum(workers.gather([len(parts)])[: workers.rank])
@@ -93,23 +86,13 @@ class HODLR:
         col_offsets : (n+1,) int array
             As for `compress`.
         """
-        start = time.perf_counter()
         operator = self.operator.beside(entries, np.asarray(col_offsets, dtype=np.int64))
-        return _build(operator, self.workers, self.split, start, self)
+        return _build(operator, self.workers, self.split, self)
 
     @property
     def nbytes(self) -> int:
         """Memory of the blocks on all ranks [bytes]. Collective."""
         return sum(self.workers.gather([self.forest.nbytes]))
-
-    @property
-    def rank(self) -> int:
-        """The most rows or columns that a compressed cluster keeps. Collective."""
-        stacks = [*self.parts, *([self.top] if self.top else [])]
-        return max(
-            self.workers.gather([level.rank for stack in stacks for level in stack.levels]),
-            default=0,
-        )
 
     def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> float:
         """Largest error of a few random rows, over the 2-norm of the longest of the exact ones.
@@ -213,7 +196,6 @@ def compress(
     Sci. Comput. 34 (2012): recursive skeletonisation. N. Halko, P.-G. Martinsson, J. A. Tropp, SIAM
     Rev. 53 (2011): sketches.
     """
-    start = time.perf_counter()
     points = np.asarray(points, dtype=np.float64)
     offsets = [np.asarray(o, dtype=np.int64) for o in (row_offsets, col_offsets)]
     workers = Workers(threads, comm)
@@ -234,14 +216,11 @@ def compress(
     first, last = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
     cuts = first + even_bounds(last - first, max(1, min(threads, (last - first) // leaf)))
     ranges = [(int(a), int(b)) for a, b in itertools.pairwise(cuts)]
-    return _build(operator, workers, Split(bounds, ranges, leaf), start)
+    return _build(operator, workers, Split(bounds, ranges, leaf))
 
 
-def _build(
-    operator: Operator, workers: Workers, split: Split, start: float, like: HODLR | None = None
-) -> HODLR:
-    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given;
-    `start` is when it began."""
+def _build(operator: Operator, workers: Workers, split: Split, like: HODLR | None = None) -> HODLR:
+    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given."""
     whole = len(workers.gather(split.ranges)) == 1
     models: Sequence[Stack | None] = like.parts if like is not None else [None] * len(split.ranges)
     parts = workers.map(
@@ -255,4 +234,4 @@ def _build(
         top = workers.at_root(
             lambda: build_top(operator, roots, like.top if like is not None else None)
         )
-    return HODLR(operator, parts, top, workers, split, time.perf_counter() - start)
+    return HODLR(operator, parts, top, workers, split)

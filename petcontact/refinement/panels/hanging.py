@@ -101,11 +101,8 @@ def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved):
         return mesh
-    count = np.where(np.isnan(mesh.corners[curved, 3, 0]), 3, 4)
-    panel, k = np.repeat(curved, count), np.concatenate([np.arange(n) for n in count.tolist()])
-    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
-    start, middle = mesh.corners[panel, k], mesh.middles[panel, k]
-    sides = _Sides(start, mesh.corners[panel, after], middle, panel, place)
+    panel, k, points = mesh.sides_of(curved)
+    sides = _Sides(*points, panel, place)
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
@@ -134,18 +131,15 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved) or not len(places):
         return result
-    count = np.where(np.isnan(mesh.corners[curved, 3, 0]), 3, 4)
-    panel, k = np.repeat(curved, count), np.concatenate([np.arange(n) for n in count.tolist()])
-    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
-    start, middle, stop = mesh.corners[panel, k], mesh.middles[panel, k], mesh.corners[panel, after]
-    length = np.linalg.norm(stop - start, axis=1)
-    first, last, at = numbered(np.concatenate([start, stop, middle])).reshape(3, -1)
+    panel, k, points = mesh.sides_of(curved)
+    length = np.linalg.norm(points[1] - points[0], axis=1)
+    first, last, at = numbered(points.reshape(-1, 3)).reshape(3, -1)
     short = np.full(1 + max(first.max(), last.max(), at.max()), np.inf)
     for ends in (first, last):
         np.minimum.at(short, ends, length)
-    asked = scipy.spatial.cKDTree(places).query(middle)[0] <= length
+    asked = scipy.spatial.cKDTree(places).query(points[2])[0] <= length
     panel, k = panel[asked], k[asked]
-    off = _off(surface, mesh.part[panel], start[asked], stop[asked], middle[asked])
+    off = _off(surface, mesh.part[panel], *points[:, asked])
     over = off > np.minimum(share * short[at[asked]], most)
     result[panel[over], k[over] % 2] = True
     return result

@@ -348,14 +348,8 @@ def _loop(mesh: SurfaceMesh, panels: Index) -> Array | None:
 
     The result is None if they do not form one loop.
     """
-    count = np.where(np.isnan(mesh.corners[panels, 3, 0]), 3, 4)
-    panel, k = (
-        np.repeat(panels, count),
-        np.concatenate([np.arange(n) for n in (0, *count.tolist())]),
-    )
-    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
-    start, stop, middle = mesh.corners[panel, k], mesh.corners[panel, after], mesh.middles[panel, k]
-    if not len(panel) or np.isnan(middle).any():
+    start, stop, middle = mesh.sides_of(panels)[2]
+    if not len(start) or np.isnan(middle).any():
         return None
     first, last = numbered(np.concatenate([start, stop])).reshape(2, -1).tolist()
     inner = {*zip(last, first, strict=True)}

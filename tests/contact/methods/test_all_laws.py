@@ -11,9 +11,9 @@ import pytest
 from half_space import half_plane, half_space, pressed
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reduced_system import ReducedSystem
 
 from petcontact import InputError, Method
-from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK

@@ -1,0 +1,18 @@
+"""A contact system from a matrix, without bodies."""
+
+from __future__ import annotations
+
+from petcontact.compliance.composed import ComposedSystem
+from petcontact.compliance.contact_compliance import DenseCompliance
+from petcontact.runtime.petsc import petsc
+
+
+class ReducedSystem(ComposedSystem):
+    """A contact system whose S is a given dense matrix (m k, m k) [length/stress].
+
+    Component c of node i has number k i + c.
+    """
+
+    def __init__(self, u_0, compliance, weight, modes=None, surrogate=None):
+        operator = DenseCompliance(compliance, petsc().COMM_SELF, surrogate or (lambda: None))
+        super().__init__(u_0, weight, modes, operator)
