@@ -28,7 +28,7 @@ from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import LARGEST, HalfSpace, half_space
 from .hessenberg import shared_by
-from .interface import ContactMaps, contact_maps, directions_looked_for, places
+from .interface import ContactMaps, contact_maps, directions_looked_for, places, slices
 from .interface import Interface as Interface
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
@@ -99,9 +99,8 @@ class BodiesSystem:
         mesh, none = bodies[0].mesh, np.zeros(0)
         self.components, self.motions = mesh.components, mesh.motions
         self.k = directions_looked_for(self.components, interfaces)
-        ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
-        self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
-        self.size = int(ends[-1])
+        self.slices = list(slices(interfaces).values())
+        self.size = sum(len(face.nodes) for face in interfaces)
         self.weight = np.concatenate(
             [none, *(bodies[i.body].mesh.weight[i.nodes] for i in interfaces)]
         )

@@ -67,9 +67,6 @@ class Discrete:
         How the two sides of each interface lie opposite; None if the primary is not a body.
     volumes : list of VolumeSolution
         Particular solution of each body; None without volume loads.
-    adapted : bool
-        Whether the meshes were made by refinement and not from the problem's options. Users are
-        then not advised to choose other options.
     """
 
     problem: Problem
@@ -84,7 +81,6 @@ class Discrete:
     of_meshes: list[Finding] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
-    adapted: bool = False
 
     @property
     def sides(self) -> tuple[PosedInterface, ...]:
@@ -173,7 +169,6 @@ def discretise(
         of_meshes if like is None else like.of_meshes,
         facings,
         volumes,
-        make_mesh is not None,
     )
 
 
