@@ -1,2 +1,2 @@
-"""H-matrices: clusters of elements in space, blocks of low rank by adaptive cross approximation,
-products with vectors."""
+"""H-matrices. Elements in space are put into clusters. Blocks between far clusters have low rank by
+adaptive cross approximation. The matrix is applied to vectors."""

@@ -1,5 +1,5 @@
-"""Clusters of whole elements in space, and the blocks between them: dense where they are near, of
-low rank where not."""
+"""Clusters of whole elements in space, and the blocks between them. Blocks of near clusters are
+dense, those of far clusters have low rank."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 
 ETA = 4.0
-"""Two clusters are far from one another if the smaller diameter is at most so many times their
-distance; with 4 a fifth less memory than with 2, at the same price."""
+"""Two clusters are far from one another if the smaller diameter is at most this many times their
+distance. The value 4 takes a fifth less memory than 2 in the same time."""
 
 
 @frozen
 class Clusters:
-    """A binary tree over elements, put in order so that every cluster is a range of them and of
-    their nodes.
+    """A binary tree over elements. Elements and nodes are ordered so that each cluster is a range
+    of them.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class Clusters:
 
     @property
     def leaves(self) -> Index:
-        """Clusters without children, by their nodes."""
+        """The numbers of clusters without children, in the order of their nodes."""
         found = np.flatnonzero(self.children[:, 0] < 0)
         return found[np.argsort(self.first[found])]
 
     def cut(self, most: int) -> Index:
-        """The largest clusters of at most `most` nodes (or leaves), which share out all nodes, by
-        their nodes."""
+        """Return the largest clusters with at most `most` nodes, or leaves. Together they hold
+        every node once, and they follow the order of the nodes."""
         small = (self.last - self.first <= most) | (self.children[:, 0] < 0)
         parent = np.full(len(self.first), -1)
         inner = np.flatnonzero(self.children[:, 0] >= 0)
@@ -100,8 +100,8 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
 
 @frozen
 class Blocks:
-    """Blocks that tile rows first to last of the matrix: row and column cluster of each, and which
-    are of low rank.
+    """Blocks that tile the rows of a matrix: their row clusters, their column clusters, and whether
+    they have low rank.
 
     Attributes
     ----------
@@ -114,12 +114,12 @@ class Blocks:
     far: Mask
 
     def take(self, chosen: Index | Mask) -> Blocks:
-        """The blocks with these numbers."""
+        """Return the blocks with these numbers."""
         return Blocks(self.row[chosen], self.column[chosen], self.far[chosen])
 
 
 def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask:
-    """Whether the smaller diameter is at most η times the distance of the boxes."""
+    """Return whether the smaller diameter is at most η times the distance of the boxes."""
     gap = np.maximum(
         np.maximum(tree.low[row] - tree.high[column], tree.low[column] - tree.high[row]), 0.0
     )
@@ -131,7 +131,7 @@ def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask
 
 
 def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
-    """The blocks of all pairs of nodes, ordered by their rows."""
+    """Return the blocks between all pairs of nodes, ordered by their rows."""
     root = np.zeros(1, dtype=np.int64)
     blocks, found, leaf = Blocks(root, root, root > 0), list[Blocks](), tree.children[:, 0] < 0
     while len(blocks.row):
@@ -145,8 +145,8 @@ def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
 
 
 def divided(tree: Clusters, blocks: Blocks) -> Blocks:
-    """Parts of blocks: both clusters halved, or the one that can be; blocks of two leaves are near
-    from now on."""
+    """Return the parts of blocks. Both clusters are halved, or the one that has children. A block
+    of two leaves becomes near."""
     leaf = tree.children[:, 0] < 0
     whole = leaf[blocks.row] & leaf[blocks.column]
     parts = [
@@ -168,7 +168,7 @@ def divided(tree: Clusters, blocks: Blocks) -> Blocks:
 
 
 def joined(parts: list[Blocks]) -> Blocks:
-    """Several lists of blocks as one."""
+    """Return the blocks of several lists in one list."""
     return Blocks(
         *(
             np.concatenate([getattr(part, name) for part in parts])

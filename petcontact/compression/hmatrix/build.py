@@ -1,4 +1,5 @@
-"""Building the blocks of an H-matrix, a chunk of memory at a time."""
+"""Construction of the blocks of an H-matrix. Each piece of memory is filled before the next one is
+asked for."""
 
 from __future__ import annotations
 
@@ -19,20 +20,20 @@ from .entries import Callback, Entries
 _build = native.function("petcontact_hmatrix_build", "ppiipp" + "p")
 
 CHUNK = 1 << 24
-"""Numbers of one piece of memory."""
+"""Number of entries in one piece of memory."""
 MOST = 160
-"""Crosses at which a block of low rank is divided instead."""
+"""Largest number of crosses in a block of low rank. A block that needs more is divided."""
 KNOWN = 100_000
-"""Entries up to which such a block is worked out whole: there the calls cost more than the
-numbers."""
+"""Largest number of entries of a block of low rank that is computed whole. For small blocks calls
+cost more than entries."""
 FULL = 16
-"""Compiled code fills rows and columns up with zeros to multiples of so many numbers."""
+"""Compiled code pads rows and columns with zeros to multiples of this number."""
 
 
 @frozen
 class Layout:
-    """How rows of U and V and columns of whole blocks are kept: in 16 bits each after its scale in
-    single precision.
+    """How the rows of U and V and the columns of whole blocks are stored. With 16 bits an entry, a
+    scale in single precision comes first.
 
     Attributes
     ----------
@@ -42,7 +43,8 @@ class Layout:
     dtype: type
 
     def length(self, count: Index, beside: Index | int = 0) -> Index:
-        """Numbers that so many entries, and those beside, take."""
+        """Return how many numbers a row or column takes, with its entries for nodes and its entries
+        beside."""
         return (
             -(-count // FULL) * FULL
             + -(-beside // FULL) * FULL
@@ -52,7 +54,7 @@ class Layout:
 
 @dataclass
 class Chunk:
-    """Blocks of one piece of memory.
+    """The blocks in one piece of memory.
 
     Attributes
     ----------
@@ -79,7 +81,8 @@ def build_blocks(
     threads: int,
     progress: Callable[[float], None],
 ) -> list[Chunk]:
-    """The blocks within some rows; `progress` is called with the share of entries that is done."""
+    """Return the blocks within some rows. The function `progress` is called with the share of
+    entries that is done."""
     chunks: list[Chunk] = []
     while len(blocks.row):
         tiles = _tiles(tree, blocks, rows)
@@ -105,7 +108,7 @@ def _built(
     threads: int,
     progress: Callable[[float], None],
 ) -> tuple[list[Chunk], Index]:
-    """Chunks, and the numbers of the tiles that have to be divided."""
+    """Return the finished pieces of memory and the numbers of the tiles to be divided."""
     pieces = _pieces(tiles, threads)
     total, done, lock = float((tiles[:, 1] * tiles[:, 3]).sum()), [0.0], threading.Lock()
     work = _Builder(entries, tolerance, layout)
@@ -140,7 +143,7 @@ def _built(
 
 
 def _pieces(tiles: Index, threads: int) -> list[Index]:
-    """Consecutive tiles, some pieces a thread."""
+    """Return lists of consecutive tiles, some lists for each thread."""
     cost = np.cumsum(
         tiles[:, 1] * np.where(tiles[:, 4] > 0, 0, tiles[:, 3]) + 30 * (tiles[:, 1] + tiles[:, 3])
     )
@@ -150,7 +153,7 @@ def _pieces(tiles: Index, threads: int) -> list[Index]:
 
 
 class _Builder:
-    """native/hmatrix.c."""
+    """The work of native/hmatrix.c on one list of tiles."""
 
     def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
         self.tolerance, self.layout, self.d = tolerance, layout, entries.components
@@ -216,7 +219,8 @@ class _Builder:
         return Chunk(tiles[: done[0]], ranks[: done[0]], values)
 
     def _work(self, *sizes: int) -> list[Array]:
-        """Room for a thread, kept: new memory costs a page fault each time that it is touched."""
+        """Return this thread's working memory. It is kept, because new memory costs a page fault
+        each time that it is touched."""
         found: list[Array] = getattr(self._local, "work", [np.empty(0)] * len(sizes))
         self._local.work = [
             old if len(old) >= size else np.empty(size)

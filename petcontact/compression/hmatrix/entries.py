@@ -1,4 +1,4 @@
-"""Where the numbers of a matrix come from: a function that fills blocks, compiled or not."""
+"""Entries of a matrix: functions that fill blocks, compiled or in Python."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ...arrays import Array, Index
 
 
 class Entries(Protocol):
-    """Blocks of a matrix with d rows a node, d columns a node and, beside these, some columns more
-    of certain nodes.
+    """Blocks of a matrix with d rows and d columns for each node. Certain nodes have further
+    columns, which are stored beside the others.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Entries(Protocol):
     def compiled(self) -> tuple[int, int] | None: ...
 
     def fill(self, rows: Index, columns: Index, system: Array | None, beside: Array | None) -> None:
-        """Fill what is given.
+        """Fill the arrays that are not None.
 
         Parameters
         ----------
@@ -47,7 +47,7 @@ class Entries(Protocol):
 
 
 def block(entries: Entries, rows: Index, columns: Index) -> Array:
-    """All entries of a block by columns: (d k + q, d m), those beside last."""
+    """Return all entries of a block by columns, (d k + q, d m). The q columns beside come last."""
     d, (k, m) = entries.components, (len(columns), len(rows))
     q = int(np.diff(entries.beside)[columns].sum())
     whole = np.empty((d * k + q, d * m))
@@ -60,7 +60,7 @@ _FILLER = ctypes.CFUNCTYPE(None, _POINTER, _NUMBER, _POINTER, _NUMBER, _POINTER,
 
 
 class Callback:
-    """A C function that calls `fill`, for entries that have none of their own; errors wait in
+    """A C function that calls `fill` of entries without compiled code. It stores an exception in
     `error`."""
 
     def __init__(self, entries: Entries) -> None:
@@ -99,7 +99,7 @@ class Callback:
             self.error = error
 
     def check(self) -> None:
-        """Raise what went wrong in a call from C."""
+        """Raise the exception of a call from C, if there was one."""
         if self.error is not None:
             raise self.error
 

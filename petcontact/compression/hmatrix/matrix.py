@@ -1,5 +1,5 @@
-"""A matrix in blocks: near ones dense, far ones of low rank, in as few bytes a number as the
-tolerance allows."""
+"""A matrix in blocks. Near blocks are dense, far blocks have low rank. Each number takes as few
+bytes as the tolerance allows."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
 _coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 
 TIGHTEST = 1e-7
-"""Smallest tolerance: Gram matrices resolve singular values down to half of the digits."""
+"""Smallest tolerance. Gram matrices resolve singular values only to half of the digits."""
 PROBED_COLUMNS = 4096
-"""Columns of exact rows held at a time."""
+"""Number of columns of exact rows that are in memory at once."""
 
 
 class HMatrix:
-    """Rows of some nodes of a matrix, all of whose columns are known: d a node, then those beside.
+    """The rows of some nodes of a matrix with all columns: d for each node, then those beside.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ class HMatrix:
         )
 
     def _table(self, chunk: Chunk) -> Index:
-        """First row, rows, first column, columns of nodes, first column beside, their number, rank,
-        place of the numbers."""
+        """Return the table of a chunk: first row, rows, first column, columns of nodes, first
+        column beside, their number, rank, and place of the numbers."""
         d, beside = self.entries.components, self.entries.beside
         first, m, column, n, _ = chunk.blocks.T
         q = beside[column + n] - beside[column]
@@ -104,7 +104,7 @@ class HMatrix:
         return sum(chunk.values.nbytes for chunk in self._chunks)
 
     def mult(self, x: Array) -> Array:
-        """A x for a vector over all columns: these rows, (rows,)."""
+        """Return the product of these rows with a vector over all columns, (rows,)."""
         filled = np.concatenate([x, np.zeros(FULL)])
         sums = np.zeros((self.threads, self.shape[0] + FULL))  # a vector for each thread
         shares = np.array_split(np.arange(len(self._chunks)), self.threads)
@@ -132,13 +132,14 @@ class HMatrix:
         )
 
     def _addressed(self, number: int) -> Index:
-        """The table with addresses for places."""
+        """Return the table of a chunk with addresses in memory as places."""
         table, values = self._tables[number].copy(), self._chunks[number].values
         table[:, 7] = values.itemsize * table[:, 7] + (native.pointer(values) or 0)
         return table
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """Sums of the entries over groups of rows and columns, in one pass over the blocks.
+        """Return the sums of the entries over groups of rows and columns, in one pass over the
+        blocks.
 
         Parameters
         ----------
@@ -173,8 +174,8 @@ class HMatrix:
         return result
 
     def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:
-        """Largest error of the product of exact rows with a random vector, over the norm of these
-        rows."""
+        """Return the largest error of the product of exact rows with a random vector, over the norm
+        of these rows [-]."""
         d, (first, last) = self.entries.components, self.rows
         nodes = np.sort(
             rng.choice(np.arange(first, last), min(probes, last - first), replace=False)
@@ -194,7 +195,7 @@ class HMatrix:
 
 
 def number_type(tolerance: float) -> type:
-    """In which blocks are kept."""
+    """Return the type of the numbers in blocks for a tolerance."""
     # from 1e-6 on numbers are kept in single precision
     if tolerance < 1e-6:
         return np.float64
@@ -204,7 +205,8 @@ def number_type(tolerance: float) -> type:
 
 
 def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components: int) -> Array:
-    """Memory of the rows of each node, about, without columns beside, (n,) [bytes]."""
+    """Return the predicted memory of the rows of each node, without the columns beside, (n,)
+    [bytes]."""
     m, n = (tree.last[side] - tree.first[side] for side in (blocks.row, blocks.column))
     # far blocks have a mean rank of 5 for each digit: to share out rows and to foretell memory
     rank = -5.0 * np.log10(tolerance)
@@ -216,8 +218,8 @@ def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components
 
 
 def shared_rows(tree: Clusters, memory: Array, ranks: int) -> Index:
-    """Bounds (ranks + 1,) of row ranges, made of whole leaves, that take about the same memory; of
-    each node (n,)."""
+    """Return the bounds (ranks + 1,) of row ranges that take about the same memory. Each range
+    consists of whole leaves."""
     held = np.concatenate([[0.0], np.cumsum(memory)])
     borders = np.append(tree.first[tree.leaves], tree.last[0])
     ideal = held[-1] * np.arange(1, ranks) / ranks

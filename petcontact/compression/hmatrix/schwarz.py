@@ -1,5 +1,5 @@
-"""A preconditioner in two levels: overlapping patches solved exactly, and constants on groups for
-what goes far.
+"""A preconditioner with two levels. Overlapping patches are solved exactly; constants on groups of
+unknowns represent distant effects.
 
 Restricted additive Schwarz: a patch's equations are solved with those of a margin around it, and of
 the solution only its own part is kept. The coarse level knows a constant for each group of
@@ -29,7 +29,7 @@ from .build import FULL
 
 Single = NDArray[np.float32]
 FEW = 0.35
-"""Columns of a patch, over all, that may change before it is factored anew."""
+"""Largest share of a patch's columns that may change before the patch is factored again."""
 _patches = native.function("petcontact_patches_multiply", "ipppp")
 
 
@@ -37,7 +37,8 @@ class Source(Protocol):
     """Entries of A between some nodes."""
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """By columns, (c, d k), and which of the source's columns these are, (c,)."""
+        """Return a block by columns, (c, d k), and the numbers of these columns in the source,
+        (c,)."""
         ...
 
 
@@ -65,7 +66,7 @@ class Patch:
 
 @frozen
 class Factored:
-    """A patch's matrix A P, factored for some P, from which the inverse for another P follows.
+    """A patch's matrix A P, factored for one P. The inverse for another P follows from it.
 
     Attributes
     ----------
@@ -84,8 +85,7 @@ class Factored:
 
     @classmethod
     def of(cls, columns: Single, own: Index, expansion: list[scipy.sparse.csr_array]) -> Factored:
-        """Of a matrix by columns, (columns, n), which is overwritten. LinAlgError if it is
-        singular."""
+        """Factor a matrix (columns, n) in place. A singular matrix raises LinAlgError."""
         lu, pivots, zero_pivot = lapack.sgetrf(columns.T, overwrite_a=True)
         if zero_pivot:
             raise np.linalg.LinAlgError("the equations of a patch are singular")
@@ -94,7 +94,7 @@ class Factored:
     def changed(
         self, expansion: list[scipy.sparse.csr_array]
     ) -> tuple[Index, list[scipy.sparse.csr_array]]:
-        """Which columns of P are other ones now, and by what, (c, changed)."""
+        """Return which columns of P have changed, and the change of each, (c, changed)."""
         difference = [
             scipy.sparse.csc_array(new - old)
             for new, old in zip(expansion, self.expansion, strict=True)
@@ -105,22 +105,24 @@ class Factored:
         return columns, [part[:, columns] for part in difference]
 
     def rows(self, columns: Index, change: Single) -> Single:
-        """Own rows of the inverse after some columns have changed by (changed, n): Woodbury's
-        formula."""
+        """Return the own rows of the inverse after some columns have changed by (changed, n), by
+        Woodbury's formula."""
         known = _rows(self.lu, self.pivots, columns)
         core = np.eye(len(columns), dtype=np.float32) + known @ change.T
         return np.asarray(self.own - np.linalg.solve(core.T, change @ self.own.T).T @ known)
 
 
 def _rows(lu: Single, pivots: Index, which: Index) -> Single:
-    """Rows (len(which), n) of the inverse: a third of the work of all, or less."""
+    """Return some rows of the inverse, (len(which), n). They cost a third of the whole inverse, or
+    less."""
     units = np.zeros((len(lu), len(which)), np.float32, order="F")
     units[which, np.arange(len(which))] = 1.0
     return np.asarray(lapack.sgetrs(lu, pivots, units, trans=1, overwrite_b=True)[0].T)
 
 
 class LocalSolves:
-    """Inverses on patches, in single precision: rows of the own unknowns.
+    """Inverses on patches in single precision, of which only the rows of the own unknowns are
+    stored.
 
     A patch whose P changes a second time keeps its factors, which changes of few columns correct by
     as low a rank.
@@ -150,7 +152,7 @@ class LocalSolves:
         self._work = np.empty(max([1, *(len(patch.unknowns) for patch in patches)]) + FULL)
 
     def copy(self) -> LocalSolves:
-        """One that goes its own way, and shares what has not changed."""
+        """Return an independent copy that shares unchanged arrays."""
         other = copy.copy(self)
         other._inverse, other._factored, other._table = (
             list(self._inverse),
@@ -167,7 +169,8 @@ class LocalSolves:
         return kept + whole + sum(inverse.nbytes for inverse in self._inverse)
 
     def update(self, expansion: scipy.sparse.csr_array, moved: Mask) -> tuple[int, int]:
-        """Serve another P on patches that hold unknowns whose columns have changed.
+        """Change to another P on all patches with unknowns whose columns have changed. Return the
+        numbers of patches that were factored and corrected.
 
         Returns
         -------
@@ -191,7 +194,7 @@ class LocalSolves:
     def _corrected(
         self, number: int, entries: list[tuple[Single, Index]], local: list[scipy.sparse.csr_array]
     ) -> bool:
-        """Put the inverse of a patch; whether a correction of an older one did."""
+        """Store the inverse of a patch. Return whether an older inverse was corrected."""
         patch, before = self._patches[number], self._factored.get(number)
         n = len(patch.unknowns)
         if before is not None:
@@ -206,7 +209,7 @@ class LocalSolves:
         return False
 
     def _entries(self, number: int) -> list[tuple[Single, Index]]:
-        """Exact entries of a patch by sources; kept where they are needed more than once."""
+        """Return the exact entries of a patch by sources, stored if they are needed again."""
         if number in self._kept:
             return self._kept[number]
         found = list[tuple[Single, Index]]()
@@ -235,7 +238,8 @@ class LocalSolves:
         )
 
     def solve(self, r: Array) -> Array:
-        """The own parts of the local solutions for a residual (size,); 0 where no patch is."""
+        """Return the own parts of the local solutions for a residual (size,). They are 0 where
+        there is no patch."""
         r, result = native.contiguous(r), np.zeros(self._size)
         arrays = (self._table, r, result, self._work)
         _patches(len(self._table), *(native.pointer(array) for array in arrays))
@@ -243,7 +247,7 @@ class LocalSolves:
 
 
 def _restricted(rows: scipy.sparse.csr_array, place: Index, n: int) -> scipy.sparse.csr_array:
-    """Those columns (c, n) of some rows of P that have a place, in single precision."""
+    """Return the columns of some rows of P that have a place, (c, n), in single precision."""
     local = place[rows.indices]
     kept = local >= 0
     ends = np.concatenate([[0], np.cumsum(kept)])[rows.indptr]
@@ -253,7 +257,7 @@ def _restricted(rows: scipy.sparse.csr_array, place: Index, n: int) -> scipy.spa
 
 
 def _combined(local: list[scipy.sparse.csr_array], entries: list[tuple[Single, Index]]) -> Single:
-    """A P of a patch by columns of P, (columns, n)."""
+    """Return A P of a patch by the columns of P, (columns, n)."""
     parts = [
         np.asarray(factors.T @ values) for factors, (values, _) in zip(local, entries, strict=True)
     ]
@@ -261,7 +265,7 @@ def _combined(local: list[scipy.sparse.csr_array], entries: list[tuple[Single, I
 
 
 class CoarseLevel:
-    """Constants on groups of unknowns: R sums the equations, Q repeats the values, and R A P Q is
+    """Constants on groups of unknowns. R sums the equations, Q repeats the values, and R A P Q is
     solved.
 
     Parameters
@@ -288,17 +292,17 @@ class CoarseLevel:
         self.repeat = scipy.sparse.csr_array((np.ones(len(group)), (np.arange(len(group)), group)))
 
     def copy(self) -> CoarseLevel:
-        """One that goes its own way."""
+        """Return an independent copy that shares unchanged arrays."""
         return copy.copy(self)
 
     def factor(self, expansion: scipy.sparse.csr_array, more: Array | float = 0.0) -> None:
-        """LU, with P (columns, size) averaged over groups, and a matrix (groups, groups) that is
-        added."""
+        """Factor R A P Q plus a given matrix (groups, groups). P (columns, size) is averaged over
+        groups."""
         grouped = (self._mean @ (expansion @ self.repeat)).T
         whole = np.asarray(grouped @ self._sums.T).T + more
         self._lu = scipy.linalg.lu_factor(whole, overwrite_a=True, check_finite=False)
 
     def solve(self, r: Array) -> Array:
-        """Q (R A P Q)⁻¹ R r."""
+        """Return Q (R A P Q)⁻¹ R r."""
         sums = np.bincount(self.group, r, minlength=self.count)
         return np.asarray(scipy.linalg.lu_solve(self._lu, sums, check_finite=False)[self.group])

@@ -1,5 +1,5 @@
-"""Compressed boundary operators and their direct solver: `compress` an operator from its entries,
-`factor` the result."""
+"""Compressed boundary operators and their direct solver. `compress` compresses an operator from its
+entries, `factor` factorises the result."""
 
 from .factor import Factorisation, factor
 from .matrix import HODLR, compress

@@ -1,5 +1,5 @@
-"""Many small dense blocks of one sparse pattern, stored and multiplied in stacks of nearly equal
-shape."""
+"""Many small dense blocks of one sparse pattern. They are stored and multiplied in stacks of nearly
+equal shape."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _multiply = native.function("petcontact_multiply", "ipppdp")
 
 @frozen
 class Block:
-    """A dense block (p, q) with the places of its p rows and q columns in the vectors it
+    """A dense block (p, q), and the places of its p rows and q columns in the vectors that it
     connects."""
 
     rows: Index
@@ -26,8 +26,8 @@ class Block:
 
 @frozen
 class _Stack:
-    """c blocks: places of rows (c, p) and of columns (c, q), values (c, p, q), or (1, p, q) where
-    they are the same."""
+    """A stack of c blocks: places of rows (c, p) and of columns (c, q), and values (c, p, q). Equal
+    values are stored once, as (1, p, q)."""
 
     rows: Index
     columns: Index
@@ -39,7 +39,7 @@ class _Stack:
 
 
 class Batches:
-    """Blocks that never share a row, nor a column, within one stack.
+    """Blocks in stacks. Two blocks of one stack share no row and no column.
 
     A vector here has one slot more than it has entries. It is zero and takes the padding.
 
@@ -55,8 +55,8 @@ class Batches:
         self._released = False
 
     def take(self, blocks: list[Block]) -> list[Array]:
-        """Store blocks, those of nearly one shape together, and values that several have once;
-        returns their values as views of the stacks."""
+        """Store blocks, those of nearly equal shape in one stack, and equal values once. Return
+        their values as views of the stacks."""
         views, stacks = [block.values for block in blocks], []
         groups: dict[tuple[int, int], list[int]] = {}
         same: dict[int, list[int]] = {}
@@ -94,8 +94,7 @@ class Batches:
         return views
 
     def release(self, group: int) -> None:
-        """Let go of the blocks of one `take`, which are wanted no more: no product is possible
-        after that."""
+        """Free the blocks of one `take`. After that no product is possible."""
         self._taken[group], self._released = [], True
         for cached in ("_entries", "_sorted"):
             self.__dict__.pop(cached, None)
@@ -111,15 +110,14 @@ class Batches:
 
     @functools.cached_property
     def _sorted(self) -> tuple[list[_Stack], list[_Stack]]:
-        """Stacks of one block each that several places share, and the others."""
+        """Stacks of one block that several places share, and all other stacks."""
         return [s for s in self._stacks if s.is_shared], [
             s for s in self._stacks if not s.is_shared
         ]
 
     @functools.cached_property
     def _entries(self) -> Index:
-        """What the compiled products know of each of the others: counts, and addresses of its
-        arrays."""
+        """Counts and array addresses of the other stacks, for the compiled products."""
         return np.array(
             [
                 [*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))]
@@ -136,8 +134,8 @@ class Batches:
         }
 
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
-        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for
-        BLAS."""
+        """Add sign · blocks @ x to y; x is (n_columns+1, s), y is (n_rows+1, s). Several columns at
+        once use BLAS."""
         assert not self._released, "a matrix that its factorisation has used up"
         shared, others = self._sorted
         if x.shape[1] > 1 or not (x.flags.c_contiguous and y.flags.c_contiguous):

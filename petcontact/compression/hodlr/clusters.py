@@ -1,4 +1,4 @@
-"""Contiguous clusters of the nodes of an outline, and how far things are from them."""
+"""Contiguous clusters of the nodes of an outline, and distances of other points from them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ PIECES = 16  # boxes by which the place of one cluster is known
 
 
 def halved(start: int, stop: int, leaf: int) -> Index:
-    """Bounds (2^d + 1,) of equal ranges of start..stop, halved until none holds more than `leaf`
-    nodes."""
+    """Return the bounds (2^d + 1,) of equal ranges of start..stop. Ranges are halved until none has
+    more than `leaf` nodes."""
     depth = 0
     while (stop - start) > leaf << depth:
         depth += 1
@@ -21,16 +21,16 @@ def halved(start: int, stop: int, leaf: int) -> Index:
 
 @frozen
 class Boxes:
-    """Boxes that cover each of c clusters: corners low and high (c, b, 2), and the clusters'
-    diameters (c,) [length]."""
+    """Boxes that cover each of c clusters: corners low and high (c, b, 2), and diameters of the
+    clusters (c,) [length]."""
 
     low: Array
     high: Array
     diameter: Array
 
     def least(self, owner: Index, *targets: tuple[Array, Array]) -> Array:
-        """Least sum of the distances (k,) from a box of cluster owner[i] to the i-th of several
-        lists of target boxes."""
+        """Return the least sum of the distances (k,) from a box of cluster owner[i] to the i-th box
+        of several lists [length]."""
         total = np.zeros((len(owner), self.low.shape[1]))
         for low, high in targets:
             gap = np.maximum(low[:, None] - self.high[owner], self.low[owner] - high[:, None])
@@ -40,7 +40,7 @@ class Boxes:
 
 
 class Curves:
-    """Nodes numbered along one closed curve or several, one after another.
+    """Nodes that are numbered along one closed curve, or along several curves one after another.
 
     A curve is taken to end where the step to the next node is more than three times the steps on
     both of its sides. Missing such a jump, or seeing one too many, costs samples and never
@@ -76,7 +76,7 @@ class Curves:
         self._low, self._high = neighbourhood.min(axis=0), neighbourhood.max(axis=0)
 
     def boxes(self, start: Index, stop: Index) -> Boxes:
-        """Boxes of clusters.
+        """Return the boxes of clusters start..stop.
 
         Parameters
         ----------

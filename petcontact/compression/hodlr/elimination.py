@@ -1,5 +1,5 @@
-"""Elimination of what only one cluster sees, level by level: the factors of a compressed square
-operator."""
+"""Elimination of the unknowns that only one cluster sees, level by level. It gives the factors of a
+compressed square operator."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from .translations import Cluster
 
 @frozen
 class Schur:
-    """What is left of a cluster: a block between its kept unknowns, which come first, and those
-    that wait."""
+    """The remaining block of a cluster after elimination. Kept unknowns come first, waiting ones
+    follow."""
 
     kept: int
     values: Array
@@ -57,7 +57,8 @@ class Elimination:
         return self.inverse.nbytes + self.forth.nbytes + self.back.nbytes
 
     def reduce(self, b: Array) -> Array:
-        """Right-hand side of the level above. Leaves in b what `expand` goes on with."""
+        """Return the right-hand side of the level above. The array b then holds what `expand`
+        needs."""
         kept, wait = self.level.kept_rows, self.wait_rows
         above = np.zeros((len(kept) + len(wait) + 2, b.shape[1]))
         above[: len(kept)] = b[kept]
@@ -70,7 +71,8 @@ class Elimination:
         return above
 
     def expand(self, b: Array, above: Array) -> Array:
-        """Solution from what `reduce` left in b and from the solution above, which it spoils."""
+        """Return the solution from the result of `reduce` in b and from the solution above, which
+        is overwritten."""
         kept = self.level.kept_columns
         self.forth.add(above, b, -1.0)
         b[self.wait_columns] = above[len(kept) + 1 : -1]
@@ -80,7 +82,7 @@ class Elimination:
 
 
 class FactorStack:
-    """Eliminations from the leaves (first) to a root.
+    """The eliminations of all levels, from the leaves (first) to a root.
 
     Attributes
     ----------
@@ -101,8 +103,8 @@ class FactorStack:
         return sum(level.nbytes for level in self.levels)
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
-        """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before
-        waiting."""
+        """Return the reduced right-hand side of x (n, s) on each level, and the one that remains at
+        the root. Kept unknowns come before waiting ones."""
         seen = []
         above = np.zeros((self._slots, x.shape[1]))
         above[self._entry] = x
@@ -113,8 +115,8 @@ class FactorStack:
         return seen, np.concatenate([above[:kept], above[kept + 1 : -1]])
 
     def descend(self, seen: list[Array], outside: Array) -> Array:
-        """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils
-        `seen`."""
+        """Return the solution (n, s) from the result of `ascend` and from the solution at the root.
+        `seen` is overwritten."""
         kept, zero = self.left[0].kept, np.zeros((1, outside.shape[1]))
         above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
         for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
@@ -143,8 +145,8 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
 
 
 def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
-    """Slots of the unknowns that subtrees hand over one after another (of all, if there are none),
-    and how many."""
+    """Return the slots of the unknowns that subtrees hand over one after another, and the number of
+    slots. Without subtrees they are all unknowns."""
     n = level.near.shape[0]
     if not below:
         return np.arange(n), n + 2
@@ -157,7 +159,8 @@ def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
 
 
 def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Elimination, list[Schur]]:
-    """One level, from what the level under it left (nothing under leaves), two clusters to one."""
+    """Eliminate one level, from what the level below left. Two clusters become one; leaves have
+    nothing below."""
     n, k = level.row_combine.shape
     left: list[Schur] = []
     # padding goes to the zero slots between the active and the waiting ones
@@ -210,8 +213,8 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
 
 @frozen
 class _Eliminated:
-    """Of a cluster of some size: what is left, E⁻¹, E⁻¹F, G, and the places of R, of C and of those
-    that wait."""
+    """The elimination of one cluster: remaining block, E⁻¹, E⁻¹F and G, and the places of R, of C
+    and of waiting unknowns."""
 
     size: int
     left: Schur
@@ -225,7 +228,7 @@ class _Eliminated:
 
 
 def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
-    """One cluster, from what those under it left."""
+    """Return the elimination of one cluster, from what its children left."""
     block = _assemble(cluster, children)
     e, f, g, d, rows, columns = _combine(cluster, block)
     scale = np.sqrt(np.einsum("ij,ij->j", block, block))[columns]
@@ -244,7 +247,7 @@ def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
 
 
 def _assemble(cluster: Cluster, children: list[Schur]) -> Array:
-    """The block between a cluster's active unknowns and then those that wait from below."""
+    """Return the block of a cluster's active unknowns, followed by those that wait from below."""
     active = len(cluster.rows)
     size = active + sum(len(child.values) - child.kept for child in children)
     block = np.zeros((size, size))
@@ -260,7 +263,7 @@ def _assemble(cluster: Cluster, children: list[Schur]) -> Array:
 
 
 def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array, Index, Index]:
-    """E, F, G and D before any waits, and the rows and columns of E."""
+    """Return E, F, G and D before any unknown waits, and the rows and columns of E."""
     extra = np.arange(len(cluster.rows), len(block))
     by_row, by_column = cluster.row_basis, cluster.column_basis
     if by_row is None or by_column is None:
@@ -285,8 +288,8 @@ def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array
 
 
 def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index, Index, Index]:
-    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and
-    those that must.
+    """Return the inverse of E (m, m) without the rows and columns that must wait, the remaining
+    rows and columns, and the waiting ones.
 
     A pair that waits is taken out of the inverse by a rank-one update, which decides the next
     pivot; the inverse that is returned is computed once more when all are known.
@@ -325,8 +328,8 @@ def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index
 
 
 def _inverse(block: Array, or_direction: bool) -> Array:
-    """The inverse; of a singular block, if asked for, a large multiple of what grows beyond all
-    bounds in it.
+    """Return the inverse of a block. For a singular block, if asked for, return a large multiple of
+    the direction that grows without bound.
 
     Raises
     ------

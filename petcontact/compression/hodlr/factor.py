@@ -17,7 +17,7 @@ class Factorisation:
         self._forest = forest
 
     def solve(self, b: Array) -> Array:
-        """H⁻¹ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
+        """Return H⁻¹ b for this rank's share of b (n,) or of columns (n, s). Collective."""
         return self._forest.sweep(b)
 
     @property

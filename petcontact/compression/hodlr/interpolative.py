@@ -1,4 +1,4 @@
-"""Interpolative decomposition: the columns of a block as combinations of a few of them."""
+"""Interpolative decomposition: the columns of a block are combinations of a few of them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _next_power(count: int) -> int:
 @frozen
 class PivotedQR:
     """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank,
-    largest column."""
+    and length of the largest column."""
 
     r: Array
     pivots: Index
@@ -33,8 +33,8 @@ class PivotedQR:
     scale: float
 
     def interpolation(self, rank: int) -> tuple[Index, Index, Array]:
-        """Kept (k,) and other (n-k,) columns, both increasing, and Z (k, n-k) with block[:, other]
-        ≈ block[:, kept] Z."""
+        """Return the kept (k,) and the other (n-k,) columns, both increasing, and Z (k, n-k) with
+        block[:, other] ≈ block[:, kept] Z."""
         kept, other = self.pivots[:rank], self.pivots[rank:]
         # Columns kept beyond the numerical rank take no part: what they would contribute is noise
         # over noise.
@@ -46,8 +46,8 @@ class PivotedQR:
 
 
 def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> PivotedQR:
-    """Pivoted QR of a Gaussian sketch of a block (m, n) with weighted rows, made larger until it
-    shows the rank.
+    """Return the pivoted QR of a Gaussian sketch of a block (m, n) with weighted rows. The sketch
+    grows until it shows the rank.
 
     Parameters
     ----------

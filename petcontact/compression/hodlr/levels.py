@@ -1,4 +1,4 @@
-"""A cluster tree, or one subtree of it, level by level: blocks in batches, and products with
+"""A cluster tree, or one subtree of it, level by level: its blocks in batches, and products with
 them."""
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ TOGETHER = 256  # clusters whose arrays are packed together
 
 @frozen
 class Level:
-    """All clusters of one level, their active rows and columns one after another.
+    """All clusters of one level, with their active rows and columns one after another.
 
     Attributes
     ----------
@@ -51,9 +51,9 @@ class Level:
 
 
 def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
-    """One level from its compressed clusters, whose blocks are in `near`. Their own bases are
-    replaced by views, some clusters at a time, so that what was there before makes room; bases of
-    rows are those of `like`."""
+    """Return one level from its compressed clusters, whose blocks are in `near`. The clusters'
+    bases are replaced by views, some clusters at a time, to free memory. Bases of rows are those of
+    `like`, if given."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
     above = [
         sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
@@ -97,7 +97,7 @@ T = TypeVar("T")
 
 
 def grouped(items: Sequence[T]) -> Iterator[Sequence[T]]:
-    """Some clusters at a time."""
+    """Yield some clusters at a time."""
     for first in range(0, len(items), TOGETHER):
         yield items[first : first + TOGETHER]
 
@@ -105,8 +105,8 @@ def grouped(items: Sequence[T]) -> Iterator[Sequence[T]]:
 def _made(
     make: Callable[[T], Cluster], of: Sequence[T], n_rows: int, n_columns: int
 ) -> tuple[list[Cluster], Batches]:
-    """Clusters of one level, which have so many active rows and columns together, and their blocks,
-    packed as they come."""
+    """Return the clusters of one level with this many active rows and columns, and their blocks.
+    Blocks are packed as they are made."""
     clusters, near, rows, columns = list[Cluster](), Batches(n_rows, n_columns), 0, 0
     for group in grouped(of):
         made, blocks = [make(item) for item in group], []
@@ -121,12 +121,12 @@ def _made(
 
 
 def padded(x: Array) -> Array:
-    """A copy of x (n, s) with the zero slot that Batches wants."""
+    """Return a copy of x (n, s) with the zero slot that `Batches` needs."""
     return np.concatenate([x, np.zeros((1, x.shape[1]))])
 
 
 class Stack:
-    """Levels from the leaves (first) to a root that may itself be compressed."""
+    """All levels, from the leaves (first) to a root, which may be compressed, too."""
 
     def __init__(self, levels: list[Level]) -> None:
         self.levels = levels
@@ -142,7 +142,8 @@ class Stack:
         return sum(level.nbytes for level in self.levels)
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
-        """What each level sees of x (n, s) on the leaves' columns, and what the outside sees."""
+        """Return what each level sees of x (n, s) on the leaves' columns, and what the tree above
+        sees."""
         seen, above = [], padded(x)
         for level in self.levels:
             seen.append(above)
@@ -151,7 +152,8 @@ class Stack:
         return seen, above[:-1]
 
     def descend(self, seen: list[Array], outside: Array) -> Array:
-        """Product on the leaves' rows from what `ascend` gave and from outside the root."""
+        """Return the product on the leaves' rows from the result of `ascend` and from the values
+        outside the root."""
         above = padded(outside)
         for level, x in zip(reversed(self.levels), reversed(seen), strict=True):
             y = np.zeros((level.near.shape[0] + 1, x.shape[1]))
@@ -165,7 +167,8 @@ class Stack:
 def build_part(
     operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None
 ) -> Stack:
-    """The subtree over nodes start..stop, its root compressed unless it is the whole tree.
+    """Return the subtree over nodes start..stop. Its root is compressed unless it is the whole
+    tree.
 
     `like` is that of another operator with the same rows, whose bases serve both.
     """
@@ -184,7 +187,7 @@ def build_part(
 
 
 def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = None) -> Stack:
-    """The tree above the compressed roots of all parts."""
+    """Return the tree above the compressed roots of all parts."""
     return _climb(operator, *_merged(operator, roots), True, like)
 
 

@@ -1,5 +1,5 @@
-"""Hierarchically compressed operators (HODLR with nested bases), built from entries alone, and
-products with them."""
+"""Hierarchically compressed operators (HODLR with nested bases) and their products. They need
+nothing but entries."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .translations import Stretch, Translations
 from .workers import Workers
 
 PROBED = 20_000
-"""Nodes whose columns of some exact rows are held at a time."""
+"""Number of nodes whose columns of some exact rows are in memory at once."""
 
 
 @frozen
 class Split:
-    """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the
-    size of a leaf."""
+    """The distribution of nodes: bounds (ranks + 1,), this rank's ranges (one for each subtree),
+    and the size of a leaf."""
 
     bounds: Index
     ranges: list[tuple[int, int]]
@@ -69,14 +69,14 @@ class HODLR:
         self.forest = Forest(list(parts), top, workers, lengths, kept, first)
 
     def mult(self, x: Array) -> Array:
-        """H x for x (n,), or for several columns (n, s). Collective."""
+        """Return H x for x (n,), or for several columns (n, s). Collective."""
         return self.forest.sweep(x)
 
     __matmul__ = mult
 
     def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
-        """Compress an operator with the same rows, whose columns this one was prepared for by
-        `serve`. Collective.
+        """Compress an operator with the same rows. Its columns are those that this operator was
+        prepared for by `serve`. Collective.
 
         It costs about what its columns cost: the bases of rows are shared.
 
@@ -95,8 +95,8 @@ class HODLR:
         return sum(self.workers.gather([self.forest.nbytes]))
 
     def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> float:
-        """Largest error of a few random rows, over the 2-norm of the longest of the exact ones.
-        Collective.
+        """Return the largest error of a few random rows, over the 2-norm of the longest exact row
+        [-]. Collective.
 
         The 2-norm of a row's error is estimated by its products with a few random vectors of unit
         variance.
@@ -220,7 +220,7 @@ def compress(
 
 
 def _build(operator: Operator, workers: Workers, split: Split, like: HODLR | None = None) -> HODLR:
-    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given."""
+    """Compress all subtrees and then the top, with the bases of rows of `like` if it is given."""
     whole = len(workers.gather(split.ranges)) == 1
     models: Sequence[Stack | None] = like.parts if like is not None else [None] * len(split.ranges)
     parts = workers.map(

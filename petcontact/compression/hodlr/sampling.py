@@ -1,5 +1,5 @@
-"""Graded samples of an outline: the nodes by which a cluster is seen from outside, or sees what is
-outside."""
+"""Graded samples of an outline. They are the nodes through which a cluster interacts with the nodes
+outside of it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 
 @frozen
 class Sample:
-    """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it
+    """Increasing nodes outside a cluster, each with the square root of the number of nodes that it
     stands for.
 
     As one of the sample (`weights`) and as one of the random probes (`probes`); zero where it is
@@ -29,8 +29,8 @@ class Sample:
 
 @frozen
 class _Cells:
-    """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one
-    digit."""
+    """Places first..last of cells outside clusters `owner`, and the number of nodes that each cell
+    needs for one digit."""
 
     owner: Index
     first: Index
@@ -42,7 +42,7 @@ class _Cells:
 
 
 class Sampler:
-    """Samples of those nodes of an outline which carry degrees of freedom.
+    """Samples of the nodes of an outline that carry degrees of freedom.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Sampler:
         probes: int,
         rng: np.random.Generator,
     ) -> list[Sample]:
-        """Samples for several clusters in one pass.
+        """Return the samples of several clusters in one pass.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class Sampler:
     def _merged(
         self, position: Index, weight: Array, probe: Index, drawn: Array, whole: bool
     ) -> Sample:
-        """A sample of nodes at positions and of probes, with the weights of either."""
+        """Return a sample of nodes at positions and of probes, with the weights of both."""
         places = np.unique(np.concatenate([position, probe]))
         weights, at_random = np.zeros(len(places)), np.zeros(len(places))
         weights[np.searchsorted(places, position)] = weight
@@ -139,7 +139,8 @@ class Sampler:
         return Sample(self.carriers[places], weights, at_random, whole)
 
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
-        """Cells outside each cluster, fine near it and coarse far away."""
+        """Return the cells outside each cluster. They are small near the cluster and large far
+        away."""
         found: list[_Cells] = []
         own_first, own_last = (
             np.searchsorted(self.carriers, start),
@@ -184,8 +185,8 @@ class Sampler:
         return cells.pick(cells.last > cells.first)
 
     def _cut(self, cells: _Cells) -> _Cells:
-        """The same cells cut at the breaks inside them, so that no piece between two breaks is
-        passed over."""
+        """Return the cells, cut at the breaks inside them, so that each piece between two breaks
+        gets samples."""
         begin = np.searchsorted(self._breaks, cells.first, "right")
         pieces = np.searchsorted(self._breaks, cells.last) - begin + 1
         # a cell that breaks cut into more pieces is sampled without regard to them
@@ -202,8 +203,8 @@ class Sampler:
         return _Cells(cells.owner[source], first, last, cells.nodes[source])
 
     def _spread(self, cells: _Cells, count: Index, whole: Mask) -> tuple[Index, Array, Index]:
-        """Places spread over cells, the square root of the number of nodes that each stands for,
-        and its cell.
+        """Return places that are spread over cells, the square root of the number of nodes that
+        each stands for, and its cell.
 
         They are Chebyshev's in a coordinate that grows with the number of nodes and with the
         length, half and half: numbers alone pass over long elements between short ones, and length
@@ -227,7 +228,8 @@ class Sampler:
         )
 
     def _uneven(self, first: Index, last: Index, quarters: int) -> Array:
-        """Share of length less share of nodes up to some quarter of the nodes of cells."""
+        """Return the share of length minus the share of nodes, at some quarter of the nodes of
+        cells [-]."""
         at = first + (last - first) * quarters // 4
         along = (self._length[at] - self._length[first]) / (
             self._length[last] - self._length[first]
@@ -245,19 +247,20 @@ _TINY = np.finfo(np.float64).tiny
 
 
 def _ellipse(focal: Array) -> Array:
-    """Sum of the half axes of the ellipse through points whose distances to the foci add up to
-    2·focal, foci at ±1."""
+    """Return the sum of the half axes of an ellipse with foci ±1. The distances of its points from
+    the foci add up to 2·focal."""
     bounded = np.clip(focal, 1.0, 1e8)
     return np.asarray(bounded + np.sqrt(bounded * bounded - 1.0))
 
 
 def _nodes(ellipse: Array) -> Array:
-    """Chebyshev nodes that a digit takes for a function analytic inside a Bernstein ellipse."""
+    """Return how many Chebyshev nodes one digit needs for a function that is analytic inside a
+    Bernstein ellipse."""
     return np.asarray(1.0 / np.log10(np.maximum(ellipse, 1.1)))
 
 
 def _ranks(counts: Index) -> tuple[Index, Index]:
-    """For each i, counts[i] times: i, and 0, 1, ..."""
+    """Return each number i counts[i] times, and beside it 0, 1, ... counts[i] - 1."""
     source = np.repeat(np.arange(len(counts)), counts)
     return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
 
@@ -265,8 +268,8 @@ def _ranks(counts: Index) -> tuple[Index, Index]:
 def _between(
     cells: _Cells, position: Index, count: Index, rng: np.random.Generator
 ) -> tuple[Index, Mask]:
-    """A place of each cell half-way between two of its samples that follow each other, and whether
-    it is free."""
+    """Return a place of each cell half-way between two neighbouring samples, and whether that place
+    is free."""
     end = np.cumsum(count)
     gap = rng.integers(0, count + 1)
     padded = np.append(position, 0)
@@ -277,7 +280,7 @@ def _between(
 
 
 def _choose(cells: Index, near: Mask, count: int, rng: np.random.Generator) -> tuple[Index, Array]:
-    """The near ones of some cells and a few of the others, and how many cells each stands for."""
+    """Return the near cells and a few of the others, and how many cells each stands for."""
     every, others = cells[near], cells[~near]
     few = rng.permutation(others)[:count]
     chosen = np.concatenate([every, few])

@@ -1,5 +1,5 @@
-"""Clusters of an operator and their skeletons: the few rows and columns through which they see the
-rest."""
+"""Clusters of an operator and their skeletons: the few rows and columns through which they interact
+with the rest."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ ATTEMPTS = 6
 
 
 class Axis:
-    """The rows or the columns of an operator: which degrees of freedom each node has, and how to
-    sample its nodes.
+    """The rows or the columns of an operator: the degrees of freedom of each node, and the samples
+    of the nodes.
 
     Parameters
     ----------
@@ -47,39 +47,40 @@ class Axis:
         self.sampler = Sampler(curves, carriers, np.union1d(breaks, carriers[changes + 1]))
 
     def span(self, start: int, stop: int) -> Index:
-        """Degrees of freedom of nodes start..stop."""
+        """Return the degrees of freedom of nodes start..stop."""
         return np.arange(int(self.offsets[start]), int(self.offsets[stop]))
 
     def of(self, nodes: Index) -> Index:
-        """Degrees of freedom of some nodes."""
+        """Return the degrees of freedom of some nodes."""
         spans = [self.span(int(node), int(node) + 1) for node in nodes]
         return np.concatenate([np.empty(0, dtype=np.int64), *spans])
 
     def nodes_of(self, dofs: Index) -> Index:
-        """Nodes of some increasing degrees of freedom, each once."""
+        """Return the nodes of some increasing degrees of freedom, each once."""
         nodes = self.node[dofs]
         first = np.ones(len(nodes), dtype=bool)
         np.not_equal(nodes[1:], nodes[:-1], out=first[1:])
         return np.asarray(nodes[first])
 
     def count(self, nodes: Index) -> int:
-        """Number of degrees of freedom of some nodes."""
+        """Return the number of degrees of freedom of some nodes."""
         return int((self.offsets[nodes + 1] - self.offsets[nodes]).sum())
 
     def places(self, nodes: Index, dofs: Index) -> Index:
-        """Places of degrees of freedom among all those of some increasing nodes."""
+        """Return the places of degrees of freedom among all those of some increasing nodes."""
         counts = self.offsets[nodes + 1] - self.offsets[nodes]
         first = np.cumsum(counts) - counts
         node = self.node[dofs]
         return np.asarray(first[np.searchsorted(nodes, node)] + dofs - self.offsets[node])
 
     def spread(self, nodes: Index, values: Array) -> Array:
-        """Values of nodes, repeated for each of their degrees of freedom."""
+        """Return values of nodes, repeated for each of their degrees of freedom."""
         return np.repeat(values, self.offsets[nodes + 1] - self.offsets[nodes])
 
 
 class Operator:
-    """Exact entries by degrees of freedom, and the compression of clusters from samples of them.
+    """Exact entries by degrees of freedom, and the compression of clusters from samples of these
+    entries.
 
     Parameters
     ----------
@@ -126,12 +127,12 @@ class Operator:
             self._served = [Axis(offsets, self.curves, breaks) for offsets in served[1]]
 
     def beside(self, entries: Entries, column_offsets: Index) -> Operator:
-        """Another operator with the same rows."""
+        """Return another operator with the same rows."""
         places = self.curves.points, self.row_axis.offsets, column_offsets, self.breaks
         return Operator(entries, *places, self.tolerance, self.translations.beside())
 
     def block(self, rows: Index, columns: Index) -> Array:
-        """Entries of some rows and columns."""
+        """Return the entries of some rows and columns."""
         row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
         values = self.between(row_nodes, column_nodes)
         # columns first: entries lie column by column
@@ -139,8 +140,8 @@ class Operator:
         return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
     def leaf(self, start: int, stop: int, known: dict[Hashable, Cluster]) -> Cluster:
-        """A cluster with all rows and columns active, and its dense diagonal block, that of a
-        translate if one is known."""
+        """Return a cluster with all rows and columns active and with its dense diagonal block. The
+        block is that of a known translate, if there is one."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
         key = self.translations.key(start, stop)
         if key in known:
@@ -150,8 +151,8 @@ class Operator:
         return noted(Cluster(start, stop, rows, columns, [near], key=key), known)
 
     def merge(self, children: list[Cluster], known: dict[Hashable, Cluster]) -> Cluster:
-        """The union of one or two compressed neighbours: what they kept, and the blocks between the
-        two."""
+        """Return the union of one or two compressed neighbours: the rows and columns that they
+        kept, and the blocks between them."""
         key = (
             tuple(id(c.leader) for c in children)
             if all(c.leader is not None for c in children)
@@ -212,8 +213,8 @@ class Operator:
         return usual
 
     def compress_columns(self, clusters: list[Cluster], alike: list[Cluster]) -> None:
-        """Find the bases of the columns of a level's clusters; those of their rows are the ones of
-        another operator's."""
+        """Find the bases of the columns of a level's clusters. The bases of their rows are those of
+        another operator."""
         of = {id(like): cluster for cluster, like in zip(clusters, alike, strict=True)}
         for cluster, like in zip(clusters, alike, strict=True):
             cluster.leader = (
@@ -224,8 +225,8 @@ class Operator:
         follow(clusters)
 
     def _compress_columns(self, cluster: Cluster, like: Cluster) -> None:
-        """Its columns are no harder to fit than those of the other operator were, and are judged by
-        the same probes."""
+        """Find the basis of one cluster's columns. It is judged by the probes of the other
+        operator, whose columns are no easier to fit."""
         assert like.row_basis is not None
         # of a follower none was drawn
         sample, guess = like.felt_by or self._samples([cluster], 0)[0][0], len(like.row_basis.kept)
@@ -241,14 +242,14 @@ class Operator:
         return self._judged(qr, qr.rank, values, axes, sample)
 
     def _felt(self, cluster: Cluster, sample: Sample) -> Array:
-        """A cluster's active columns at the rows of a sample."""
+        """Return a cluster's active columns at the rows of a sample."""
         nodes = self.column_axis.nodes_of(cluster.columns)
         return np.asarray(
             self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)]
         )
 
     def _seen(self, cluster: Cluster, sample: Sample) -> Array:
-        """The columns of a sample at a cluster's active rows, transposed."""
+        """Return the columns of a sample at a cluster's active rows, transposed."""
         nodes = self.row_axis.nodes_of(cluster.rows)
         if not len(nodes) or not len(sample.nodes):
             return np.zeros(
@@ -260,8 +261,8 @@ class Operator:
         )
 
     def _factored(self, values: Array, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
-        """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after
-        another."""
+        """Return the pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis
+        after another."""
         weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
         # pivots are cut at a tenth of the tolerance: errors of many levels and clusters add up
         return pivoted_qr(values, weights, 0.1 * self.tolerance, guess)
@@ -269,7 +270,7 @@ class Operator:
     def _judged(
         self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample
     ) -> _Fit:
-        """What was factored, cut to a rank, with the probes that it has to fit."""
+        """Return a factorisation that is cut to a rank, with the probes that it has to fit."""
         probes = np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes])
         probed = np.flatnonzero(probes)
         weighted = np.count_nonzero(sample.weights) * len(values) / max(1, len(sample.nodes))
@@ -279,8 +280,8 @@ class Operator:
         return _Fit(*qr.interpolation(rank), 2.0 * self.tolerance * qr.scale, probe, ample)
 
     def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
-        """Outer nodes with rows and outer nodes with columns, for each of some adjacent
-        clusters."""
+        """Return the outer nodes with rows and the outer nodes with columns, for each of some
+        adjacent clusters."""
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
         density = DENSITY * (1.0 - np.log10(self.tolerance)) * 1.5**attempt
         rng = np.random.default_rng([start[0], stop[-1], len(start), attempt])
@@ -296,7 +297,8 @@ class Operator:
     def _fits(
         self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]
     ) -> tuple[_Fit, _Fit]:
-        """The cluster's rows fitted on columns outside, and its columns fitted on rows outside."""
+        """Return the fit of the cluster's rows on outer columns, and the fit of its columns on
+        outer rows."""
         rows, columns = outer
         looks = (
             (self._seen(cluster, columns), self._served, columns, guess[0]),
@@ -313,7 +315,7 @@ class Operator:
         return fits[0], fits[1]
 
     def between(self, row_nodes: Index, column_nodes: Index) -> Array:
-        """Entries of all rows of some nodes and all columns of others."""
+        """Return the entries of all rows of some nodes and all columns of others."""
         if len(row_nodes) and len(column_nodes):
             return self.entries(row_nodes, column_nodes)
         return np.zeros((self.row_axis.count(row_nodes), self.column_axis.count(column_nodes)))
@@ -330,6 +332,6 @@ class _Fit:
 
     @property
     def holds(self) -> bool:
-        """True if the probes are fitted as well as the sample was."""
+        """Whether the probes are fitted as well as the sample."""
         error = self.probes[:, self.rest] - self.probes[:, self.kept] @ self.z
         return self.ample and bool((error * error).sum(axis=0).max(initial=0.0) <= self.allowed**2)

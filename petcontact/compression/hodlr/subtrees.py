@@ -1,4 +1,4 @@
-"""Subtrees over threads and ranks under the common top of the tree: one sweep up and down is a
+"""Subtrees over threads and ranks below the common top of the tree. One sweep up and down is a
 product or a solve."""
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ CHUNK = 64  # right-hand sides that go through the tree together
 
 
 class Sweepable(Protocol):
-    """A subtree as a sweep sees it."""
+    """A subtree for a sweep."""
 
     @property
     def nbytes(self) -> int:
         """Memory [bytes]."""
 
     def ascend(self, x: Array) -> tuple[list[Array], Array]:
-        """What to keep for the way down, and what to hand to the tree above."""
+        """Return what the way down needs, and what the tree above gets."""
 
     def descend(self, seen: list[Array], outside: Array) -> Array:
-        """The result on the leaves from what was kept and from what the tree above handed down."""
+        """Return the result on the leaves from the stored values and from the values of the tree
+        above."""
 
 
 class Forest:
-    """The subtrees of one rank, one a thread, and the top of the tree, which every rank has.
+    """The subtrees of one rank, one for each thread, and the top of the tree, which every rank has.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ class Forest:
         self._bounds = np.concatenate([[0], np.cumsum(handed)])[first : first + len(parts) + 1]
 
     def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: Index) -> Forest:
-        """Other things to sweep over, of the same subtrees."""
+        """Return a forest of other objects on the same subtrees."""
         return Forest(parts, top, self.workers, self.lengths, handed, self._first)
 
     @property
@@ -69,7 +70,8 @@ class Forest:
         return sum(part.nbytes for part in self.parts) + (self.top.nbytes if self.top else 0)
 
     def sweep(self, x: Array) -> Array:
-        """Up and down with this rank's share of a vector (n,) or of several (n, s). Collective.
+        """Sweep up and down with this rank's share of a vector (n,) or of several vectors (n, s).
+        Collective.
 
         Raises
         ------

@@ -1,5 +1,5 @@
-"""Clusters that are translates of one another: on a straight stretch of equal elements one set of
-blocks serves them all.
+"""Clusters that are translates of one another. On a straight stretch of equal elements they share
+one set of blocks.
 
 Bases are fitted to the cluster's neighbours on its own stretch, and these are alike. What lies
 elsewhere is seen through analytic functions, which the bases for neighbours contain, if it is about
@@ -24,13 +24,13 @@ from .clusters import halved
 from .sampling import Sample
 
 TOGETHER = 32
-"""Clusters sampled in one pass."""
+"""Number of clusters that are sampled in one pass."""
 
 
 @frozen
 class Stretch:
-    """Nodes start..stop on a straight line: shifted by `period` of them, entries between them are
-    the same again.
+    """Nodes start..stop on a straight line. After a shift by `period` nodes the entries between
+    them are the same again.
 
     Attributes
     ----------
@@ -46,8 +46,8 @@ class Stretch:
 
 @frozen
 class Basis:
-    """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are
-    combinations of those.
+    """Active rows (or columns) `kept` (k,) and `rest` (m-k,). Outside a cluster the rest are
+    combinations of the kept ones.
 
     Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept]
     combine, combine (k, m-k).
@@ -86,12 +86,12 @@ class Cluster:
         return self.leader is not None and self.leader is not self
 
     def border(self) -> Cluster:
-        """What the tree above needs of it: all but the near blocks."""
+        """Return the cluster without its near blocks, as the tree above needs it."""
         return replace(self, near=[], key=None, leader=None)
 
 
 class Translations:
-    """Which clusters are translates of one another.
+    """The clusters that are translates of one another.
 
     Parameters
     ----------
@@ -106,12 +106,12 @@ class Translations:
         self._starts = np.array([s.start for s in self.stretches], dtype=np.int64)
 
     def beside(self) -> Translations:
-        """Those of the operators beside this one."""
+        """Return the translations of operators that share the rows of this one."""
         return Translations([s for s in self.stretches if s.beside], self._points)
 
     def leaves(self, start: int, stop: int, leaf: int) -> Index:
-        """Bounds of ranges of start..stop that hold at most `leaf` nodes, equal ones on
-        stretches."""
+        """Return the bounds of ranges of start..stop with at most `leaf` nodes. On stretches the
+        ranges are equal."""
         bounds = [np.array([start])]
         for s in self.stretches:
             first = s.start + -(-max(start - s.start, 0) // s.period) * s.period
@@ -130,7 +130,7 @@ class Translations:
         return np.concatenate(bounds)
 
     def key(self, start: int, stop: int) -> Hashable:
-        """What translates of a leaf have in common with it; None on no stretch."""
+        """Return a key that all translates of a leaf share, or None off all stretches."""
         number = int(np.searchsorted(self._starts, start, "right")) - 1
         if number < 0 or stop > self.stretches[number].stop:
             return None
@@ -141,8 +141,8 @@ class Translations:
         )
 
     def clear(self, clusters: Sequence[Cluster]) -> Array:
-        """A lower bound of the distance of clusters on one stretch from its ends and all else, over
-        their length, (c,)."""
+        """Return a lower bound of the distance of clusters on one stretch from its ends and from
+        all other nodes, over their length, (c,) [-]."""
         first, last = (
             self._points[[getattr(c, name) - k for c in clusters]]
             for name, k in (("start", 0), ("stop", 1))
@@ -177,8 +177,8 @@ class Translations:
         return scipy.spatial.cKDTree(self._points[apart]) if apart.any() else None
 
     def leaders(self, clusters: Sequence[Cluster]) -> list[int | None]:
-        """For each cluster of a level the place of the one whose bases it shares; None of those
-        that share with none."""
+        """Return, for each cluster of a level, the place of the cluster whose bases it shares, or
+        None."""
         found: list[int | None] = [None] * len(clusters)
         alike: dict[Hashable, list[int]] = {}
         for i, cluster in enumerate(clusters):
@@ -197,14 +197,14 @@ class Translations:
 
 
 def noted(cluster: Cluster, known: dict[Hashable, Cluster]) -> Cluster:
-    """The cluster, to be found by its key from now on."""
+    """Return the cluster, after it is stored under its key."""
     if cluster.key is not None:
         known[cluster.key] = cluster
     return cluster
 
 
 def follow(clusters: list[Cluster]) -> None:
-    """Give followers the bases of their leaders."""
+    """Give all followers the bases of their leaders."""
     for cluster in clusters:
         if cluster.leader is not None:
             cluster.row_basis, cluster.column_basis = (
@@ -214,7 +214,7 @@ def follow(clusters: list[Cluster]) -> None:
 
 
 def adjacent(clusters: list[Cluster]) -> Iterator[list[Cluster]]:
-    """A few clusters at a time that follow one another."""
+    """Yield a few neighbouring clusters at a time."""
     apart = [
         i for i, (one, two) in enumerate(itertools.pairwise(clusters), 1) if one.stop != two.start
     ]

@@ -28,17 +28,17 @@ class Workers:
         self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
 
     def map(self, task: Callable[..., T], *items: Iterable[Any]) -> list[T]:
-        """The task on each item, over the threads."""
+        """Return the results of a task on each item, computed by threads."""
         return list(map(task, *items) if self._pool is None else self._pool.map(task, *items))
 
     def gather(self, items: list[T]) -> list[T]:
-        """The items of all ranks, in rank order, on every rank."""
+        """Return the items of all ranks, in the order of the ranks, on every rank."""
         if self.size == 1:
             return items
         return [item for part in self.comm.allgather(items) for item in part]
 
     def at_root(self, task: Callable[[], T]) -> T:
-        """What rank 0 computes, on every rank: all go on with the same digits."""
+        """Return on every rank what rank 0 computes, so that all use the same digits."""
         if self.size == 1:
             return task()
         result: T = self.comm.bcast(task() if self.rank == 0 else None, root=0)
