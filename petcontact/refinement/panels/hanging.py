@@ -101,8 +101,8 @@ def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved):
         return mesh
-    panel, k, points = mesh.sides_of(curved)
-    sides = _Sides(*points, panel, place)
+    panel, k, (start, stop, middle) = mesh.sides_of(curved)
+    sides = _Sides(start, stop, middle, panel, place)
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
