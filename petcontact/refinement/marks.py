@@ -20,6 +20,7 @@ from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST, TOLERANCE, inside
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
@@ -53,6 +54,10 @@ NEAR_END = 1e-4
 IN_ZONES = 0.25
 """Power of a level's error with which elements at the ends of narrow zones shrink, relative to the
 zones' widths [-]."""
+FINER = 0.5
+"""Largest size of elements at corners over that on the level before [-]. Errors of tractions that
+fade out there fall like the size to the power λ + 1/2, which is about 1. They halve at least, and
+the difference of the levels exceeds the error of the finer one."""
 ON_KINK = 1e-3
 """Distance of a transition point from a kink of the data over the smallest elements, below which
 the mesh is graded only to the kink [-]."""
@@ -79,6 +84,8 @@ class Body:
         λ there, see `singular_points.corner_exponents`.
     powers : list of pairs of float, optional
         λ where elements at corners are powers of the distance, else 0.
+    last : list of pairs of float, optional
+        Lengths of the elements at the start and the end of each side on the level before [length].
     """
 
     outline: Outline
@@ -89,6 +96,7 @@ class Body:
     singular: list[tuple[bool, bool]]
     exponents: list[tuple[float, float]]
     powers: list[tuple[float, float]] = field(default_factory=list)
+    last: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
     def from_problem(problem: Problem, outline: Outline) -> Body:
@@ -126,6 +134,16 @@ class Body:
             for a, b in self.exponents
         ]
         return replace(self, exponents=exponents, powers=powers)
+
+    def after(self, mesh: CurveMesh) -> Body:
+        """Return the body whose next meshes have smaller elements at corners than a mesh."""
+        ends = np.cumsum(mesh.length)
+        starts, last = ends - mesh.length, []
+        sides = np.array([side.length for side in self.outline.sides])
+        for length, end in zip(sides, np.cumsum(sides), strict=True):
+            nearest = np.abs(starts - (end - length)).argmin(), np.abs(ends - end).argmin()
+            last.append((float(mesh.length[nearest[0]]), float(mesh.length[nearest[1]])))
+        return replace(self, last=last)
 
     @functools.cached_property
     def kinks(self) -> list[Array]:
@@ -168,6 +186,14 @@ class Body:
         # at a corner of power 1 a size of .015 leaves an error of 1e-4
         size = (0.015 ** (1.0 / MILDEST) * resolved / 1e-4) ** power
         return max(self.smallest, self.scale * float(size))
+
+    def end_sizes(self, number: int, resolved: float) -> list[float]:
+        """Return the sizes of the smallest elements at both ends of a side [length]."""
+        last_sizes = self.last[number] if self.last else (math.inf, math.inf)
+        return [
+            min(self.corner_size(exponent, resolved), max(FINER * last, self.smallest))
+            for exponent, last in zip(self.exponents[number], last_sizes, strict=True)
+        ]
 
     def truncation(self, resolved: float) -> float:
         """Return the error a^(2λ) of elements of these sizes at the worst corner [-].
@@ -270,7 +296,7 @@ def marks_for(
     lines, marks = iter(shown or []), []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        ends = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
+        ends = body.end_sizes(k, resolved)
         every = [(0.0, ends[0]), *_marks_inside(body, k, resolved, line), (side.length, ends[1])]
         every.sort(key=operator.itemgetter(0))
         kept = [

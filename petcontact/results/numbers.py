@@ -103,6 +103,9 @@ class _OfStep:
     ) -> None:
         self._solution, self._increments, self._step = solution, increments, increments[-1]
         self._unbounded = places
+        # bodies of revolution without torsion cannot turn
+        turns = any(mesh.motions.planes for mesh in solution.meshes.values())
+        self._units = {"length", "force", *(("rad", "moment") if turns else ())}
         self._acting = {name: resultant(pair) for name, pair in self._step.pairs.items()}
 
     def _number(
@@ -132,7 +135,7 @@ class _OfStep:
             ("force on the primary", pair.force_primary, "force", force),
             ("moment on the primary", pair.moment_primary, "moment", moment),
         ):
-            if value is not None:
+            if value is not None and unit in self._units:
                 yield self._number(word, name, value, unit, scale)
 
     def _of_contact(self, name: str) -> Iterator[Number]:
@@ -204,7 +207,8 @@ class _OfStep:
                 ("held by", obstacle.force, "force", force),
                 ("held by moment", obstacle.moment, "moment", moment),
             ):
-                yield self._number(word, name, value, unit, scale)
+                if unit in self._units:
+                    yield self._number(word, name, value, unit, scale)
 
     def _displaced(self) -> Iterator[Number]:
         """The largest displacement of each body."""

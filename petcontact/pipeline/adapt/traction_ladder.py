@@ -44,6 +44,10 @@ corner."""
 MANY = 12
 """Number of edges before the end of a step, above which only a part of them is kept. The kinks that
 they leave are weak if they are close to each other."""
+FOUND = 0.1
+"""Error of an edge's place over the smallest elements there [-], see `CONTACT_REFINEMENT_LEVELS`.
+Edges at the ends of two steps that are farther apart are two, however coarse the level is: an edge
+that several levels leave out does not show in their differences."""
 FINEST = 1e-6
 """Size of the smallest elements at edges over the thickness of the body [-]. The round-off of
 displacements over this size becomes round-off of p."""
@@ -163,12 +167,20 @@ class Tractions:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
         self._attempt = self._attempt + 1 if level is self._level and self._last else 1
+        again = _few(solution) and self._attempt < ATTEMPTS
         self._last, self._level = [solution], level
+        if not again:
+            self._bodies = {
+                number: body.after(as_curve(mesh))
+                for (number, body), mesh in zip(
+                    sorted(self._bodies.items()), solution.meshes.values(), strict=True
+                )
+            }
         finest = {
             name: FINEST * self._bodies[body].scale for name, (body, _) in self._sides.items()
         }
         self._edges = edges_of_steps(solution, level.edge, finest)
-        return _few(solution) and self._attempt < ATTEMPTS
+        return again
 
     def mark_failed(self, solution: Solution) -> bool:
         """Return whether a rejected solution needs another mesh."""
@@ -254,7 +266,7 @@ def edges_of_steps(
         edges = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
             edges[id(step) in last] += pair_edges(step.pairs[name], smallest, finest[name])
-        ends = merged(edges[True], smallest, (), finest[name])
+        ends = merged(edges[True], FOUND * smallest, (), finest[name])
         between = sorted(edges[False], key=lambda edge: edge.s)
         result[name] = merged(between[:: 1 + len(between) // MANY], smallest, ends, finest[name])
     return result
