@@ -1,5 +1,5 @@
-"""What is known at the nodes of a mesh, in which directions and load states; the rigid motions that
-leave it alone."""
+"""Known displacements and tractions at the nodes of a mesh, their directions, and the rigid motions
+that they leave free."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ large one is taken out."""
 
 @frozen
 class BoundaryData:
-    """What each of n nodes knows in K load states, in d orthogonal directions a node.
+    """Known values at each of n nodes in K load states, in d orthogonal directions for each node.
 
     Attributes
     ----------
@@ -68,18 +68,18 @@ class BoundaryData:
 
     @property
     def states(self) -> int:
-        """Number of load states K."""
+        """Return the number of load states K."""
         return len(self.value)
 
     @property
     def contact_shape(self) -> tuple[int, int]:
-        """Number of contact nodes m, and of unknown tractions at each, k."""
+        """Return the number of contact nodes m and the number of unknown tractions of each, k."""
         m, k = self.contact_directions.shape
         return m, k
 
     @property
     def contact_frame(self) -> Array:
-        """The contact directions as vectors, (m, k, d)."""
+        """Return the contact directions as vectors, (m, k, d)."""
         return np.asarray(self.frame[self.contact_nodes[:, None], self.contact_directions])
 
     @property
@@ -90,7 +90,7 @@ class BoundaryData:
 
     @property
     def sliding(self) -> Array:
-        """The rigid motions along the contact directions, (K, m, k)."""
+        """Return the rigid motions along the contact directions, (K, m, k)."""
         if self.rigid is None:
             return np.zeros((self.states, *self.contact_directions.shape))
         return np.asarray(
@@ -99,12 +99,12 @@ class BoundaryData:
 
     @property
     def known_traction(self) -> Array:
-        """Known tractions as vectors, (K, n, d) [stress]."""
+        """Return the known tractions as vectors, (K, n, d) [stress]."""
         return self.vectors(np.where(self.traction_known, self.value, 0.0))
 
     @property
     def known_displacement(self) -> Array:
-        """Known displacements as vectors, (K, n, d) [length]."""
+        """Return the known displacements as vectors, (K, n, d) [length]."""
         return self.vectors(np.where(self.traction_known, 0.0, self.value))
 
     @property
@@ -119,7 +119,7 @@ class BoundaryData:
         return np.asarray(np.any([values.any(axis=(1, 2)) for values in acting], axis=0))
 
     def vectors(self, components: Array) -> Array:
-        """Vectors (..., n, d) from components along the frames (..., n, d)."""
+        """Return vectors (..., n, d) from their components along the frames (..., n, d)."""
         return (
             np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
             if self._turned
@@ -128,7 +128,7 @@ class BoundaryData:
 
     @cached_property
     def _turned(self) -> bool:
-        """Whether a frame is not that of the axes."""
+        """Return whether any frame differs from the axes of the coordinates."""
         return bool((self.frame != np.eye(self.frame.shape[1])).any())
 
     def components(self, vectors: Array) -> Array:
@@ -137,15 +137,15 @@ class BoundaryData:
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
     def has_matrix_of(self, other: BoundaryData) -> bool:
-        """Whether the same is known in the same directions, so that data of the same mesh differ in
-        their values only."""
+        """Return whether other data know the same quantities in the same directions, so that A_0 is
+        the same and only values differ."""
         names = ("frame", "traction_known", "contact_nodes", "contact_directions")
         return self.states == other.states and all(
             np.array_equal(getattr(self, n), getattr(other, n)) for n in names
         )
 
     def equals(self, other: BoundaryData) -> bool:
-        """Whether the values are the same, too."""
+        """Return whether other data have the same matrix and the same values."""
         pairs = [
             (getattr(self, name), getattr(other, name))
             for name in ("value", "point", "force", "volume", "rigid")
@@ -156,7 +156,7 @@ class BoundaryData:
         )
 
     def reordered(self, nodes: Index) -> BoundaryData:
-        """The data with node nodes[i] as node i."""
+        """Return the data with node nodes[i] as node i."""
         place = np.argsort(nodes)[self.contact_nodes]
         order = np.argsort(place)
         return replace(
@@ -184,14 +184,15 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def _at_rest(rows: Array) -> Array:
-    """Amplitudes (r, s) of the motions that leave components, rows of them (k, r), at rest."""
+    """Return amplitudes (r, s) of the combinations of r motions that do not move the components in
+    the rows (k, r)."""
     _, strengths, ways = np.linalg.svd(rows, full_matrices=True)
     strengths = np.append(strengths, np.zeros(len(ways) - len(strengths)))
     return np.asarray(ways[strengths <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T)
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that costs
+    """Return the known displacements without their common rigid motion, where that motion costs
     digits.
 
     Large motions swallow what strains the body: of tractions on elements of size h all those below
@@ -250,7 +251,7 @@ def unit_motions(mesh: BoundaryMesh) -> Array:
 
 
 def half_extent(mesh: BoundaryMesh) -> float:
-    """The largest distance of a node from the middle of the boundary along an axis [length]."""
+    """Return the largest distance of a node from the boundary's middle along an axis [length]."""
     return float(np.abs(mesh.x - _middle(mesh)).max())
 
 
@@ -259,7 +260,7 @@ def _middle(mesh: BoundaryMesh) -> Array:
 
 
 def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:
-    """Rigid motions (n, d, r) that change no known displacement [-]."""
+    """Return the rigid motions (n, d, r) that change no known displacement [-]."""
     every = unit_motions(mesh)
     seen = data.components(every)[~data.traction_known]
     if len(seen) == 0:
@@ -274,7 +275,7 @@ def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:
 
 
 def motion_name(motion: Array, mesh: BoundaryMesh) -> str:
-    """`rotate` or `translate along (...)`: a rigid motion (n, d) in words."""
+    """Return `rotate` or `translate along (...)`, the words for a rigid motion (n, d)."""
     mean = mesh.weight @ motion / mesh.weight.sum()
     if np.abs(motion - mean).max() > 1e-6 * np.abs(motion).max():
         return "rotate"

@@ -1,5 +1,5 @@
-"""What fills columns of the boundary operators: a compiled function and what it knows of a mesh, or
-a kernel's integrals."""
+"""Two ways to fill columns of the boundary operators: a compiled function with its struct of the
+mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
 ROWS = 512
-"""Targets whose kernels are held at a time."""
+"""Number of targets whose kernels are in memory at a time."""
 
 
 @frozen
 class PlainFiller:
-    """A `ColumnFiller` for any kernel."""
+    """A `ColumnFiller` that calls the integrals of any kernel."""
 
     kernel: Kernel
     mesh: BoundaryMesh
@@ -51,7 +51,7 @@ class PlainFiller:
                 right_hand_sides[:, here] = sides[:, 0]
 
     def _kernels(self, rows: Index, columns: Index) -> tuple[Array, Array]:
-        """G and ½ + H of some nodes, (d, d, k, m) each."""
+        """Return G and ½ + H of some nodes, (d, d, k, m) each."""
         mesh, element = self.mesh, self.mesh.element[columns]
         shape = self.kernel.dim, self.kernel.dim, len(columns), len(rows)
         targets, g, h = mesh.targets(rows), np.empty(shape), np.empty(shape)
@@ -74,7 +74,8 @@ class PlainFiller:
 
 
 def _times(kernel: Array, vectors: Array) -> Array:
-    """A kernel (d, d, k, m) times some vectors (k, c, d) a column: (k, c, m, d)."""
+    """Multiply a kernel (d, d, k, m) by some vectors (k, c, d) a column. The result is (k, c, m,
+    d)."""
     found = [
         sum(part[j] * vectors[:, :, j, None] for j in range(len(part)))
         for part in kernel[:, :, :, None]
@@ -83,7 +84,7 @@ def _times(kernel: Array, vectors: Array) -> Array:
 
 
 class CompiledFiller:
-    """A function of C and the struct that it reads.
+    """A `ColumnFiller` that calls a function of C with the struct that it reads.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Data that contradict each other where parts meet."""
+"""Checks that given data do not contradict each other where parts meet."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
 
 
 def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
-    """Of displacements that move the axis along r."""
+    """Refuse displacements that move the axis along r."""
     for conditions in problem.conditions(number):
         for k, end in outline.axis_ends:
             side, at = outline.sides[k], 2.0 * end - 1.0
@@ -113,7 +113,7 @@ def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
 
 
 def _check_periodic(condition: Periodic, outline: Meridian) -> None:
-    """Of parts that are not the same rings at another height."""
+    """Refuse parts that are not the same rings at another height."""
     own, other = (
         [side.start[0] for side in outline.sides if side.part == part]
         + [side.end[0] for side in outline.sides if side.part == part]
@@ -132,7 +132,7 @@ def _check_periodic(condition: Periodic, outline: Meridian) -> None:
 
 
 def _check_loads(loads: VolumeLoads) -> None:
-    """Of volume loads across the axis."""
+    """Refuse volume loads across the axis."""
     across = (loads.acceleration or (0.0,))[0]
     if isinstance(across, float) and across != 0.0:
         raise InputError(
@@ -147,7 +147,7 @@ def _check_loads(loads: VolumeLoads) -> None:
 
 
 def _at(side: Side, xi: float) -> tuple[Array, Array]:
-    """Point and outward normal at the start (ξ = -1) or end (ξ = 1) of a side."""
+    """Return point and outward normal at the start (ξ = -1) or end (ξ = 1) of a side."""
     point, normal = on_arcs(side.start, side.end, side.half_angle, np.array([xi]))
     return point[0], normal[0]
 
@@ -155,7 +155,7 @@ def _at(side: Side, xi: float) -> tuple[Array, Array]:
 def _displacement(
     condition: Displacement, side: Side, start: float, xi: float, normal: Array
 ) -> Array | None:
-    """u at an end of a side, None where it does not say what u·n is or cannot be evaluated."""
+    """Return u at an end of a side, or None where it does not fix u·n or cannot be evaluated."""
     (x, y), (nx, ny) = _at(side, xi)
     s = start + 0.5 * (1.0 + xi) * side.length
     variables = {

@@ -1,4 +1,4 @@
-"""The dense system of a body, its contact columns and its loads, filled in place."""
+"""Assembly of the dense system of a body, its contact columns and its loads in place."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..arrays import Array, Index
 from .operators import BoundaryOperators
 
 COLUMNS = 256
-"""Nodes whose columns are filled at a time."""
+"""Number of nodes whose columns are filled at a time."""
 
 
 def fill_dense(
@@ -18,8 +18,8 @@ def fill_dense(
     contact: Array | None,
     loads: Array,
 ) -> None:
-    """Equations of some nodes, a whole range of them in increasing order; without system and
-    contact columns their loads.
+    """Fill the equations of a range of nodes in increasing order. Without system and contact
+    columns, fill their loads only.
 
     Parameters
     ----------

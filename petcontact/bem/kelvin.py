@@ -1,5 +1,4 @@
-"""Kelvin's solution of a point force, in the plane and in space: what both kernels have in
-common."""
+"""Kelvin's solution of a point force in the plane and in space: what both kernels share."""
 
 from __future__ import annotations
 
@@ -15,7 +14,8 @@ from ..frozen import frozen
 from ..model.problem import Material
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
-"""Of symmetric tensors by the dimension: xx, yy, xy; xx, yy, zz, xy, xz, yz."""
+"""Order of the components of symmetric tensors in 2 and 3 dimensions: xx, yy, xy and xx, yy, zz,
+xy, xz, yz."""
 
 
 @frozen
@@ -44,18 +44,18 @@ class KelvinSolution(abc.ABC):
 
     @property
     def traction_scale(self) -> float:
-        """2µ/ℓ [stress/length]."""
+        """Return 2µ/ℓ [stress/length]."""
         return 2.0 * self.material.shear_modulus / self.unit_length
 
     @property
     def half_space_compliance(self) -> float:
-        """(1-ν)/(πµ), that is 2(1-ν²)/(πE) in space and in plane strain, and 2/(πE) in plane stress
-        [1/stress]."""
+        """Return (1-ν)/(πµ) [1/stress]. This is 2(1-ν²)/(πE) in space and in plane strain, and
+        2/(πE) in plane stress."""
         return (1.0 - self.poisson_ratio) / (math.pi * self.material.shear_modulus)
 
     @abc.abstractmethod
     def potential(self, distance: Array) -> Array:
-        """φ of a distance: -ln(r/ℓ), in space 1/r."""
+        """Return φ(r), -ln(r/ℓ) in the plane and 1/r in space."""
 
     def measure(self, at: Array) -> Array:
         """As in `Kernel`: 1."""
@@ -97,7 +97,8 @@ class KelvinSolution(abc.ABC):
 def weighted(
     by_traction: Array, by_displacement: Array, traction: Array, displacement: Array
 ) -> Array:
-    """Integrals (c, d, k, m) times data (k, d, s) at the nodes of elements, summed: (m, c, s)."""
+    """Multiply integrals (c, d, k, m) by data (k, d, s) at the nodes of elements and add. The
+    result is (m, c, s)."""
     return np.asarray(
         np.einsum("ijkm,kjs->mis", by_traction, traction, optimize=True)
         + np.einsum("ijkm,kjs->mis", by_displacement, displacement, optimize=True)
@@ -105,8 +106,8 @@ def weighted(
 
 
 def _from(x: Array, place: Array) -> tuple[Array, Array]:
-    """r and |r|, which is kept from zero: at the force itself, where all is infinite, r = 0 leaves
-    nothing."""
+    """Return the vector r and its length. The length is never zero: at the force itself the vector
+    0 cancels the infinite factors."""
     r = x - place
     distance = np.linalg.norm(r, axis=1)
     return r, np.maximum(distance, 1e-12 * distance.max(initial=1e-150))

@@ -1,5 +1,5 @@
-"""What the operators and the fields ask of a fundamental solution: integrals over elements, in any
-dimension."""
+"""Interface of a fundamental solution for the operators and the fields: integrals over elements, in
+any dimension."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..model.problem import Material
 
 @frozen
 class ColumnData:
-    """What makes columns of the boundary operators out of G and H.
+    """Data by which columns of the boundary operators are made from G and H.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class ColumnData:
 
 
 class ColumnFiller(Protocol):
-    """Blocks of columns of the boundary operators in one call."""
+    """An object that fills a block of columns of the boundary operators in one call."""
 
     def fill(
         self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None
     ) -> None:
-        """Fill what is given.
+        """Fill the arrays that are given.
 
         Parameters
         ----------
@@ -55,11 +55,11 @@ class ColumnFiller(Protocol):
 
     @property
     def compiled(self) -> tuple[int, int] | None:
-        """Addresses of a function of C that does the same and of what it knows, or None."""
+        """Return the addresses of a C function that does the same and of its context, or None."""
         ...
 
     def of(self, data: ColumnData) -> ColumnFiller:
-        """The one of the same mesh with other right-hand sides."""
+        """Return the filler of the same mesh for other right-hand sides."""
         ...
 
 
@@ -94,7 +94,7 @@ class Kernel(Protocol):
     def half_space_compliance(self) -> float: ...
 
     def integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
-        """Both kernels integrated over elements against their bases, at targets.
+        """Return both kernels integrated over elements against their bases, at targets.
 
         Parameters
         ----------
@@ -127,7 +127,8 @@ class Kernel(Protocol):
     def field(
         self, targets: Any, elements: Any, u: Array, traction: Array
     ) -> tuple[Array, Array, Array]:
-        """What some elements add to the field inside a body: (4.9) and its derivative.
+        """Return displacement and stress that some elements cause inside a body, by (4.9) and its
+        derivative.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""The choice of the kernel: one line for each."""
+"""Tables that choose a kernel, its compiled columns and its expansions."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ KERNELS: dict[type, Callable[..., Kernel]] = {
     TwistedRingMesh: TwistedRingKernel,
     SurfaceMesh: Kelvin3D,
 }
-"""By the kind of a mesh, from a material and the unit of length of a mesh, and a `tolerance` of
-quadrature where one is wanted."""
+"""Kernels by the kind of a mesh. Each is made from a material, the unit of length of a mesh and a
+`tolerance` of quadrature."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller]] = {
     Kelvin2D: plane.compiled_columns,
     Kelvin3D: space.compiled_columns,
@@ -40,12 +40,12 @@ EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
 
 
 def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None = None) -> Kernel:
-    """The kernel of a material on a mesh."""
+    """Return the kernel of a material on a mesh."""
     wanted = {} if tolerance is None else {"tolerance": tolerance}
     return KERNELS[type(mesh)](material, mesh.unit_length, **wanted)
 
 
 def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
-    """What fills blocks of columns on a mesh: compiled code, or the integrals of a kernel that has
-    none."""
+    """Return the filler of blocks of columns on a mesh: compiled code, or the integrals of a kernel
+    without compiled code."""
     return COLUMN_FILLERS.get(type(kernel), PlainFiller)(kernel, mesh, data)

@@ -1,4 +1,5 @@
-"""The boundary integral equations (4.10) as columns of G and H, reached by blocks of exact entries.
+"""The boundary integral equations (4.10): blocks of exact entries of A_0, of contact columns and of
+loads.
 
 Unknown d·i + c belongs to node i and direction c: a displacement [length] where the traction is
 known, else a traction over the kernel's `traction_scale` [length]. Equation d·i + a is component a
@@ -23,13 +24,12 @@ from .kernels import column_filler
 from .right_hand_sides import RightHandSides, columns_beside
 
 RESIDUAL_NODES = 4096
-"""Nodes whose kernels a residual holds at a time."""
+"""Number of nodes whose kernels a residual keeps in memory at a time."""
 
 
 @frozen
 class BoundaryOperators:
-    """The mixed operator A_0, the contact columns G_Ct and the load, reached by blocks of exact
-    entries.
+    """The mixed operator A_0, the contact columns G_Ct and the load as blocks of exact entries.
 
     Attributes
     ----------
@@ -44,30 +44,30 @@ class BoundaryOperators:
     kernel: Kernel
 
     def __getstate__(self) -> dict[str, Any]:
-        """Addresses of compiled code mean nothing in another process."""
+        """Leave out addresses of compiled code: they mean nothing in another process."""
         return {key: value for key, value in vars(self).items() if key != "_filler"}
 
     @property
     def traction_scale(self) -> float:
-        """Tractions are unknowns times it [stress/length]."""
+        """Return the factor of the unknowns that are tractions [stress/length]."""
         return self.kernel.traction_scale
 
     @property
     def n_unknowns(self) -> int:
-        """Number of unknowns: d for each node."""
+        """Return the number of unknowns, d for each node."""
         return self.kernel.dim * self.mesh.n_nodes
 
     def system_entries(self, rows: Index, columns: Index) -> Array:
-        """Entries of A_0, (d len(rows), d len(columns)), between collocation nodes in increasing
-        order."""
+        """Return entries of A_0, (d len(rows), d len(columns)), between collocation nodes in
+        increasing order."""
         return self._blocks(rows, columns, outer=False)[0]
 
     def outer_entries(self, rows: Index, columns: Index) -> Array:
-        """Entries of the `right_hand_sides` of some nodes, (d len(rows), number of them)."""
+        """Return entries of the `right_hand_sides` of some nodes, (d len(rows), number of them)."""
         return self._blocks(rows, columns, system=False)[0]
 
     def all_entries(self, rows: Index, columns: Index) -> list[Array]:
-        """`system_entries` and `outer_entries` at the price of one."""
+        """Return `system_entries` and `outer_entries` for the cost of one of them."""
         return self._blocks(rows, columns)
 
     def _blocks(
@@ -104,7 +104,7 @@ class BoundaryOperators:
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller:
-        """For A_0 and the `right_hand_sides`."""
+        """Return the filler for A_0 and the `right_hand_sides`."""
         return column_filler(self.kernel, self.mesh, self._column_data)
 
     @property
@@ -127,12 +127,12 @@ class BoundaryOperators:
 
     @property
     def amplitudes(self) -> Array:
-        """Right-hand sides to the load of each state, (q, K)."""
+        """Return the factors of the right-hand sides in the load of each state, (q, K)."""
         return self._columns[1]
 
     @functools.cached_property
     def of_contact(self) -> Mask:
-        """Which right-hand sides are those of contact directions, (q,)."""
+        """Return which right-hand sides are those of contact directions, (q,)."""
         rhs, data = self.right_hand_sides, self.data
         # of a node the contact directions come first
         looked_for = np.zeros(self.mesh.n_nodes, dtype=np.int64)
@@ -141,7 +141,7 @@ class BoundaryOperators:
 
     @functools.cached_property
     def point_loads(self) -> Array:
-        """What point forces add to the load of each state, (d n, K)."""
+        """Return what point forces add to the load of each state, (d n, K)."""
         mesh, loads = self.mesh, np.zeros((self.n_unknowns, self.data.states))
         if self.data.point.size:
             for state, force in enumerate(self.data.force):

@@ -1,5 +1,5 @@
-"""Columns beside A_0: contact directions, and what known data and volume loads add to the load of
-each state.
+"""Columns beside A_0: those of contact directions, and those of known data and volume loads for the
+load of each state.
 
 With a particular solution u_p, t_p for the volume loads (½ + H) u - G t is (½ + H) u_p - G t_p
 instead of 0, so that what is known acts together with -t_p and -u_p (C. A. Brebbia, J. C. F.
@@ -23,8 +23,8 @@ Columns = tuple[Index, Array, Array, Array]
 
 @frozen
 class RightHandSides:
-    """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a
-    displacement.
+    """Columns beside A_0, each of one node: G times a traction minus (½ + H) times a displacement
+    there.
 
     Attributes
     ----------
@@ -43,16 +43,16 @@ class RightHandSides:
 
     @functools.cached_property
     def count(self) -> Index:
-        """Number of columns of each node, (n,)."""
+        """Return the number of columns of each node, (n,)."""
         return np.bincount(self.node, minlength=self.n_nodes)
 
     @functools.cached_property
     def first(self) -> Index:
-        """Number of the first column of each node, (n,)."""
+        """Return the number of the first column of each node, (n,)."""
         return np.cumsum(self.count) - self.count
 
     def near(self, other: RightHandSides) -> bool:
-        """Whether the columns are the same but for round-off."""
+        """Return whether the columns are equal except for round-off."""
         pairs = ((self.traction, other.traction), (self.displacement, other.displacement))
         return np.array_equal(self.node, other.node) and all(
             bool(np.all(np.abs(one - two) <= ROUNDED * np.abs(two).max(initial=0.0)))
@@ -60,7 +60,7 @@ class RightHandSides:
         )
 
     def of(self, nodes: Index) -> tuple[Index, Index]:
-        """The columns of some nodes, and which of the nodes each belongs to."""
+        """Return the columns of some nodes and the node of each column."""
         count = self.count[nodes]
         owner = np.repeat(np.arange(len(nodes)), count)
         return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[
@@ -69,8 +69,8 @@ class RightHandSides:
 
 
 def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHandSides, Array]:
-    """Right-hand sides, of a node those of contact first, and their amplitudes in each state, (q,
-    K).
+    """Return the right-hand sides and their amplitudes in each state, (q, K). Those of contact come
+    first at each node.
 
     Of data that are there in one state only a loaded node has one column, over the largest of them;
     else one for each component that is known and not 0 in any state, and as many for volume loads
@@ -94,7 +94,7 @@ def columns_beside(data: BoundaryData, traction_scale: float) -> tuple[RightHand
 
 
 def _of_last_state(data: BoundaryData, traction_scale: float) -> Columns:
-    """One column a node."""
+    """Return one column for each node."""
     traction, u = data.known_traction[-1], data.known_displacement[-1]
     if data.volume is not None:
         u, traction = u - data.volume[0, -1], traction - data.volume[1, -1]
@@ -107,8 +107,8 @@ def _of_last_state(data: BoundaryData, traction_scale: float) -> Columns:
 
 
 def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
-    """One column a known component of a node, and one a node for each independent load of the
-    volume."""
+    """Return one column for each known component of a node, and one for each node and independent
+    load of the volume."""
     loaded, component = np.nonzero(np.any(data.value != 0.0, axis=0))
     unit, known = data.frame[loaded, component], data.traction_known[loaded, component, None]
     values = np.where(data.traction_known, data.value / traction_scale, data.value)[

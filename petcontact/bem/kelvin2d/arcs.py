@@ -1,4 +1,4 @@
-"""Circular-arc elements: geometry, preimages of targets, and the moments of both kernels.
+"""Circular-arc elements: their geometry, the preimages of targets, and the moments of both kernels.
 
 With half the angle α (signed like the curvature κ), half the arc length a = α/κ, and the tangent τ
 at the middle of the arc (unit complex numbers), x(s) = x(0) + τ (exp(iαs) - 1)/(iκ). A target y has
@@ -31,7 +31,7 @@ for."""
 
 @frozen
 class Arcs:
-    """Arcs of at most half a circle, arrays (n,).
+    """Arcs of at most half a circle, as arrays (n,).
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Arcs:
 
     @staticmethod
     def through(start: Array, end: Array, curvature: Array) -> Arcs:
-        """Arcs with end points (n, 2) and non-zero curvature (n,)."""
+        """Return the arcs with end points (n, 2) and non-zero curvature (n,)."""
         first: Complex = start[:, 0] + 1j * start[:, 1]
         last: Complex = end[:, 0] + 1j * end[:, 1]
         chord: Complex = last - first
@@ -69,7 +69,7 @@ class Arcs:
         return Arcs(first, last, middle, tangent, angle, angle / curvature, curvature)
 
     def take(self, index: Index | slice) -> Arcs:
-        """The arcs with these numbers."""
+        """Return the arcs with these numbers."""
         return Arcs(
             self.start[index],
             self.end[index],
@@ -81,7 +81,8 @@ class Arcs:
         )
 
     def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
-        """ξ+1, ξ-1 and h of one target an arc, each accurate close to the ends of the arc, (n,)."""
+        """Return ξ+1, ξ-1 and h, (n,), of one target for each arc. Each is accurate close to the
+        ends of the arc."""
         xi, h = self._preimage(point, self.middle, self.tangent)
         turn = np.exp(1j * self.angle)
         from_start, h_start = self._preimage(point, self.start, self.tangent / turn)
@@ -91,25 +92,25 @@ class Arcs:
         return left, right, np.where(xi < -0.5, h_start, np.where(xi > 0.5, h_end, h))
 
     def _preimage(self, point: Complex, origin: Complex, tangent: Complex) -> tuple[Array, Array]:
-        """Real and imaginary part of ln(1+u)/(iα), u = iκ (y - origin)/tangent."""
+        """Return the real and imaginary part of ln(1+u)/(iα), u = iκ (y - origin)/tangent."""
         u = 1j * self.curvature * (point - origin) / tangent
         with np.errstate(divide="ignore"):
             log_modulus = 0.5 * np.log1p(np.maximum(2.0 * u.real + u.real**2 + u.imag**2, -1.0))
         return np.arctan2(u.imag, 1.0 + u.real) / self.angle, -log_modulus / self.angle
 
     def far_points(self, order: int) -> int:
-        """Gauss points for far targets: those of a straight element, or more to resolve the arc
-        itself."""
+        """Return the number of Gauss points for far targets: that of a straight element, or more
+        where the arc itself needs them."""
         return _far_points(order, float(np.max(np.abs(self.angle))))
 
     def reach(self, radius: float) -> Array:
-        """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >=
-        ln(1+|u|)."""
+        """Return the distance from the middle beyond which every preimage has |z| > radius, from
+        |ln(1+u)| >= ln(1+|u|)."""
         stretched = np.minimum(radius * np.abs(self.angle), 300.0)
         return np.asarray(np.expm1(stretched) / np.abs(self.curvature))
 
     def nodes(self, points: int) -> tuple[Complex, Complex]:
-        """Points of Gauss quadrature and dx/ds there, (q, n)."""
+        """Return the points of Gauss quadrature and dx/ds there, (q, n)."""
         s, _ = gauss(points - 1)
         turn = np.multiply.outer(s, self.angle)
         # (exp(iαs) - 1)/(iκ), without cancellation for flat arcs
@@ -117,9 +118,9 @@ class Arcs:
         return self.middle + self.tangent * chord, self.tangent * self.half * np.exp(1j * turn)
 
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
-        """Integrals of the trigonometric kernels for one close target an arc: those of a straight
-        element in the coordinate s, and a smooth remainder by Gauss quadrature; see
-        `moments.powers`."""
+        """Return the integrals of the trigonometric kernels for one close target of each arc. They
+        are those of a straight element in the coordinate s plus a smooth remainder by Gauss
+        quadrature; see `moments.powers`."""
         _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
         widest = float(np.max(np.abs(self.angle)))
         s, product = product_weights(order, _points(order, widest))
@@ -136,7 +137,8 @@ class Arcs:
         )
 
     def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
-        """α, exp(-iαz) and i exp(-iαξ) sinh(αh)/α: 0, 1 and ih for a straight element."""
+        """Return α, exp(-iαz) and i exp(-iαξ) sinh(αh)/α. They are 0, 1 and ih for a straight
+        element."""
         lift: Complex = 1j * h * _sinhc(self.angle * h) * np.exp(-1j * self.angle * xi)
         return self.angle, np.exp(-1j * self.angle * (xi + 1j * h)), lift
 
@@ -155,19 +157,20 @@ def _far_points(order: int, angle: float) -> int:
 
 @functools.cache
 def counts(order: int, angle: float) -> tuple[int, int, int]:
-    """For arcs of at most half that angle: Gauss points for far targets and for the remainders,
-    terms of their series."""
+    """Return the numbers for arcs of at most half that angle: Gauss points for far targets and for
+    the remainders, and terms of their series."""
     return _far_points(order, angle), _points(order, angle), _terms(angle)
 
 
 def _points(order: int, angle: float) -> int:
-    """Gauss points for the remainders: their poles are 2π/α away from z."""
+    """Return the number of Gauss points for the remainders, whose poles are 2π/α away from z."""
     pole = 2.0 * np.pi / angle - 0.5 * CLOSE_SUM
     return int(np.ceil(0.5 * order + 18.5 / np.log(pole + np.sqrt(pole * pole - 1.0)))) + 1
 
 
 def _terms(angle: float) -> int:
-    """Terms of the series for |s-z| within reach of a close target, to 1e-17."""
+    """Return the number of terms that give the series for |s-z| within reach of a close target to
+    1e-17."""
     return int(np.ceil(-19.5 / np.log(0.5 * angle * (1.0 + 0.5 * CLOSE_SUM) / np.pi))) + 1
 
 

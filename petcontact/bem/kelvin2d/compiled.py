@@ -1,5 +1,5 @@
-"""Both kernels over elements of the plane by compiled code: at targets as `integrals`, or whole
-columns of the operators."""
+"""Integrals of both kernels over elements of the plane by compiled code, at targets (`integrals`)
+or as whole columns of the operators."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES
 
 NODES, POINTS, TIERS, SERIES = 6, 24, 8, 48
-"""Of native/plane/elements.h."""
+"""Sizes of arrays in native/plane/elements.h."""
 RADII = (1.7, 2.5, 4.0, 6.0, 24.0, 200.0)
-"""Distances |z| from which on fewer Gauss points than those of `RULES` are taken."""
+"""Distances |z| beyond which fewer Gauss points than those of `RULES` suffice."""
 DIGITS = 14.5
-"""Of what they leave out."""
+"""Digits to which the rules with fewer points are accurate."""
 STEPS = 64
-"""Angles a radian up to which arcs are taken alike."""
+"""Number of classes of arcs for each radian of their angle. One class has one rule."""
 _integrals = native.function("petcontact_plane_integrals", "pipipp")
 
 
 @functools.cache
 def rule_of(order: int) -> Array:
-    """How elements of one order are integrated at each distance, as native/plane/elements.h reads
-    it.
+    """Return the integration rule of one order at each distance, in the form that
+    native/plane/elements.h reads.
 
     From |z| on the integrands are analytic inside the ellipse of ρ = |z| + sqrt(|z|² - 1) with its
     foci at the ends, and n points leave ρ^(p-2n).
@@ -62,7 +62,7 @@ def rule_of(order: int) -> Array:
 
 
 def add_points(rule: Array, order: int, count: int) -> None:
-    """Gauss points into their place in a rule, where they are not yet."""
+    """Write Gauss points to their place in a rule, unless they are there already."""
     table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[
         count
     ]
@@ -78,12 +78,13 @@ def _rules(orders: Index) -> Array:
 
 @functools.cache
 def _series() -> Array:
-    """Coefficients of the remainders of arcs, a row each."""
+    """Return the coefficients of the remainders of arcs, a row for each."""
     return native.contiguous(series(SERIES - 1).T)
 
 
 def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
-    """The structs Arc of all elements, zero where they are straight; None where all are."""
+    """Return the structs Arc of all elements, zero for straight ones, or None where all elements
+    are straight."""
     curved = np.flatnonzero(of.curvature)
     if not len(curved):
         return None

@@ -22,7 +22,7 @@ from ...mesh.elements import Elements
 from ..kernel import Kernel
 
 ORDER = 5
-"""Of the pieces on which the powers are integrated."""
+"""Order of the pieces on which the powers are integrated."""
 OWN, RATIO, NEAREST = 0.25, 0.4, 0.01
 """Half the length of the node's own piece over r_0, ratio of the pieces' ends, and r/r_0 below
 which the traction is a force at its centroid."""
@@ -33,8 +33,8 @@ ELSEWHERE = -9
 def corner_columns(
     kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index
 ) -> Iterator[tuple[int, Array, Array]]:
-    """Nodes of such elements, and what G and H at other nodes gain from the powers, (d, d, m) each,
-    over constants.
+    """Return the nodes of such elements and what the powers add to the columns of constants in G
+    and H at other nodes, (d, d, m) each.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ def corner_columns(
 
 
 def _pieces(mesh: CurveMesh, number: int, own: float) -> tuple[Array, Elements]:
-    """Ends of the pieces as shares of the element's length from the corner, increasing from 0 to 1,
-    and the pieces."""
+    """Return the pieces and their ends. The ends are shares of the element's length from the corner
+    and increase from 0 to 1."""
     inward = (1.0 - OWN) * RATIO ** np.arange(np.ceil(np.log(NEAREST) / np.log(RATIO)), -1.0, -1.0)
     first = (1.0 + OWN) * own
     count = int(np.ceil(np.log(first) / np.log(RATIO)))
@@ -96,5 +96,5 @@ def _pieces(mesh: CurveMesh, number: int, own: float) -> tuple[Array, Elements]:
 
 
 def _xi(mesh: CurveMesh, number: int, share: Array | float) -> Array:
-    """Coordinates on an element of shares of its length from its corner."""
+    """Return the coordinates on an element for shares of its length from its corner."""
     return np.asarray((2.0 * np.asarray(share) - 1.0) * np.sign(mesh.power[number]))

@@ -1,4 +1,4 @@
-"""What a group of elements adds to displacement and stress far from it: the series of its complex
+"""Displacement and stress of a group of elements far from it, by the series of its complex
 potentials.
 
 With Goursat's potentials about the group's centre c, z = y - c (κ = 3-4ν, units in which 2µ = 1):
@@ -59,15 +59,15 @@ class Expansion:
     unit_length: float
 
     def near(self, points: Array) -> Array:
-        """Which points (m, 2) are too near for `at`, (m,)."""
+        """Return which points (m, 2) are too near for `at`, (m,)."""
         # beyond 2.5 radii TERMS terms of the series are exact to 1e-14
         return np.asarray(
             np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < 2.5 * self.radius
         )
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
-        """Displacement (m, 2), stress over `traction_scale` (m, 3), and the turns of the group
-        round each point (m,)."""
+        """Return displacement (m, 2), stress over `traction_scale` (m, 3), and how often the group
+        winds round each point (m,)."""
         z: Complex = (points[:, 0] + 1j * points[:, 1] - self.centre) / self.radius
         k = np.arange(TERMS)
         powers = np.empty((TERMS, len(z)), dtype=np.complex128)
@@ -92,7 +92,7 @@ class Expansion:
 
 
 def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> Expansion:
-    """The field of some elements of one kind.
+    """Return the field of some elements of one kind.
 
     Parameters
     ----------

@@ -45,7 +45,8 @@ RULES = {
 
 @frozen
 class Parts:
-    """Integrals over elements of half the angle α, one target each, arrays (p+1, n); x = α(s-z)/2.
+    """Integrals over elements of half the angle α for one target each, as arrays (p+1, n), x =
+    α(s-z)/2.
 
     Attributes
     ----------
@@ -65,7 +66,8 @@ class Parts:
 def powers(
     order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int
 ) -> tuple[Array, list[Complex]]:
-    """∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1 ... highest, in closed form for close targets.
+    """Return ∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1 ... highest, in closed form for close
+    targets.
 
     With Legendre polynomials in place of L_b the integrals of 1/(s-z) are -2Q_k(z), from the
     three-term recursion (DLMF 14.10.3); those of the logarithm and of the higher powers follow from
@@ -115,7 +117,7 @@ def powers(
 
 
 def _first(left: Array, right: Array, h: Array, on_line: Mask) -> tuple[Complex, Array]:
-    """∫ ds/(s-z) and ∫ ln|s-z| ds over [-1, 1], to round-off at every distance."""
+    """Return ∫ ds/(s-z) and ∫ ln|s-z| ds over [-1, 1], to round-off at every distance."""
     square_1, square_2 = left * left + h * h, right * right + h * h
     angle = np.arctan2(2.0 * h, left * right + h * h)
     angle[on_line] = 0.0

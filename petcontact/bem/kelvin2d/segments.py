@@ -66,7 +66,7 @@ class Segments:
         return RULES[order].far
 
     def powers(self, order: int, left: Array, right: Array, h: Array) -> Parts:
-        """Integrals of the powers of 1/(s-z) for one close target an element; see
+        """Return the integrals of the powers of 1/(s-z) for one close target of each element; see
         `moments.powers`."""
         _, straight = moments.powers(order, left, right, h, np.zeros(len(h), dtype=bool), 3)
         first, second, third = straight
@@ -77,7 +77,8 @@ class Segments:
         return np.zeros(len(h)), np.ones(len(h), dtype=np.complex128), 1j * h
 
     def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
-        """ξ+1, ξ-1 and h of one target an element, each accurate close to the end points, (n,)."""
+        """Return ξ+1, ξ-1 and h, (n,), of one target for each element. Each is accurate close to
+        the end points."""
         scaled: Complex = self.tangent.conjugate() / self.half
         from_start, from_end = (point - self.start) * scaled, (point - self.end) * scaled
         h = np.where(np.abs(from_start) < np.abs(from_end), from_start.imag, from_end.imag)

@@ -80,8 +80,8 @@ def _stress(out: Array, mean: Array, conjugate_deviator: AnyArray) -> None:
 
 
 def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point: Complex) -> None:
-    """The four integrals of elements `place`, (n, p+1, m): Gauss quadrature, then what is not far
-    once more."""
+    """Fill the four integrals of elements `place`, (n, p+1, m), by Gauss quadrature, and those that
+    are not far by closed forms."""
     points = shape.far_points(order) + FAR
     step = max(1, (1 << 17) // (points * len(point)))
     for first in range(0, len(place), step):

@@ -1,5 +1,5 @@
-"""Both kernels over panels by compiled code: at points as `integrals`, or whole blocks of the
-boundary operators."""
+"""Integrals of both kernels over panels by compiled code, at points (`integrals`) or as whole
+blocks of the operators."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ _field = native.function("petcontact_panel_field", "pipiipppp")
 
 @functools.lru_cache(maxsize=16)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
-    """The limits of the choice of Gauss points and their rules as native/space/panel.h reads
-    them."""
+    """Return the limits of the choice of Gauss points and the rules, in the form that
+    native/space/panel.h reads."""
     # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
     least = [
         np.cosh(np.minimum(least_log_rho(degree, tolerance), 700.0))
@@ -103,7 +103,8 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
 
 
 def _records(panels: AnyPanels, tolerance: float) -> Array:
-    """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
+    """Return centre (3), frame (9), size (1), polygon (8), degrees (2) and coefficients (k²) of
+    each panel.
 
     Instead of the last of curved ones the warp 1, the place of the fewest points 1, the box 6, the
     shape 27, and position and local coordinates of the nodes 5 k.
@@ -152,8 +153,8 @@ def compiled_integrals(
 def compiled_field(
     points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float | None, data: Array
 ) -> tuple[Array, tuple[Index, Index]]:
-    """What panels add to displacement and stress at points inside the body, contracted with the
-    boundary data.
+    """Return displacement and stress that panels with their boundary data cause at points inside
+    the body.
 
     Parameters
     ----------

@@ -36,7 +36,8 @@ class Edges:
 
     @classmethod
     def of(cls, polygon: Array, origin: Array, w: Array) -> Edges:
-        """Edges of polygons (n, c, 2), counter-clockwise, from origins (n, 2) at heights w (n,)."""
+        """Return the edges of counter-clockwise polygons (n, c, 2) as origins (n, 2) at heights w
+        (n,) see them."""
         corner = (polygon - origin[:, None]).transpose(1, 2, 0)
         side = np.roll(corner, -1, axis=0) - corner
         side /= np.hypot(side[:, 0], side[:, 1])[:, None]

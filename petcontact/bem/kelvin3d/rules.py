@@ -1,5 +1,5 @@
-"""How many Gauss points stand for a panel that is seen from afar, and how many digits are wanted
-near a curved one."""
+"""Number of Gauss points for panels far from the target, and number of digits for curved panels
+near it."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ close to low ones."""
 
 
 def tolerance_of(panels: Panels | CurvedPanels, wanted: float | None) -> float:
-    """What is wanted, or what serves by default."""
+    """Return the tolerance that is given, or the default."""
     return TOLERANCE[type(panels)] if wanted is None else wanted
 
 
 def degrees(panels: Panels | CurvedPanels) -> Index:
-    """Degree of the basis times the area factor along both directions of a panel's Gauss points.
+    """Return the degree of basis times area factor along both directions of a panel's Gauss points.
 
     The basis is u^a v^b of the plane, a, b <= p on quadrilaterals and a + b <= p on triangles, and
     u and v are bilinear in the coordinates s, t of the Gauss points, ∂v/∂s = 0 in the middle by the
@@ -82,8 +82,8 @@ def degrees(panels: Panels | CurvedPanels) -> Index:
 
 @functools.cache
 def least_log_rho(degree: int, tolerance: float) -> Array:
-    """ln ρ from which on each of `COUNTS` holds the tolerance at some degree, decreasing; inf where
-    none does.
+    """Return the least ln ρ for which each of `COUNTS` meets the tolerance at some degree. It
+    decreases; it is inf where none does.
 
     n points integrate polynomials of degree 2n-1 and the basis and the area take m of these
     (`degrees`): with k = 2n - m the rest is less than SAFETY k² ρ^-k of the largest integral, k²
@@ -96,8 +96,8 @@ def least_log_rho(degree: int, tolerance: float) -> Array:
 
 
 def fewest(panels: CurvedPanels, tolerance: float) -> Index:
-    """Places in `COUNTS` (n,) of the least numbers of points, along both directions, that serve
-    from afar.
+    """Return the places in `COUNTS` (n,) of the least numbers of points, along both directions,
+    that suffice for far targets.
 
     There nothing but the basis times the area factor, and times the normal and that factor, is left
     to integrate: no polynomials of a low degree on warped panels. It is found once for panels and a
@@ -110,7 +110,7 @@ def fewest(panels: CurvedPanels, tolerance: float) -> Index:
 
 
 def _least_places(panels: CurvedPanels, tolerance: float) -> Index:
-    """`fewest` of panels that are new."""
+    """Return `fewest` for panels that were not met before."""
     exact, result = _moments(panels, EXACT), np.full(len(panels.index), COUNTS.index(EXACT))
     allowed = tolerance * (AFAR if tolerance >= TOLERANCE[CurvedPanels] else 1.0)
     size, left = np.abs(exact).max(axis=(1, 2)), np.arange(len(panels.index))
@@ -141,12 +141,13 @@ def _moments(panels: CurvedPanels, count: int) -> Array:
 
 
 def digits(tolerance: float) -> float:
-    """D, natural digits that the rules of a flat panel aim at."""
+    """Return D, the natural digits that the rules of a flat panel have."""
     return math.log(1.0 / tolerance) + MARGIN + TIGHTER * max(math.log(USUAL / tolerance), 0.0)
 
 
 def warp(panels: CurvedPanels) -> Array:
-    """By how much more digits than flat ones curved panels are integrated, (n,) [-].
+    """Return the factor (n,) by which curved panels are integrated to more digits than flat ones
+    [-].
 
     Zeros are sought along rays to the second order only, which is next to enough for triangles of 6
     nodes, but of |y - x|² to the fourth about a centre of curvature. Tried on 600 random panels,

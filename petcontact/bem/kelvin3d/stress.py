@@ -26,7 +26,7 @@ from ..kelvin import COMPONENTS
 from .moments import Edges, Table, solid_angle
 
 NEAR_CHUNK = 4096
-"""Pairs of a panel and a target whose closed forms are worked out at once."""
+"""Number of pairs of a panel and a target whose closed forms are evaluated at once."""
 LOW = 0.3
 """Below this fraction of the distance the height over the plane is small, and the recursion for [0,
 0] runs backward."""
@@ -35,8 +35,8 @@ LOW = 0.3
 def near_stress(
     points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array
 ) -> Array:
-    """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a
-    point in closed form."""
+    """Return the stress (m, 6) from near pairs of a panel and a point in closed form.
+    `compiled.compiled_field` leaves these pairs out."""
     result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 2, 3)
     for first in range(0, len(element), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
@@ -140,7 +140,7 @@ def _shift(exponents: Array, origin: Array) -> Array:
 def _moments(
     polygon: Array, origin: Array, w: Array, highest: int, degree: int
 ) -> dict[int, Table]:
-    """M_3, M_5 and M_7 off the polygons, a, b <= highest, a + b <= degree."""
+    """Return M_3, M_5 and M_7 off the polygons, for a, b <= highest and a + b <= degree."""
     edges = Edges.of(polygon, origin, w)
     powers = edges.powers((1, 3, 5, 7), degree)
     tables = {

@@ -1,5 +1,5 @@
-"""Polynomials that follow an expression in a body: least squares on points of the body, not of the
-box around it."""
+"""Polynomials that follow an expression in a body, by least squares on points of the body instead
+of the box around it."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from .polynomials import BodyBox, total_degrees
 
 TRIED = {2: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40), 3: (1, 2, 3, 4, 6, 8, 10, 12, 16)}
-"""Total degrees, by the number of dimensions."""
+"""Total degrees that are tried, by the number of dimensions."""
 GRID = {2: 60, 3: 18}
-"""Points of the grid along each axis of the box."""
+"""Number of points of the grid along each axis of the box."""
 ENOUGH = 3e-13
-"""Error, over the largest value, at which higher degrees are not tried."""
+"""Error over the largest value below which no higher degree is tried."""
 NODES = 1500
-"""Nodes of the boundary among the points, at most."""
+"""Largest number of nodes of the boundary among the points."""
 CUT = 1e-9
-"""Singular values, over the largest, that are left out: what a body of another shape than its box
-does not show."""
+"""Singular values over the largest that are left out: polynomials that vanish on the body but not
+on its box."""
 
 
 def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
@@ -52,8 +52,8 @@ def _wound(mesh: BoundaryMesh, x: Array) -> Array:
 
 
 def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> tuple[Array, float]:
-    """Coefficients on a box, and the largest error over the largest value, at points some of which
-    are left out of the fit.
+    """Return coefficients on a box and the largest error over the largest value, at points of which
+    some are left out of the fit.
 
     Of the degrees tried it is the one whose error and round-off, ε times the sum of its
     coefficients, are least together.

@@ -1,4 +1,5 @@
-"""What loads inside a body add to its field: point forces and volume loads of an increment."""
+"""Displacement and stress inside a body that loads in its volume cause: point forces and volume
+loads of an increment."""
 
 from __future__ import annotations
 
@@ -35,8 +36,8 @@ class InsideLoads:
         volume: VolumeSolution | None,
         shares: dict[int, float],
     ) -> InsideLoads:
-        """Of the body of a number, with the solution for its volume loads; state 0 is unloaded,
-        state k the end of step k, each with its share."""
+        """Return the loads of the body of a number with the solution for its volume loads. State 0
+        is unloaded, state k the end of step k; each has its share."""
         forces = forces_by_step(problem, number)
         point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
         force = np.zeros((len(point), mesh.components))

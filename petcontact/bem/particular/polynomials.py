@@ -1,5 +1,5 @@
-"""Chebyshev polynomials on the box around a body, along its principal axes: sizes of coefficients
-are sizes of values.
+"""Chebyshev polynomials on a box around a body along its principal axes. Coefficients are of the
+size of values.
 
 A polynomial is an array (D+1,)*d of coefficients, whose indices are the degrees along the axes.
 Operations keep the shape; the caller leaves room for what rises in degree (see `padded`).
@@ -24,19 +24,18 @@ NODES = 250
 
 
 def total_degrees(degree: int, d: int) -> Index:
-    """Exponents (d, N) of total degree up to `degree`."""
+    """Return the exponents (d, N) of total degree up to `degree`."""
     exponents = np.indices((degree + 1,) * d).reshape(d, -1)
     return exponents[:, exponents.sum(axis=0) <= degree]
 
 
 def degree(p: Array) -> int:
-    """Total degree of a polynomial."""
+    """Return the total degree of a polynomial."""
     return int(np.add.reduce(np.indices(p.shape))[p != 0.0].max(initial=0))
 
 
 def padded(p: Array, size: int) -> Array:
-    """The same with `size` coefficients an axis; what is cut off is of higher degree than there
-    is."""
+    """Return the polynomial with `size` coefficients along each axis; those cut off are zero."""
     result = np.zeros((size,) * p.ndim)
     kept = tuple(slice(0, min(size, count)) for count in p.shape)
     result[kept] = p[kept]
@@ -44,7 +43,7 @@ def padded(p: Array, size: int) -> Array:
 
 
 def up_to(p: Array, degree: float) -> Array:
-    """The part of Chebyshev polynomials of total degree up to `degree`."""
+    """Return the part of Chebyshev polynomials of total degree up to `degree`."""
     return np.where(np.add.reduce(np.indices(p.shape)) <= degree, p, 0.0)
 
 
@@ -78,8 +77,8 @@ class BodyBox:
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> BodyBox:
-        """Along the principal axes of the boundary where it is long, else along those of the
-        coordinates."""
+        """Return the box along the principal axes of the boundary where it is long, otherwise along
+        those of the coordinates."""
         weight = mesh.weight / mesh.weight.sum()
         away = mesh.x - weight @ mesh.x
         moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
@@ -118,7 +117,7 @@ class BodyBox:
         return (x - self.centre) @ self.axes.T / self.half
 
     def derivative(self, p: Array, axis: int) -> Array:
-        """Derivative along an axis of the box [1/length]."""
+        """Return the derivative along an axis of the box [1/length]."""
         slope = np.zeros_like(p)
         if len(p) > 1:
             kept = tuple(slice(0, len(p) - (k == axis)) for k in range(p.ndim))
@@ -126,13 +125,13 @@ class BodyBox:
         return slope
 
     def laplacian(self, p: Array) -> Array:
-        """The sum of the second derivatives [1/length²]."""
+        """Return the sum of the second derivatives [1/length²]."""
         return np.asarray(
             sum(self.derivative(self.derivative(p, axis), axis) for axis in range(p.ndim))
         )
 
     def inverse_laplacian(self, p: Array, orders: tuple[int, ...] = (1, 2)) -> Array:
-        """q with lap q = p, two degrees higher [length²].
+        """Return q with lap q = p, two degrees higher [length²].
 
         Of all these it is that of mean 0 with the smallest derivatives of some orders on the
         boundary: it depends on the body, not on its axes, and is about as large as p makes it.
@@ -148,8 +147,8 @@ class BodyBox:
         return result
 
     def _inverse(self, n: int, orders: tuple[int, ...]) -> Array:
-        """The matrix of `inverse_laplacian` from coefficients of total degree n to those of n +
-        2."""
+        """Return the matrix of `inverse_laplacian` from coefficients of total degree n to those of
+        n + 2."""
         d, unit = len(self.half), self.half.min()
         half = self.half / unit
         given, found = total_degrees(n, d), total_degrees(n + 2, d)

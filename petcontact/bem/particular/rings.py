@@ -38,7 +38,7 @@ class RingBox:
 
     @classmethod
     def around(cls, mesh: BoundaryMesh) -> RingBox:
-        """Of the nodes."""
+        """Return the box of the nodes."""
         return cls(mesh.x.min(axis=0), mesh.x.max(axis=0))
 
     @property
@@ -148,7 +148,7 @@ def _powers(p: Array, size: int) -> Array:
 
 
 def _slope(p: Array, axis: int) -> Array:
-    """Derivative by ξ along an axis."""
+    """Return the derivative by ξ along an axis."""
     count = np.arange(1, len(p))
     result = np.zeros_like(p)
     if axis == 0:
@@ -159,14 +159,14 @@ def _slope(p: Array, axis: int) -> Array:
 
 
 def _over_r(p: Array) -> Array:
-    """p over r, of p that are 0 on the axis."""
+    """Return p over r for p that are 0 on the axis."""
     result = np.zeros_like(p)
     result[:-1] = p[1:]
     return result
 
 
 def _inverse(p: Array, k: int) -> Array:
-    """q with L_k q = p."""
+    """Return q with L_k q = p."""
     left, q = p.copy(), np.zeros_like(p)
     power = np.arange(2, len(p))
     for n in range(len(p) - 1, -1, -1):

@@ -1,5 +1,5 @@
-"""A displacement that is in equilibrium with a polynomial force and temperature in a volume, a
-polynomial itself."""
+"""A polynomial displacement that is in equilibrium with a polynomial force and temperature in a
+volume."""
 
 from __future__ import annotations
 

@@ -21,10 +21,10 @@ from .rings import RingBox
 from .solution import ParticularSolution, particular_solution
 
 EXACT = 1e-10
-"""Error of a polynomial, over the largest value, up to which it is not reported."""
+"""Error of a polynomial over the largest value below which it is not reported."""
 
 BOXES: dict[type, Any] = {RingMesh: RingBox, TwistedRingMesh: RingBox}
-"""By the kind of a mesh, where it is not `BodyBox`."""
+"""Class of the box by the kind of a mesh, where it is not `BodyBox`."""
 
 
 @frozen
@@ -74,8 +74,8 @@ class VolumeSolution:
 
 
 def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> VolumeSolution | None:
-    """Of the body of a number; None where no step has volume loads. State 0 is unloaded, state k
-    the end of step k.
+    """Return the solutions for the body of a number, or None where no step has volume loads. State
+    0 is unloaded, state k the end of step k.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> Volume
 
 @dataclass
 class _Posed:
-    """A body in whose box loads become polynomials."""
+    """A body and its box, in which loads become polynomials."""
 
     key: str
     material: Material
@@ -149,7 +149,7 @@ class _Posed:
         return list(density * loads.angular_velocity**2 * result)
 
     def _polynomial(self, key: str, value: Any) -> Array:
-        """A number as it is, an expression by a fit."""
+        """Return the polynomial of a number, or of an expression by a fit."""
         if isinstance(value, float):
             return np.full((1,) * self.mesh.dim, value)
         if (key, value) not in self.known:

@@ -1,5 +1,5 @@
-"""Kernels of rings over elements of generating curves by compiled code: at targets, or as columns
-of operators."""
+"""Kernels of rings over elements of generating curves by compiled code, at targets or as columns of
+operators."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from ..kelvin2d.compiled import add_points, element_members, point_members, rule
 from ..kernel import ColumnData
 
 TOLERANCE = 1e-9
-"""Relative error of quadrature where none is asked for."""
+"""Relative error of quadrature by default."""
 ORDERS, MOST, RULES = 6, 64, 12
-"""Of native/revolution/elements.h."""
+"""Sizes of arrays in native/revolution/elements.h."""
 LOADS = ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))
 """Component of u and of the load that each row has, of native/revolution/ring.h."""
 STRESSES = (
@@ -31,7 +31,7 @@ STRESSES = (
 )
 """Component of stress (rr, zz, rz, θθ, rθ, zθ) and of the load, of native/revolution/stress.h."""
 COUNTS = (24, 19, 15, 12, 10, 8, 7, 6, 5, 4, 3)
-"""Gauss points from afar."""
+"""Numbers of Gauss points for far targets."""
 GUARD = 1.5
 """Digits beyond those wanted that Gauss quadrature is asked for: on ellipses through the target the
 kernels are larger than 1."""
@@ -78,7 +78,8 @@ def _gauss(count: int) -> tuple[Array, Array]:
 
 @functools.cache
 def _arc_points(order: int, angle: float, tolerance: float) -> int:
-    """Gauss points that resolve an arc: the normal and two components turn with it, by e^(3iαs)."""
+    """Return the number of Gauss points that resolve an arc. Normal and two components turn along
+    it as e^(3iαs)."""
     degree, size = 0, 1.0
     while size > tolerance:
         degree += 1

@@ -39,7 +39,8 @@ from .compiled import LOADS, STRESSES, ring_forces, ring_integrals, ring_stress
 STRESS = ((0, 0), (1, 1), (0, 1), (2, 2), (0, 2), (1, 2))
 """Components of stress: rr, zz, rz, θθ, and with torsion rθ, zθ."""
 APART = 1e-12
-"""Of the largest distance: a force as seen from where it acts, where all is infinite."""
+"""Distance, over the largest one, at which a force is evaluated instead of 0, where its field is
+infinite."""
 
 
 class RingKernel(KelvinSolution):
