@@ -24,9 +24,9 @@ add_arguments = options(
     option("--parquet", metavar="FILE", help="write the same with types, for pandas and polars"),
     option(
         "--cells",
-        metavar="QUANTITY",
-        default="iterations",
-        help="what the cells hold, for example max_u_t (default: iterations)",
+        metavar="QUANTITY,...",
+        help="what the cells hold, for example max_u_t (default: iterations where the method is "
+        "varied, else largest pressure, area, slip)",
     ),
     option(
         "--rows",
@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
     from ..runtime.atomic_write import check_target, write_text
     from ..sweep.report.page import html
-    from ..sweep.report.pivot import make_tables, names_in
+    from ..sweep.report.pivot import asked_about, make_tables, names_in
     from ..sweep.report.plots import parse_plot, write_plots
     from ..sweep.report.text import csv_text, markdown, write_parquet
     from ..sweep.store.case_table import read_case_table
@@ -72,16 +72,15 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)
     plots = [parse_plot(word) for word in arguments.plot]
-    tables = make_tables(
-        table, names_in(arguments.rows), names_in(arguments.columns), arguments.cells
-    )
-    print(markdown(table, tables, arguments.cells), end="")
+    cells = names_in(arguments.cells) or asked_about(table)
+    tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), cells)
+    print(markdown(table, tables, cells), end="")
     if arguments.csv:
         write_text(arguments.csv, csv_text(table))
     if arguments.parquet:
         write_parquet(arguments.parquet, table)
     if arguments.html:
-        write_text(arguments.html, html(table, tables, arguments.cells, plots))
+        write_text(arguments.html, html(table, tables, cells, plots))
     if plots and (arguments.figures or not arguments.html):
         for path in write_plots(table, plots, arguments.figures or table.folder):
             print(f"figure: {path}")

@@ -31,7 +31,7 @@ Figure = tuple[str, str]
 def html(
     table: CaseTable,
     tables: Sequence[Table],
-    quantity: str = ITERATIONS,
+    quantities: Sequence[str] = (ITERATIONS,),
     plots: Sequence[Plot] = (),
 ) -> str:
     """One page with tables, plots, and the figures of one case a problem where its fields are kept
@@ -50,11 +50,11 @@ def html(
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",
         counts=counts_line(table),
-        legend=legend(table, quantity),
+        legend=legend(table, quantities),
         tables=tables,
         text=text,
-        heads=[column_heads(one, quantity) for one in tables],
-        quantity=quantity,
+        heads=[column_heads(one, quantities) for one in tables],
+        quantity=", ".join(quantities),
         pictures=pictures,
         bad=bad_cases(table),
     )

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from ...frozen import frozen
+from ...model.solver_options import Method
 from ..design.axes import short_number
 from ..store.case_table import CaseTable
 
 Key = tuple[Any, ...]
 ITERATIONS = "iterations"
-"""What cells hold unless something else is asked for; the one quantity with published values."""
+"""The one quantity with published values."""
+OF_CONTACT = ("max_pressure", "contact_area", "slip_length", "max_u_t")
+"""What one asks about the same contact under other loads, shapes or materials."""
 
 
 @frozen
@@ -84,6 +87,13 @@ class Table:
         return cell.text() if cell is not None else ""
 
 
+def asked_about(table: CaseTable) -> Sequence[str]:
+    """What a report shows where nothing is named: iterations where methods or their parameters are
+    compared, else the contact itself."""
+    compared = {*Method.model_fields} & {*table.coordinates}
+    return (ITERATIONS,) if compared or not {*OF_CONTACT} <= {*table.columns} else OF_CONTACT
+
+
 class Facts:
     """What cells are made of: the quantity of the cases that converged, and what was published."""
 
@@ -122,7 +132,7 @@ def make_tables(
     table: CaseTable,
     down: Sequence[str] | None = None,
     across: Sequence[str] | None = None,
-    quantity: str = ITERATIONS,
+    quantities: Sequence[str] = (ITERATIONS,),
 ) -> list[Table]:
     """Tables of a sweep; what is neither down nor across makes a table each, or is averaged where
     down is given.
@@ -131,22 +141,25 @@ def make_tables(
     ----------
     table : CaseTable
     down, across : sequence of str, optional
-        Coordinates or quantities; rho down, rule and element_size across by default, as in the
-        paper.
-    quantity : str
-        In the cells.
+        Coordinates or quantities; of one quantity rho down, rule and element_size across by
+        default, as in the paper, of several all coordinates that differ down.
+    quantities : sequence of str
+        In the cells; several of them are columns.
 
     Raises
     ------
     InputError
         If the sweep has no such column.
     """
-    names, facts, averaging = table.coordinates, Facts(table, quantity), down is not None
+    names, averaging, several = table.coordinates, down is not None, len(quantities) > 1
+    facts = {name: Facts(table, name) for name in quantities}
     if across is None:
-        across = [name for name in ("rule", "element_size") if name in {*names} - {*(down or ())}]
+        first = () if several else ("rule", "element_size")
+        across = [name for name in first if name in {*names} - {*(down or ())}]
     if down is None:
         free = [name for name in names if name not in across]
-        down = ["rho"] if "rho" in free else free[-1:]
+        differ = [name for name in free if len({*table.values(name)}) > 1] or free[-1:]
+        down = differ if several else ["rho"] if "rho" in free else free[-1:]
     apart = [] if averaging else [name for name in names if name not in (*down, *across)]
     keys = [
         zip(*(table.values(name) for name in some), strict=True) if some else [()] * len(table)
@@ -154,14 +167,16 @@ def make_tables(
     ]
     tables: dict[Key, dict[tuple[Key, Key], list[int]]] = {}
     for case, (row, column, title) in enumerate(zip(*keys, strict=True)):
-        tables.setdefault(title, {}).setdefault((row, column), []).append(case)
+        for name in quantities:
+            place = row, (*column, *[name] * several)
+            tables.setdefault(title, {}).setdefault(place, []).append(case)
     return [
         _table(
             ", ".join(
                 text(value) if name == "problem" else f"{name} {text(value)}"
                 for name, value in zip(apart, title, strict=True)
             ),
-            (tuple(down), tuple(across)),
+            (tuple(down), (*across, *["quantity"] * several)),
             cases,
             facts,
         )
@@ -173,21 +188,26 @@ def _table(
     title: str,
     names: tuple[tuple[str, ...], tuple[str, ...]],
     cases: Mapping[tuple[Key, Key], list[int]],
-    facts: Facts,
+    facts: Mapping[str, Facts],
 ) -> Table:
     """A table of the cases in each of its cells."""
     rows = list(dict.fromkeys(row for row, _ in cases))
     columns: dict[Key, list[int]] = {}
     for (_, column), some in cases.items():
         columns.setdefault(column, []).extend(some)
-    averaged = len(rows) > 1 and all(isinstance(value, (int, float)) for value in rows[0])
+    parameters = all(isinstance(value, (int, float)) for value in rows[0])
+    averaged = len(rows) > 1 and len(facts) == 1 and parameters
+    (first, *_) = facts.values()
     return Table(
         title,
         *names,
         rows,
         list(columns),
-        {place: facts.cell(some) for place, some in cases.items()},
-        [facts.cell(some) for some in columns.values()] if averaged else [],
+        {
+            place: facts.get(place[1][-1] if place[1] else "", first).cell(some)
+            for place, some in cases.items()
+        },
+        [first.cell(some) for some in columns.values()] if averaged else [],
     )
 
 

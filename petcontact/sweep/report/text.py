@@ -40,11 +40,11 @@ def counts_line(table: CaseTable) -> str:
     )
 
 
-def legend(table: CaseTable, quantity: str) -> str:
+def legend(table: CaseTable, quantities: Sequence[str]) -> str:
     """A line that says what the cells hold."""
-    whole = Facts(table, quantity).cell(range(len(table)))
-    if quantity != ITERATIONS:
-        return f"Cells: {quantity}, the mean of the cases that converged."
+    if ITERATIONS not in quantities:
+        return f"Cells: {', '.join(quantities)}, the mean of the cases that converged."
+    whole = Facts(table, ITERATIONS).cell(range(len(table)))
     if whole.published is None or whole.ours is None:
         return "Cells: iterations."
     return (
@@ -64,21 +64,24 @@ def bad_cases(table: CaseTable) -> list[str]:
     return [*lines, *([f"... and {len(bad) - LISTED} more"] if len(bad) > LISTED else [])]
 
 
-def markdown(table: CaseTable, tables: Sequence[Table], quantity: str = ITERATIONS) -> str:
+def markdown(
+    table: CaseTable, tables: Sequence[Table], quantities: Sequence[str] = (ITERATIONS,)
+) -> str:
     """Title, counts, and the tables, aligned so that they read well as plain text too."""
-    parts = [f"# {printable(table.title) or 'Sweep'}", counts_line(table), legend(table, quantity)]
+    title = printable(table.title) or "Sweep"
+    parts = [f"# {title}", counts_line(table), legend(table, quantities)]
     for one in tables:
         if one.title:
             parts.append(f"## {one.title}")
-        parts.append("\n".join(aligned(_grid(one, quantity))))
+        parts.append("\n".join(aligned(_grid(one, quantities))))
     if bad := bad_cases(table):
         parts.append("## Not converged")
         parts.append("\n".join(f"- {printable(line)}" for line in bad))
     return "\n\n".join(parts) + "\n"
 
 
-def _grid(table: Table, quantity: str) -> list[list[str]]:
-    head = [*table.row_names, *column_heads(table, quantity)]
+def _grid(table: Table, quantities: Sequence[str]) -> list[list[str]]:
+    head = [*table.row_names, *column_heads(table, quantities)]
     body = [
         [*map(text, row), *(table.text(row, column) for column in table.columns)]
         for row in table.rows
@@ -87,13 +90,13 @@ def _grid(table: Table, quantity: str) -> list[list[str]]:
     return [head, *body, *([mean] if table.means else [])]
 
 
-def column_heads(table: Table, quantity: str) -> list[str]:
+def column_heads(table: Table, quantities: Sequence[str]) -> list[str]:
     """What stands above each column."""
     labels = (
         ", ".join(label(n, v) for n, v in zip(table.column_names, key, strict=True))
         for key in table.columns
     )
-    return [found or quantity for found in labels]
+    return [found or quantities[0] for found in labels]
 
 
 def label(name: str, value: Any) -> str:

@@ -23,7 +23,14 @@ from petcontact.results.hdf5 import write_solution
 from petcontact.sweep import problems
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.report.page import DRAWN, html, representatives
-from petcontact.sweep.report.pivot import Facts, make_tables, text
+from petcontact.sweep.report.pivot import (
+    ITERATIONS,
+    OF_CONTACT,
+    Facts,
+    asked_about,
+    make_tables,
+    text,
+)
 from petcontact.sweep.report.plots import Plot, parse_plot, write_plots
 from petcontact.sweep.report.text import csv_text, markdown
 from petcontact.sweep.store.case_table import CaseTable, read_case_table
@@ -123,7 +130,7 @@ def test_any_coordinates_down_and_across_average_the_rest(table):
 
 
 def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
-    (means,) = make_tables(table, ["problem"], ["element_size"], "max_u_t")
+    (means,) = make_tables(table, ["problem"], ["element_size"], ["max_u_t"])
     values = table.numbers("max_u_t")
     problem = np.array(table.values("problem"))
     h = table.numbers("element_size")
@@ -133,9 +140,9 @@ def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
     (by_status,) = make_tables(table, ["status"], ["problem"])
     assert [row[0] for row in by_status.rows] == ["converged", "failed", "missing"]
     with pytest.raises(InputError, match="rule: holds texts"):
-        make_tables(table, ["problem"], [], "rule")
+        make_tables(table, ["problem"], [], ["rule"])
     with pytest.raises(InputError, match="neither a coordinate nor a quantity"):
-        make_tables(table, ["problem"], [], "digest")
+        make_tables(table, ["problem"], [], ["digest"])
 
 
 def test_cells():
@@ -358,6 +365,24 @@ def test_a_plot_shows_means_of_what_converged(table, tmp_path):
             parse_plot(bad)
     with pytest.raises(InputError, match="holds texts"):
         write_plots(table, [Plot("rule", "rho")], tmp_path)
+
+
+def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
+    """One line a case; iterations are shown where methods are compared."""
+    rows = [
+        {"id": f"c{k}", "problem": "p", "mu": mu, "status": "converged", "iterations": 5}
+        | {"published": None, "reason": "", **dict.fromkeys(OF_CONTACT, 10.0 * mu)}
+        for k, mu in enumerate((0.1, 0.3))
+    ]
+    study = CaseTable("t", ["problem", "mu"], columns_of(rows), Path())
+    assert asked_about(study) == OF_CONTACT
+    (one,) = make_tables(study, quantities=asked_about(study))
+    assert one.title == "p" and one.row_names == ("mu",) and not one.means
+    assert one.text((0.3,), ("contact_area",)) == "3"
+    assert "| max_pressure |" in markdown(study, [one], OF_CONTACT)
+    renamed = [{("rho" if key == "mu" else key): v for key, v in row.items()} for row in rows]
+    methods = CaseTable("t", ["problem", "rho"], columns_of(renamed), Path())
+    assert asked_about(methods) == (ITERATIONS,)
 
 
 def test_the_command(swept, tmp_path, capsys):
