@@ -10,7 +10,9 @@ from .bodies import Body, Contact, Pair
 def summary(problem: Any) -> list[tuple[str, str]]:
     """What a `Problem` consists of: a name and a line for each body, obstacle, contact and step,
     and for the method."""
-    rows = [(f"body {body.name}", _body(body)) for body in problem.body]
+    rows = [
+        ("body" if problem.is_flat else f"body {body.name}", _body(body)) for body in problem.body
+    ]
     for obstacle in problem.obstacle:
         given = [
             f"{key} {_value(getattr(obstacle, key))}"

@@ -97,7 +97,7 @@ def test_reactions_balance_the_loads(solution):
     assert "  left: held by" not in solution.verdict()
     pulled = contact.weight[contact.sigma_n > 0.0].sum() / 8.0
     assert solution.tension_share == pytest.approx(pulled)
-    assert f"tension on {100 * pulled:.3g} % of" in solution.verdict()
+    assert f"the contact pulls on {100 * pulled:.3g} % of it" in solution.verdict()
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
 
 

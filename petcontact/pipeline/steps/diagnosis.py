@@ -94,7 +94,7 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
         return []
     text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"
     where = f"step {increment.step.name or increment.number!r}"
-    advice = "chosen as the least there is"
+    advice = "the smallest was chosen, and no stress depends on it"
     return [new_finding("loose motion", text, where, advice=advice, limit=LOOSE)]
 
 

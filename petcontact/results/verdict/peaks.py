@@ -31,16 +31,17 @@ def peak_lines(tell: Teller) -> list[str]:
         if words:
             lines += wrapped(f"  largest {name} stress: ", [" and ".join(words)], separator=" ")
     if unbounded:
-        more = [f"{len(unbounded) - LISTED} more places"] * (len(unbounded) > LISTED)
+        left = len(unbounded) - LISTED
+        more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
         listed = ", ".join([*list(unbounded)[:LISTED], *more])
         lines += wrapped("  stress has no bound at ", [listed], separator=" ")
     return lines
 
 
 def _words(number: Number, tell: Teller) -> str:
-    if number.size == 0.0:
-        return "0"
     where = "on the surface" if number.part else "inside"
+    if number.size == 0.0:
+        return f"0 {where}"
     name = _named(number.of, printable(number.part))
     text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
     if len(tell.solution.problem.step) > 1:

@@ -20,8 +20,6 @@ FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
 NARROW = WIDTH - 2
 """Of lines that are indented by two more where there are several steps."""
-MUCH = 1e-9
-"""Shear beyond its bound, over the largest pressure, that is more than round-off."""
 
 
 @frozen
@@ -118,7 +116,7 @@ def _pairs(tell: Teller, step: StepResult, laws: bool) -> Iterator[str]:
         pair = step.pairs[posed.name]
         head = f"  {printable(posed.name)}: "
         yield from wrapped(head, [law_words(posed)] * laws, width=NARROW)
-        for items in (*_pair(tell, step, posed.name, posed.law), _defects(pair)):
+        for items in (*_pair(tell, step, posed.name, posed.law), _defects(pair, tell.verbose)):
             if items:
                 yield from wrapped("    ", items, width=NARROW)
 
@@ -150,9 +148,10 @@ def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[
     if tell.verbose and pair.force_primary is not None:
         primary = {"force on the primary": "on the primary", "moment on the primary": "moment"}
         yield [*tell.items(step, name, primary), f"imbalance {pair.imbalance:.1e}"]
-    sheared = tell.verbose or law.normal == "bonded"
-    stresses = ("largest p", "largest q") if sheared else ("largest p",)
-    yield list(tell.items(step, name, {word: word for word in stresses}))
+    bonded, pressure = law.normal == "bonded", {"largest p": "largest p"}
+    pulls = bonded and not tell.is_told(step, name, pressure)  # all over
+    shear = {"largest q": "largest q"} if tell.verbose or bonded else {}
+    yield list(tell.items(step, name, shear if pulls else pressure | shear))
     slides = (law.friction_coefficient, law.friction_bound) != (None, None)
     yield list(_area(tell, step, name, slides))
     if tell.verbose or (slides and tell.is_told(step, name, MOVED)):
@@ -185,8 +184,9 @@ OBSTACLE = {"moved": "moved", "turned": "turned", "held by": "held by", "held by
 """Numbers of an obstacle, and the words before them."""
 
 
-def _defects(pair: PairResult) -> list[str]:
-    """What a mesh leaves of the conditions of contact, where that is more than round-off."""
+def _defects(pair: PairResult, verbose: bool) -> list[str]:
+    """What a mesh leaves of the conditions of contact, and what an iteration leaves, which the
+    residuals tell, too."""
     closed, p, items = pair.state != OPEN, pair.pressure, list[str]()
     count, faced = np.count_nonzero(closed), np.isfinite(pair.gap)
     if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
@@ -195,13 +195,11 @@ def _defects(pair: PairResult) -> list[str]:
         )
     if pair.tension_share > 0.0:
         items.append(
-            f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}"
+            f"PULLS on {100.0 * pair.tension_share:.3g} % of it, by up to {-float(p.min()):.3g}"
         )
-    penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
-    excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
-    least = 1e-15 * float(np.abs(pair.x).max(initial=0.0))
-    least += 1e-9 * float(np.abs(pair.slip).max(initial=0.0))
-    if penetration > least or excess > MUCH * float(np.abs(p).max(initial=0.0)):
+    if verbose:
+        penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
+        excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
     return items
 

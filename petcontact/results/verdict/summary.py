@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...fields.boundary.places import sizes
+from ...mesh.curve_mesh import as_curve
 from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
 from ...round_off import SOLVED
@@ -152,8 +154,8 @@ def _zones_and_forces(tell: Teller) -> list[str]:
     lines += _held(tell)
     if solution.tension_share > 0.0:
         lines.append(
-            f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a "
-            f"bilateral one transmits"
+            f"  the contact pulls on {100.0 * solution.tension_share:.3g} % of it: bilateral "
+            f"contact cannot open"
         )
     return lines
 
@@ -232,9 +234,17 @@ def _method(solution: SolutionData) -> str:
 
 
 def _zones(solution: SolutionData, part: str) -> list[str]:
-    """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh
-    resolves."""
-    errors = solution.accuracy.zone_errors or [(0.0, 0.0)] * len(solution.zones)
+    """Zones of a part, their ends with the digits that two meshes agree on, or that the elements
+    resolve in the middle of which they may lie."""
+
+    def half(at: float) -> float:
+        mesh = as_curve(solution.meshes[solution.sides[part][0]])
+        nodes = mesh.nodes_of(part)
+        nearest = nodes[np.argmin(np.abs(mesh.arc_length[nodes] - at))]
+        return float(sizes(mesh)[mesh.element[nearest]])
+
+    errors = solution.accuracy.zone_errors
+    errors = errors or [(half(zone.start), half(zone.end)) for zone in solution.zones]
     return [
         _zone(zone, *pair)
         for zone, pair in zip(solution.zones, errors, strict=True)

@@ -14,7 +14,7 @@ from ..numbers import Number
 WIDTH, KEPT = 80, "\xa0"
 """Of a line, and a space at which none is broken."""
 UNKNOWN, EXACT = 5, 7
-"""Digits of a number whose error is not known, and the most that are shown."""
+"""Digits of a number whose error is not known or round-off, and the most that are shown."""
 POWERS = {"area": 0, "force": 0, "moment": 1, "volume": 1}
 """Of length in a unit, beyond that of an area (`weight_power`)."""
 
@@ -60,7 +60,7 @@ def _to(value: float, error: float) -> str:
     if value == 0.0:
         return "0"
     if not error > 0.0:
-        return f"{value:.{UNKNOWN if np.isnan(error) else EXACT}g}"
+        return f"{value:.{UNKNOWN}g}"
     leading = math.floor(math.log10(abs(value)))
     decimals = min(-math.floor(math.log10(float(rounded_up(error)))), EXACT - 1 - leading)
     if -4 <= leading < EXACT:

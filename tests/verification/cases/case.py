@@ -48,8 +48,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Case:
-    """One page of the manual. `unposed` says why a case has no problem, `quick` whether the tests
-    solve it.
+    """One page of the manual. `quick` says whether the tests solve it.
 
     `accuracy` solves on adaptive meshes to it, as `--accuracy` does. `curve` has closed forms of
     "pressure" and "shear" that are drawn where they have no norm.
@@ -65,7 +64,6 @@ class Case:
     text: str
     mesh: str = ""
     problem: str = ""
-    unposed: str = ""
     accuracy: float | None = None
     quick: bool = False
     values: tuple[Value, ...] = ()
@@ -74,7 +72,7 @@ class Case:
     @property
     def config(self) -> Path | None:
         """The problem file, where the problem is one."""
-        return None if self.problem or self.unposed else self.path.parent / f"{self.name}.toml"
+        return None if self.problem else self.path.parent / f"{self.name}.toml"
 
     def posed(self, changes: dict[str, Any] | None = None) -> petcontact.Problem:
         if self.config:
@@ -105,7 +103,7 @@ def read(path: Path) -> Case:
     data = tomllib.loads(path.read_text())
     values = tuple(_value(entry) for entry in data.pop("value", ()))
     case = Case(name=path.name.removesuffix(".reference.toml"), path=path, values=values, **data)
-    assert case.kind in KINDS and bool(case.unposed) != bool(values), path
+    assert case.kind in KINDS and values, path
     return case
 
 
