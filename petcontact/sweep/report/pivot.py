@@ -151,37 +151,45 @@ def make_tables(
     InputError
         If the sweep has no such column.
     """
-    names, averaging, several = table.coordinates, down is not None, len(quantities) > 1
-    facts = {name: Facts(table, name) for name in quantities}
-    if across is None:
-        first = () if several else ("rule", "element_size")
-        across = [name for name in first if name in {*names} - {*(down or ())}]
-    if down is None:
-        free = [name for name in names if name not in across]
-        differ = [name for name in free if len({*table.values(name)}) > 1] or free[-1:]
-        down = differ if several else ["rho"] if "rho" in free else free[-1:]
-    apart = [] if averaging else [name for name in names if name not in (*down, *across)]
+    several, facts = len(quantities) > 1, {name: Facts(table, name) for name in quantities}
+    layout = _layout(table, down, across, several)
     keys = [
         zip(*(table.values(name) for name in some), strict=True) if some else [()] * len(table)
-        for some in (down, across, apart)
+        for some in layout
     ]
     tables: dict[Key, dict[tuple[Key, Key], list[int]]] = {}
     for case, (row, column, title) in enumerate(zip(*keys, strict=True)):
         for name in quantities:
             place = row, (*column, *[name] * several)
             tables.setdefault(title, {}).setdefault(place, []).append(case)
+    rows, columns, apart = layout
     return [
         _table(
             ", ".join(
                 text(value) if name == "problem" else f"{name} {text(value)}"
                 for name, value in zip(apart, title, strict=True)
             ),
-            (tuple(down), (*across, *["quantity"] * several)),
+            (rows, (*columns, *["quantity"] * several)),
             cases,
             facts,
         )
         for title, cases in tables.items()
     ]
+
+
+def _layout(
+    table: CaseTable, down: Sequence[str] | None, across: Sequence[str] | None, several: bool
+) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+    """Names down, across, and of those that make a table each; see `make_tables`."""
+    if across is None:
+        first = () if several else ("rule", "element_size")
+        across = [name for name in first if name in {*table.coordinates} - {*(down or ())}]
+    free = [name for name in table.coordinates if name not in across]
+    if down is not None:
+        return tuple(down), tuple(across), ()
+    differ = [name for name in free if len({*table.values(name)}) > 1] or free[-1:]
+    down = differ if several else ["rho"] if "rho" in free else free[-1:]
+    return tuple(down), tuple(across), tuple(name for name in free if name not in down)
 
 
 def _table(
