@@ -29,7 +29,7 @@ HARD = {"young_modulus": 200.0, "poisson_ratio": 0.25}
 
 @dataclass(frozen=True)
 class Kind:
-    """How a problem that is drawn in x and z is posed: as it is, as a box of depth 1, or as a ring
+    """How a problem that is drawn in x and z is posed: as a box of depth 1, or as a ring
     whose x is the height and whose z is the distance from the middle radius. Of one that turns what
     acts along x acts round the axis.
 
@@ -53,14 +53,10 @@ class Kind:
     def vector(self, x, z):
         if self.turns:
             return [z, 0.0, x]
-        if self.more:
-            return [z, x]
-        return [x, *([0.0] if self.dim == 3 else []), z]
+        return [z, x] if self.more else [x, 0.0, z]
 
     def point(self, x, z, y):
-        if self.more:
-            return [z + 3.0, x]
-        return [x, *([y] if self.dim == 3 else []), z]
+        return [z + 3.0, x] if self.more else [x, y, z]
 
     @property
     def along(self):
@@ -84,7 +80,6 @@ class Kind:
         }
 
 
-PLANE = Kind(2, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
 SPACE = Kind(3, ("bottom", "left", "right", "top"), (1.0, 2.0), {})
 AREAS = np.pi * (4.0**2 - 3.0**2), 2.0 * np.pi * 4.0 * 2.0
 AXIAL = Kind(2, ("left", "bottom", "top", "right"), AREAS, {"symmetry": "axial"})
@@ -135,13 +130,11 @@ def bodies(kind):
 
 
 KINDS = {
-    "plane, bodies and steps": (bodies, PLANE),
     "axial, bodies and steps": (bodies, AXIAL),
     "torsion, one body": (one_body, TORSION),
-    "space, one body": (one_body, SPACE),
     "space, bodies and steps": (bodies, SPACE),
 }
-"""One body of the plane is what most other tests solve."""
+"""Bodies of the plane and one body in space are what most other tests solve."""
 STEPPED = [kind for kind in KINDS if "steps" in kind]
 
 

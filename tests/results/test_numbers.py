@@ -65,7 +65,6 @@ def test_a_maximum_is_that_of_the_function_between_nodes():
 @pytest.mark.parametrize(
     ("draw", "seed", "number"),
     [
-        (random_contact, 1, 0),
         (random_contact, 1, 11),
         (random_case, 7302, 6),
         (random_case, 7302, 9),
