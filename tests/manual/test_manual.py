@@ -26,6 +26,8 @@ MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 
 SOURCES = tomllib.loads((ROOT / "tests/data/manual_numbers.toml").read_text())
+SLOW = ("fields", "contact", "operators", "export", "loads", "wear", "fatigue")
+"""Chapters whose commands take longest: scripts/test --slow, or scripts/verify_manual."""
 VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
 blocks, commands = VERIFY["blocks"], VERIFY["commands"]
 REFERENCE = runpy.run_path(str(ROOT / "scripts/config_reference"))
@@ -35,17 +37,14 @@ def is_run(page: Path) -> bool:
     return bool(commands(page.read_text(), slow=False) or blocks(page.read_text(), "python"))
 
 
-def on_ranks(page: Path) -> bool:
-    return any(RANKS.match(line) for line, _ in commands(page.read_text(), slow=False))
+def marks(page: Path) -> list:
+    ranks = any(RANKS.match(line) for line, _ in commands(page.read_text(), slow=False))
+    return [pytest.mark.mpi] * ranks + [pytest.mark.slow] * (page.stem in SLOW)
 
 
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=[pytest.mark.mpi] * on_ranks(page))
-        for page in PAGES
-        if is_run(page)
-    ],
+    [pytest.param(page, marks=marks(page)) for page in PAGES if is_run(page)],
     ids=lambda page: page.stem,
 )
 def test_commands_and_programs_print_the_numbers_of_the_text(page, tmp_path):

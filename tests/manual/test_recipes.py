@@ -18,7 +18,7 @@ from petcontact.manual import chapter
 ROOT = Path(__file__).parents[2]
 CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.toml"))
 
-SLOW = ("load_path.toml", "rounded_pin.toml")
+SLOW = ("load_path.toml", "rounded_pin.toml", "o_ring.toml")
 """Take ten times as long as the others."""
 
 

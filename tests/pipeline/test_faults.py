@@ -38,7 +38,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
-pytestmark = pytest.mark.usefixtures("unsampled")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)

@@ -16,7 +16,7 @@ from petcontact.pipeline.pose import facing
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.pose.facing import mismatch
 
-pytestmark = pytest.mark.usefixtures("unsampled")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 

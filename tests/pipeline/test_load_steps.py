@@ -189,6 +189,7 @@ def test_a_free_block_on_a_rough_floor():
     assert solution.steps[1].pairs["block.bottom"].force == pytest.approx([-0.5, 2.0], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_stack_of_three():
     """Mean displacement of the top and the slip below, by a prototype."""
     solution = solve(assembly(STACK))

@@ -28,6 +28,8 @@ from petcontact import (
     solve,
 )
 
+pytestmark = pytest.mark.usefixtures("unsampled", "unestimated")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 PROBLEMS = {
     "plane, one body": ("example1", {"mesh.element_size": 0.5}),

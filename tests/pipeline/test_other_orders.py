@@ -101,6 +101,7 @@ def test_flat_panels_stay():
     assert np.array_equal(below.corners, mesh.corners) and np.all(np.isnan(below.middles))
 
 
+@pytest.mark.slow
 def test_without_contact_the_error_of_u_is_bounded():
     """A block held at one face and pulled at another, against panels of half the size."""
 

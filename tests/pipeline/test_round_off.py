@@ -9,10 +9,14 @@ import pytest
 
 from petcontact import load, solve
 
+pytestmark = pytest.mark.usefixtures("unsampled", "unestimated")
+
 LIMIT_TORQUE = Path(__file__).parents[2] / "configs" / "recipes" / "limit_torque.toml"
 
 
-@pytest.mark.parametrize("method", ["operator-robin", "semismooth-newton"])
+@pytest.mark.parametrize(
+    "method", [pytest.param("operator-robin", marks=pytest.mark.slow), "semismooth-newton"]
+)
 def test_a_bore_that_is_pressed_and_held_keeps_its_tractions(method):
     """The plug is bonded into a shaft that a ring presses on: its face has tractions and does not
     move, before it is turned and after."""

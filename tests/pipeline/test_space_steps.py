@@ -24,7 +24,7 @@ from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
 from petcontact.results.hdf5 import write_solution
 
-pytestmark = pytest.mark.usefixtures("unsampled")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(

@@ -66,6 +66,7 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     )
 
 
+@pytest.mark.slow
 def test_a_corner_that_presses_inside_of_the_secondary_is_no_error_that_stays(comm):
     # body 63 of seed 1 stagnated at 1e-1: p is infinite where the ends of the lower body press on
     # the upper one

@@ -438,6 +438,7 @@ print(solution.converged, (status("VmHWM") - before) / dense_memory([2 * mesh.n_
 """
 
 
+@pytest.mark.slow
 def test_memory_is_predicted(tmp_path):
     """The peak of a solve with a third of 2000 nodes in contact is within a fifth of what is said
     before."""

@@ -190,6 +190,7 @@ def test_partial_slip_over_cycles(jump):
         assert np.interp(cycles, done, volume(solution)) == pytest.approx(worn, rel=3e-2)
 
 
+@pytest.mark.slow
 def test_the_limit_of_partial_slip():
     """The stick zone keeps its parabola and carries all: p = E*/2R √(c²-x²) + P_1/(π√(c²-x²))."""
     solution = partial_slip(0.06, 2, 10_000, "auto", 0.1)

@@ -12,10 +12,20 @@ pytestmark = pytest.mark.usefixtures("unestimated")
 
 AS_DRAWN = Variant()
 CASES = [(number, False) for number in range(36)] + [(number, True) for number in (0, 3, 4, 5)]
+QUICK = [*CASES[:16], (0, True)]
+"""Two of each kind, and one in space; the others are slow."""
 
 
 @pytest.mark.parametrize(
-    ("number", "space"), CASES, ids=[f"{KINDS[n % 8]}-{n}{'-space' * s}" for n, s in CASES]
+    ("number", "space"),
+    [
+        pytest.param(
+            *each,
+            marks=() if each in QUICK else pytest.mark.slow,
+            id=f"{KINDS[each[0] % 8]}-{each[0]}{'-space' * each[1]}",
+        )
+        for each in CASES
+    ],
 )
 def test_the_same_problem_posed_in_other_ways(number, space):
     base = observed(solve(drawn(1, number, AS_DRAWN, space)), AS_DRAWN)

@@ -22,6 +22,7 @@ SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_
 SLOW = (
     *("space_a", "space_adaptive", "space_bearing", "space_bracket", "space_flange", "space_hip"),
     *("space_sphere", "space_stack", "stack", "axial_press_fit", "fretting_specimen", "lap_joint"),
+    *("axial_o_ring", "space_b", "axial_ball", "axial_torque", "rotating_blade", "shrink_fit"),
 )
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and

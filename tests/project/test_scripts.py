@@ -111,18 +111,12 @@ def test_petsc4py_is_no_hard_dependency():
 
 
 SMALLEST = {
-    "benchmark": "--quick refactoring assembly steps",
     "benchmark_methods.py": "--quick",
-    "benchmark_rings": "",
     "verify_data": "--number 1 --cells 64 --size 0.5",
     "verify_files": "--count 4",
-    "verify_moved": "--places 0 1000",
-    "verify_random": "--number 1 --accuracy 1e-2 --processes 1",
-    "verify_axial": "--number 1 --accuracy 5e-2",
     "verify_contact": "--pairs 1 --floors 0",
     "verify_jams": "--number 4",
     "verify_paths": "--number 1",
-    "verify_processors": "--problems 1 --space 0 --processors Prescott",
     "mutate": "--list",
     "verification": "B10",
     "drawings": "-o {folder}",
@@ -133,6 +127,12 @@ SMALLEST = {
 }
 """Scripts in Python, and the words for their smallest size."""
 LONG = {
+    "benchmark": "--quick refactoring assembly steps",
+    "benchmark_rings": "",
+    "verify_moved": "--places 0 1000",
+    "verify_random": "--number 1 --accuracy 1e-2 --processes 1",
+    "verify_axial": "--number 1 --accuracy 5e-2",
+    "verify_processors": "--problems 1 --space 0 --processors Prescott",
     "benchmark_space": "--quick",
     "benchmark_hertz": "--quick",
     "package": "--build-only",

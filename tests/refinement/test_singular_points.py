@@ -168,7 +168,7 @@ def test_data_that_no_mesh_resolves_are_refused(comm):
     assert solution.status == "not converged" and "resolve" in solution.reason
 
 
-@pytest.mark.parametrize("number", range(2))
+@pytest.mark.parametrize("number", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_random_bodies_get_honest_estimates(number, comm):
     """The first of those that scripts/verify_random draws; it tries hundreds."""
     case = random_case(1, number)
@@ -191,7 +191,7 @@ def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
         assert true <= accuracy and 0.5 < solution.accuracy.error / true < 40
 
 
-@pytest.mark.parametrize("name", ["toe", "disc", "bracket"])
+@pytest.mark.parametrize("name", ["toe", "disc", pytest.param("bracket", marks=pytest.mark.slow)])
 def test_the_gallery_can_be_solved_adaptively(name, comm):
     """Frictionless parts, arcs, holes, several contact sides."""
     solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)

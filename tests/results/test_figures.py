@@ -41,7 +41,7 @@ from petcontact.results.peaks import largest_at
 from petcontact.results.solution import read_result
 from petcontact.runtime.figure_style import label, save
 
-pytestmark = pytest.mark.usefixtures("unsampled")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = MeshOptions(element_size=0.4)

@@ -66,9 +66,8 @@ def test_a_maximum_is_that_of_the_function_between_nodes():
     ("draw", "seed", "number"),
     [
         (random_contact, 1, 11),
-        (random_case, 7302, 6),
         (random_case, 7302, 9),
-        (random_case, 7302, 16),
+        *(pytest.param(random_case, 7302, n, marks=pytest.mark.slow) for n in (6, 16)),
     ],
 )
 def test_true_errors_are_those_that_are_told(draw, seed, number):

@@ -21,7 +21,7 @@ from petcontact.model.problem import Material
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.vtu.collection import write_collection
 
-pytestmark = pytest.mark.usefixtures("unsampled")
+pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
 NEWTON = SemismoothNewton()
 DISC = """

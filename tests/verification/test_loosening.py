@@ -11,6 +11,8 @@ import pytest
 from petcontact import load, solve
 from petcontact.reference.hertz import LineContact, contact_modulus
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 CONFIGS = Path(__file__).parents[2] / "configs"
 INNER, OUTER, YOUNG, NU = 20.0, 40.0, 210_000.0, 0.3
 AREA = OUTER**2 - INNER**2

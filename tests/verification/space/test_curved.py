@@ -18,6 +18,8 @@ from petcontact.mesh.panelling import facet_mesh
 from petcontact.model.base import parse
 from petcontact.reference.lame import Sphere
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 WHOLE = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0)
 
@@ -92,6 +94,7 @@ def test_a_compressed_operator_of_curved_panels(tmp_path: Path) -> None:
     assert np.abs(dense.traction - compressed.traction).max() < 1e-4 * np.abs(dense.traction).max()
 
 
+@pytest.mark.slow
 def test_fields_next_to_a_curved_boundary(tmp_path: Path) -> None:
     """Radial stress at a hundredth of the thickness under the surface and in the middle."""
     solution = lame(tmp_path, 2)

@@ -19,6 +19,8 @@ from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.reference.lame import Sphere
 
+pytestmark = pytest.mark.usefixtures("unestimated")
+
 NU = 0.3
 Field = Callable[[np.ndarray], np.ndarray]
 
