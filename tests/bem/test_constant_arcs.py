@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import moved
 
 from petcontact import Circle, Material, MeshOptions, Method, Problem, SideBySide, solve
 from petcontact.bem.kernels import kernel_for
@@ -45,11 +46,7 @@ def test_a_sliding_ring_converges_monotonically_with_second_order():
             mesh=MeshOptions(**mesh),
             boundary=[
                 {"part": "rim", "condition": "contact", "friction_bound": "1 + 0.5*x"},
-                {
-                    "part": "hub",
-                    "condition": "displacement",
-                    "value": ["-0.01*y + 0.002", "0.01*x + 0.003"],
-                },
+                moved("hub", ["-0.01*y + 0.002", "0.01*x + 0.003"]),
             ],
         )
         contact = solve(problem, method=Method(tolerance=1e-10)).contact

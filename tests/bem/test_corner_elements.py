@@ -8,6 +8,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from shapes import elastic, moved
 
 from petcontact import adapt, solve
 from petcontact.model.base import parse
@@ -38,7 +39,7 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
     value = [f"{r}*({f}*x - {g}*y)", f"{r}*({f}*y + {g}*x)"]
     right, up = LENGTH * math.sin(0.5 * angle), LENGTH * math.cos(0.5 * angle)
     data = {
-        "material": {"young_modulus": YOUNG, "poisson_ratio": RATIO},
+        "material": elastic(YOUNG, RATIO),
         "geometry": {
             "shape": "polygon",
             "parts": ["first", "right", "top", "left", "second"],
@@ -46,10 +47,7 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
         },
         "boundary": [
             *({"part": part, "condition": "contact"} for part in ("first", "second")),
-            *(
-                {"part": part, "condition": "displacement", "value": value}
-                for part in ("right", "top", "left")
-            ),
+            *(moved(part, value) for part in ("right", "top", "left")),
         ],
     }
     return parse(Problem, data, "wedge"), power, first

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from petcontact import (
     Box,
-    Contact,
     Material,
     MeshOptions,
     Polygon,
@@ -20,12 +19,10 @@ from petcontact import (
     Rectangle,
     SideBySide,
     Traction,
-    VolumeLoads,
 )
 from petcontact.bem.particular.fit import fitted, points_in
 from petcontact.bem.particular.polynomials import BodyBox, padded, total_degrees, values
 from petcontact.bem.particular.solution import particular_solution
-from petcontact.bem.particular.volume import volume_solution
 from petcontact.refinement.meshes import mesh_of
 
 
@@ -123,59 +120,9 @@ def test_stresses_are_as_large_as_the_loads(name):
         assert np.abs(found.stress(mesh.x)).max() < 20.0 * load
 
 
-def test_the_solution_turns_with_the_body():
-    """Weight and rotation of a body without symmetry, as it stands and turned by 1.1 and moved."""
-    corners = np.array([(0, 0), (2.0, 0), (2.6, 1.1), (1.2, 1.9), (-0.3, 1.2)])
-    turn = np.array([[np.cos(1.1), -np.sin(1.1)], [np.sin(1.1), np.cos(1.1)]])
-    tractions = []
-    for way, shift in ((np.eye(2), np.zeros(2)), (turn, np.array([100.0, 7.0]))):
-        geometry = Polygon([tuple(map(float, way @ p + shift)) for p in corners], list("abcde"))
-        mesh = mesh_of(
-            Problem(
-                material=steel("strain"),
-                geometry=geometry,
-                mesh=MeshOptions(element_size=0.3, order=1),
-                boundary=[Traction(part, (0.0, 0.0)) for part in "abcde"],
-            ),
-            geometry.outline(),
-        )
-        loads = VolumeLoads(
-            angular_velocity=2.0,
-            centre=tuple(way @ [0.4, -2.0] + shift),
-            acceleration=tuple(way @ [1.0, -9.0]),
-        )
-        material = Material(200.0, 0.3, density=2.0)
-        problem = Problem(
-            material=material, geometry=geometry, boundary=[Contact("a")], loads=loads
-        )
-        found = volume_solution(problem, 0, mesh)
-        tractions.append(found.on(mesh)[1, -1] @ way)
-    assert np.abs(tractions[0] - tractions[1]).max() < 1e-12 * np.abs(tractions[0]).max()
-
-
 def test_what_a_heated_bar_without_room_feels_is_e_alpha_over_its_constants():
     assert steel("strain").thermal_stress == pytest.approx(200.0 * 1e-2 / 0.4)
     assert steel("stress").thermal_stress == pytest.approx(200.0 * 1e-2 / 0.7)
-
-
-@pytest.mark.parametrize(
-    ("name", "plane"), [("plate", "strain"), ("thin", "stress"), ("box", "strain")]
-)
-def test_temperatures_that_leave_a_free_body_without_stress_give_none(name, plane):
-    box, d = box_of(name), meshed(name).dim
-    rng, material = np.random.default_rng(1), steel(plane)
-    heats = [random(rng, d, 1)]
-    if d == 2:
-        p = padded(random(rng, 2, 7), 10)
-        heats.append(p - box.inverse_laplacian(box.laplacian(p)))
-    x = box.centre + (rng.uniform(-1.0, 1.0, (50, d)) * box.half) @ box.axes
-    for heat in heats:
-        found = particular_solution(box, [np.zeros((1,) * d)] * d, heat, material)
-        assert np.abs(found.stress(x)).max() < 1e-12 * np.abs(found.thermal_stress(x)).max()
-        size = (
-            np.abs(values(heat, box.local(x))).max() * material.thermal_expansion * box.half.min()
-        )
-        assert np.abs(found.displacement(x)).max() > 1e-3 * size
 
 
 @pytest.mark.parametrize(

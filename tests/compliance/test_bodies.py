@@ -10,6 +10,7 @@ import pytest
 import scipy
 from conftest import example
 from prepared import Posed
+from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import MeshOptions, Problem, Solution, load, solve
 from petcontact.compliance.body.dense import DenseBody
@@ -41,31 +42,25 @@ def random_pair(seed):
     rng = np.random.default_rng(seed)
     (wide, high), (width, height) = rng.uniform(1.0, 4.0, (2, 2))
     left = rng.uniform(-0.5, 0.5)
-    held = {"part": "top", "condition": "displacement", "value": [rng.uniform(-1e-3, 1e-3), -1e-2]}
-    pressed = {"part": "top", "condition": "traction", "value": [rng.uniform(-0.1, 0.1), -1.0]}
+    held = moved("top", [rng.uniform(-1e-3, 1e-3), -1e-2])
+    pressed = drawn("top", [rng.uniform(-0.1, 0.1), -1.0])
 
     def body(name, lower, upper, condition):
-        material = {
-            "young_modulus": 10.0 ** rng.uniform(1, 3),
-            "poisson_ratio": rng.uniform(0, 0.45),
-        }
+        material = elastic(10.0 ** rng.uniform(1, 3), rng.uniform(0, 0.45))
         return {
             "name": name,
             "material": material,
-            "geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper},
+            "geometry": rectangle(lower, upper),
             "mesh": {"element_size": rng.uniform(0.15, 0.3), "order": int(rng.integers(0, 3))},
             "boundary": [condition],
         }
 
-    base = {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}
+    base = moved("bottom", [0.0, 0.0])
     upper = body("upper", [left, 0.0], [left + width, height], held if seed % 2 else pressed)
     lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
-    contact = {
-        "name": "pair",
-        "secondary": "upper.bottom",
-        "primary": "lower.top",
-        "friction_coefficient": rng.uniform(0.2, 1.0),
-    }
+    contact = touching(
+        "pair", "upper.bottom", "lower.top", friction_coefficient=rng.uniform(0.2, 1.0)
+    )
     return parse(Problem, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
@@ -152,8 +147,7 @@ def test_bodies_that_are_held_agree_in_two_load_states(comm):
 
 
 @pytest.mark.parametrize(
-    "case",
-    [1, 4, *(pytest.param(case, marks=pytest.mark.slow) for case in ("stack", "pin", 2))],
+    "case", [1, 4, *(pytest.param(case, marks=pytest.mark.slow) for case in ("stack", "pin", 2))]
 )
 def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in

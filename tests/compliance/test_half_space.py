@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from prepared import Posed
+from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import Problem, solve
 from petcontact.compliance.half_space import HalfSpace
@@ -111,40 +112,21 @@ def stack() -> dict:
     lower, upper = (
         {
             "name": name,
-            "material": {"young_modulus": e, "poisson_ratio": 0.3},
+            "material": elastic(e, 0.3),
             "mesh": {"element_size": 0.5, "order": 1},
-            "geometry": {"shape": "box", "lower": [*low, height], "upper": [*high, height + 1.0]},
+            "geometry": cuboid([*low, height], [*high, height + 1.0]),
             "boundary": [condition],
         }
         for name, e, low, high, height, condition in (
-            (
-                "lower",
-                10.0,
-                (-1.0, -1.0),
-                (1.0, 1.0),
-                0.0,
-                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]},
-            ),
-            (
-                "upper",
-                3.0,
-                (-0.5, -0.5),
-                (0.5, 0.5),
-                1.0,
-                {"part": "top", "condition": "traction", "value": [0.0, 0.0, -0.1]},
-            ),
+            ("lower", 10.0, (-1.0, -1.0), (1.0, 1.0), 0.0, moved("bottom", [0.0, 0.0, 0.0])),
+            ("upper", 3.0, (-0.5, -0.5), (0.5, 0.5), 1.0, drawn("top", [0.0, 0.0, -0.1])),
         )
     )
     push = {
         "name": "push",
         "boundary": [{"body": "upper", "part": "top", "value": [0.02, 0.0, -0.1]}],
     }
-    contact = {
-        "name": "joint",
-        "secondary": "upper.bottom",
-        "primary": "lower.top",
-        "friction_coefficient": 0.4,
-    }
+    contact = touching("joint", "upper.bottom", "lower.top", friction_coefficient=0.4)
     return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
 
 

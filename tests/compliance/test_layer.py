@@ -11,7 +11,6 @@ from prepared import Posed, layer_of, operators, strips_of
 
 import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
-from petcontact.bem.kelvin2d.moments import powers
 from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matrix
 from petcontact.compliance.layer.strips import FourierStrip
 from petcontact.linalg.matrix_free import Krylov
@@ -25,27 +24,6 @@ def quad(f, a, b, points):
     return scipy.integrate.quad(
         f, a, b, points=inside or None, epsabs=1e-13, epsrel=1e-12, limit=200
     )[0]
-
-
-@pytest.mark.parametrize("order", range(6))
-def test_log_moments(order):
-    for x in (-3.9, -1.0001, -0.3, 0.9, 1.5):
-        for b in range(order + 1):
-            value = quad(
-                lambda s, x=x, b=b: lagrange(order, np.array([s]))[b, 0] * np.log(abs(s - x)),
-                -1,
-                1,
-                [x],
-            )
-            found = powers(
-                order,
-                np.array([x + 1.0]),
-                np.array([x - 1.0]),
-                np.zeros(1),
-                np.ones(1, dtype=bool),
-                1,
-            )[0][b, 0]
-            assert found == pytest.approx(value, abs=1e-9)
 
 
 @pytest.mark.parametrize("closed", [False, True])
@@ -230,15 +208,6 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
     # side's other end
     assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
     assert np.array_equal(np.sort(np.concatenate([bottom.nodes, right.nodes])), np.arange(120))
-
-
-def test_fit_scales_only_a_far_off_layer():
-    layer = layer_of(operators(example(2)))
-    sigma = np.ones((layer.size, 1))
-    layer.fit(sigma, 1.2 * layer.apply(sigma))
-    assert layer.scale == 1.0
-    layer.fit(sigma, 16.0 * layer.apply(sigma))
-    assert layer.scale == pytest.approx(4.0)
 
 
 @pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED], ids=["uniform", "graded"])

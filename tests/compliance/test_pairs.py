@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from prepared import compressed_from
+from shapes import cuboid, drawn, elastic, touching
 
 from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
@@ -26,9 +27,9 @@ TOLERANCE = 1e-5
 def box(name, lower, upper, size, young, *conditions, **more):
     return {
         "name": name,
-        "material": {"young_modulus": young, "poisson_ratio": 0.3},
+        "material": elastic(young, 0.3),
         "boundary": list(conditions),
-        "geometry": {"shape": "box", "lower": lower, "upper": upper},
+        "geometry": cuboid(lower, upper),
         "mesh": {"element_size": size, "order": 1},
         **more,
     }
@@ -39,7 +40,7 @@ def held(part, value):
 
 
 def loaded(part, value):
-    return {"part": part, "condition": "traction", "value": value}
+    return drawn(part, value)
 
 
 def blocks(young=1.0, **contact):
@@ -51,13 +52,7 @@ def blocks(young=1.0, **contact):
             box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, held("top", pressed)),
         ],
         "contact": [
-            {
-                "name": "pair",
-                "secondary": "lower.top",
-                "primary": "upper.bottom",
-                "gap": "0.05*(x**2 + y**2)",
-                **contact,
-            }
+            touching("pair", "lower.top", "upper.bottom", **{"gap": "0.05*(x**2 + y**2)"} | contact)
         ],
         "method": {"tolerance": 1e-7},
         "step": [
@@ -79,18 +74,8 @@ def floating():
     return {
         "body": [bottom, middle, {**top, "loads": {"force": [0.0, 0.0, -0.002]}}],
         "contact": [
-            {
-                "name": "one",
-                "secondary": "middle.bottom",
-                "primary": "bottom.top",
-                "friction_coefficient": 0.4,
-            },
-            {
-                "name": "two",
-                "secondary": "top.bottom",
-                "primary": "middle.top",
-                "friction_coefficient": 0.3,
-            },
+            touching("one", "middle.bottom", "bottom.top", friction_coefficient=0.4),
+            touching("two", "top.bottom", "middle.top", friction_coefficient=0.3),
         ],
     }
 
@@ -104,13 +89,9 @@ def punched():
         "force": [0.001, 0.0, -0.02],
         "centre": [0.0, 0.0, 1.0],
     }
-    contact = {
-        "name": "one",
-        "secondary": "block.top",
-        "primary": "punch",
-        "friction_coefficient": 0.4,
-        "gap": "0.05*(x**2 + y**2)",
-    }
+    contact = touching(
+        "one", "block.top", "punch", friction_coefficient=0.4, gap="0.05*(x**2 + y**2)"
+    )
     block = box("block", [-1, -1, -1], [1, 1, 0], 0.5, 1.0, held("bottom", [0.0, 0.0, 0.0]))
     return {"body": [block], "obstacle": [punch], "contact": [contact]}
 
@@ -318,10 +299,7 @@ def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
 
 
 MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
-PLATE = {
-    "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [8, 2, 0.4]},
-    "mesh": {"element_size": 0.8, "order": 0},
-}
+PLATE = {"geometry": cuboid([0, 0, 0], [8, 2, 0.4]), "mesh": {"element_size": 0.8, "order": 0}}
 
 
 @pytest.mark.parametrize(
@@ -388,7 +366,7 @@ def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
         held("top", ["free", "free", 0.0]),
         geometry={"shape": "revolved", "loops": [loop]},
     )
-    contact = {"name": "fit", "secondary": "pin.outer", "primary": "wall", "gap": "0.01"}
+    contact = touching("fit", "pin.outer", "wall", gap="0.01")
     found = solved(
         {"body": [pin], "obstacle": [{"name": "wall"}], "contact": [contact]},
         bem__mat_type="hmatrix",
@@ -408,15 +386,7 @@ def test_given_tractions_on_round_bodies_that_only_contact_holds(monkeypatch):
             box("ball", 0, 0, 1.0, 1.0, geometry={"shape": "revolved", "loops": [ball]}),
             box("shell", 0, 0, 1.2, 3.0, geometry={"shape": "revolved", "loops": [shell]}),
         ],
-        "contact": [
-            {
-                "name": "fit",
-                "secondary": "ball.fit",
-                "primary": "shell.fit",
-                "gap": -0.01,
-                "friction_coefficient": 0.3,
-            }
-        ],
+        "contact": [touching("fit", "ball.fit", "shell.fit", gap=-0.01, friction_coefficient=0.3)],
     }
     for body in data["body"]:
         body["mesh"]["order"] = 0

@@ -99,26 +99,6 @@ def test_lu_is_factored_again_only_when_rho_changes(comm):
     posed.close()
 
 
-def test_both_lus_solve_the_same(comm):
-    f = np.random.default_rng(1).standard_normal((40, 1))
-    found = []
-    for given in ({}, {"pc_type": "petcontact"}):
-        with options(given):
-            posed = Posed(CASE, comm)
-            found.append(
-                (*posed.system.robin(3e4, f[: len(posed.system.u_0)]), posed.bodies.describe())
-            )
-            posed.close()
-    assert all(
-        np.abs(a - b).max() <= 1e-11 * np.abs(a).max()
-        for a, b in zip(found[0][:2], found[1][:2], strict=True)
-    )
-    assert (found[0][2], found[1][2]) == (
-        "condensed, dense; KSP preonly, PC lu",
-        "condensed, dense; KSP preonly, PC petcontact",
-    )
-
-
 class Diagonal:
     """T: the diagonal of S."""
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from petcontact.compression.hmatrix import build
-from petcontact.compression.hmatrix.block_tree import Blocks, block_tree, cluster
+from petcontact.compression.hmatrix.block_tree import block_tree, cluster
 from petcontact.compression.hmatrix.entries import block
 from petcontact.compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
 
@@ -183,21 +183,6 @@ def test_errors_of_the_entries_come_through():
             1e-4,
             (0, N),
         )
-
-
-@pytest.mark.parametrize("shape", ["block", "plate", "anywhere"])
-def test_blocks_tile_the_matrix(shape):
-    _, tree = prepared(shape)
-    blocks, met = block_tree(tree), np.zeros((N, N), dtype=np.int64)
-    assert isinstance(blocks, Blocks)
-    for row, column in zip(blocks.row, blocks.column, strict=True):
-        met[tree.first[row] : tree.last[row], tree.first[column] : tree.last[column]] += 1
-    assert (met == 1).all()
-    assert (np.diff(tree.first[tree.leaves]) <= 16).all()
-    assert np.array_equal(np.sort(tree.order), np.arange(N))
-    for most in (5, 60, 1000):
-        cut = tree.cut(most)
-        assert np.array_equal(tree.first[cut][1:], tree.last[cut][:-1]) and tree.last[cut][-1] == N
 
 
 def test_a_build_that_is_broken_off_ends_soon(monkeypatch):

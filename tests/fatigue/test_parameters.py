@@ -18,7 +18,6 @@ from petcontact.fatigue.parameters import (
     findley,
     smith_watson_topper,
 )
-from petcontact.fatigue.smallest_ball import smallest_ball
 
 E, NU, K = 200.0, 0.3, 0.4
 STEEL = Constants(E, NU, K)
@@ -143,22 +142,6 @@ def test_values_do_not_depend_on_axes_and_scale_with_stress(seed, moments, name)
     # the order of the moments does not matter, nor do moments between others
     between = np.concatenate([stress[::-1], 0.5 * stress[:1] + 0.5 * stress[1:2]])
     assert parameter(between, STEEL).value == pytest.approx(damage.value, rel=1e-5, abs=1e-12)
-
-
-@settings(max_examples=6, deadline=None)
-@given(seed=st.integers(0, 10**6), count=st.integers(1, 12), size=st.integers(1, 6))
-def test_smallest_balls(seed, count, size):
-    """All points are inside, and whichever way the centre moves, it moves away from a point on the
-    rim."""
-    rng = np.random.default_rng(seed)
-    x = rng.normal(size=(count, size))
-    centre, radius = smallest_ball(x)
-    distance = np.linalg.norm(x - centre, axis=1)
-    assert distance.max() == pytest.approx(radius, rel=1e-12, abs=1e-14)
-    rim = x[distance >= radius * (1.0 - 1e-5)] - centre
-    ways = rng.normal(size=(500, size))
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    assert np.all((ways @ rim.T).min(axis=1) <= 1e-4 * radius + 1e-14)
 
 
 def test_cycles_to_failure():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import drawn, moved
 from smooth_field import STEEL, boundary_data, exact, meshed
 
 from petcontact import MeshOptions, Problem, Rectangle, field_at, solve
@@ -41,11 +42,7 @@ def worst(mesh, corners=False):
 
 @pytest.mark.parametrize(
     ("order", "sizes", "u", "stress"),
-    [
-        (0, (0.1, 0.05), 1e-4, 6e-3),
-        (1, (0.2, 0.1), 2e-3, 3e-2),
-        (4, (0.2, 0.1), 5e-7, 3e-4),
-    ],
+    [(0, (0.1, 0.05), 1e-4, 6e-3), (1, (0.2, 0.1), 2e-3, 3e-2), (4, (0.2, 0.1), 5e-7, 3e-4)],
 )
 def test_stress_is_bounded_next_to_joints_and_converges_there(order, sizes, u, stress):
     """Without care it is 3e8 times the largest stress at 1e-12 (order 1); toe and bottom are
@@ -71,9 +68,9 @@ def test_a_traction_that_jumps_in_truth_still_jumps():
         mesh=MeshOptions(element_size=0.25, order=2),
         boundary=[
             {"part": "bottom", "condition": "contact", "friction_bound": 0.1},
-            {"part": "left", "condition": "displacement", "value": (0, 0)},
-            {"part": "right", "condition": "traction", "value": (0, 0)},
-            {"part": "top", "condition": "traction", "value": (0, "where(x < 2, -1.0, 0.0)")},
+            moved("left", (0, 0)),
+            drawn("right", (0, 0)),
+            drawn("top", (0, "where(x < 2, -1.0, 0.0)")),
         ],
     )
     solution = solve(problem)

@@ -48,20 +48,6 @@ SQUARE = (
 )
 
 
-def test_points_of_an_arc_lie_on_its_circle_and_meet_its_ends():
-    side = Side(np.array([1.0, 0.0]), np.array([0.0, 1.0]), "arc", curvature=1.0)
-    t = np.linspace(0.0, 1.0, 33)
-    assert np.allclose(
-        side.point(t),
-        np.column_stack([np.cos(0.5 * np.pi * t), np.sin(0.5 * np.pi * t)]),
-        atol=1e-15,
-    )
-    assert np.array_equal(side.point(t)[[0, -1]], [side.start, side.end])
-    assert side.length == pytest.approx(0.5 * np.pi, rel=1e-15)
-    back = side.reversed()
-    assert np.allclose(back.point(t), side.point(1.0 - t), atol=1e-15)
-
-
 @given(
     first=angles,
     sweep=st.floats(0.02, 6.2),
@@ -117,17 +103,6 @@ def test_loops_are_turned_the_right_way_round_and_the_largest_is_the_outer_one()
     assert set(body.parts) == {"bottom", "right", "top", "left", "hole"}
     bottom = next(side for side in body.sides if side.part == "bottom")
     assert np.array_equal(np.sort([bottom.start[0], bottom.end[0]]), [0.0, 4.0])
-
-
-def test_oriented_reverses_sides_one_by_one():
-    points = [np.array(p, dtype=float) for p in ((0, 0), (0, 1), (1, 0))]
-    loop = [Side(points[k], points[(k + 1) % 3], name, 0.0) for k, name in enumerate("abc")]
-    (turned,) = oriented([loop])
-    assert [side.part for side in turned] == ["c", "b", "a"]
-    assert all(
-        np.array_equal(a.end, b.start)
-        for a, b in zip(turned, (*turned[1:], turned[0]), strict=False)
-    )
 
 
 @pytest.mark.parametrize(
@@ -244,14 +219,6 @@ def test_log_length_stays_below_the_degenerate_scale(body, capacity, nu):
     """
     lowest = capacity * math.exp(-1.0 / (3.0 - 4.0 * nu))
     assert body.outline().log_length < 0.91 * lowest
-
-
-def test_log_length_is_proportional_to_the_body():
-    lengths = [
-        Rectangle(lower_left=(0, 0), upper_right=(8 * s, 4 * s)).outline().log_length
-        for s in (1.0, 1e-3, 1e6)
-    ]
-    assert lengths == pytest.approx([1.0, 1e-3, 1e6], rel=1e-14)
 
 
 def cut(outline, count):

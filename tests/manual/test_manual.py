@@ -26,7 +26,7 @@ MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 
 SOURCES = tomllib.loads((ROOT / "tests/data/manual_numbers.toml").read_text())
-SLOW = ("fields", "contact", "operators", "export", "loads", "wear", "fatigue")
+SLOW = ("fields", "contact", "operators", "export", "loads", "wear", "fatigue", "sweeps", "options")
 """Chapters whose commands take longest: scripts/test --slow, or scripts/verify_manual."""
 VERIFY = runpy.run_path(str(ROOT / "scripts/verify_manual"))
 blocks, commands = VERIFY["blocks"], VERIFY["commands"]

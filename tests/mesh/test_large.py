@@ -8,10 +8,10 @@ import re
 
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved
 
 from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer
-from petcontact.mesh.hp_grading import _distance_limits
 from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
@@ -24,15 +24,15 @@ def many_sided(sides, **mesh):
     angle = 2.0 * math.pi * np.arange(sides) / sides
     parts = ["c" if 0.5 < a < 1.5 else "d" if a > 4.0 else "f" for a in angle]
     return Problem(
-        material={"young_modulus": 1.0, "poisson_ratio": 0.3},
+        material=elastic(1.0, 0.3),
         mesh=MeshOptions(**mesh),
         geometry=Polygon(
             vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts
         ),
         boundary=[
             {"part": "c", "condition": "contact", "friction_bound": 1.0},
-            {"part": "d", "condition": "displacement", "value": (0, 0)},
-            {"part": "f", "condition": "traction", "value": (0, 0)},
+            moved("d", (0, 0)),
+            drawn("f", (0, 0)),
         ],
     )
 
@@ -41,24 +41,6 @@ def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
     """0.3 s; 12 s when every side was compared with every other."""
     case = many_sided(1000)
     assert 10_000 < mesh_of(case).n_nodes < 20_000
-
-
-def test_distances_from_other_sides_are_those_of_all_pairs():
-    case = many_sided(9)
-    outline = case.geometry.outline()
-    breaks = [np.linspace(0.0, 1.0, 3 + k) ** 2 for k in range(9)]
-    found = _distance_limits(outline, breaks)
-    for k, side in enumerate(outline.sides):
-        middles = side.point(0.5 * (breaks[k][1:] + breaks[k][:-1]))
-        others = np.vstack(
-            [
-                other.point(np.concatenate([b, 0.5 * (b[1:] + b[:-1])]))
-                for j, (other, b) in enumerate(zip(outline.sides, breaks, strict=True))
-                if (j - k) % 9 not in (0, 1, 8)
-            ]
-        )
-        wanted = np.linalg.norm(middles[:, None] - others, axis=2).min(axis=1)
-        assert np.allclose(found[k], wanted, rtol=1e-14)
 
 
 @pytest.mark.slow
@@ -102,15 +84,12 @@ def test_what_takes_a_while_is_announced(comm, capsys):
         announcer(Status, adaptive)(
             mesh.n_nodes, 2 * mesh.n_nodes, choice.solve_seconds(Bem(), [mesh], 1), memory
         )
-    space = {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
-    top = [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]
-    sides = [
-        {"part": part, "condition": "traction", "value": [0, 0, 1]}
-        for part in ("left", "right", "front", "back")
-    ]
+    space = cuboid([0, 0, 0], [1, 1, 1])
+    top = [moved("top", [0, 0, 0])]
+    sides = [drawn(part, [0, 0, 1]) for part in ("left", "right", "front", "back")]
     foot = [{"part": "bottom", "condition": "contact", "friction_bound": 1.0}]
     data = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "geometry": space,
         "boundary": [*top, *sides, *foot],
         "mesh": {"element_size": 0.34},

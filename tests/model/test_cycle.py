@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import InputError
 from petcontact.model.case import parse_problem
@@ -17,25 +18,16 @@ def problem(**changes):
     """A block and a pad that is pressed on it, and moved to and fro."""
     return parse_problem(
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+            "material": elastic(1.0, 0.3),
+            "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
             "mesh": {"element_size": 0.5},
             "boundary": [
-                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
-                *(
-                    {"part": part, "condition": "traction", "value": [0.0, 0.0]}
-                    for part in ("left", "right")
-                ),
+                moved("bottom", [0.0, 0.0]),
+                *(drawn(part, [0.0, 0.0]) for part in ("left", "right")),
             ],
             "obstacle": [{"name": "pad", "displacement": [0.0, -0.1]}],
             "contact": [
-                {
-                    "name": "c",
-                    "secondary": "top",
-                    "primary": "pad",
-                    "friction_coefficient": 0.3,
-                    "wear_coefficient": 1e-3,
-                }
+                touching("c", "top", "pad", friction_coefficient=0.3, wear_coefficient=1e-3)
             ],
             "step": [
                 {"name": "press"},
@@ -78,10 +70,7 @@ def test_a_cycle():
             "cycle: does not close: from the second time on nothing moves in step 'push'",
         ),
         ({"step__2__name": "push"}, "cycle.first: 2 steps are called 'push'"),
-        (
-            {"contact__0": {"name": "c", "secondary": "top", "primary": "pad"}},
-            "cycle: nothing changes from cycle to cycle",
-        ),
+        ({"contact__0": touching("c", "top", "pad")}, "cycle: nothing changes from cycle to cycle"),
         (
             {"contact__0__normal": "bilateral"},
             "contact[0]: wear_coefficient: wear opens a gap, and bilateral parts have",

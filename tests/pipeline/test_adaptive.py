@@ -12,9 +12,10 @@ import pytest
 from conftest import example
 from contact_lines import line_of
 from random_bodies import random_case
+from shapes import elastic, rectangle, touching
 
 from petcontact import MeshOptions, Polygon, Problem, adapt, solve
-from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.mesh.hp_grading import Grading, graded_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt.loop import AdaptiveSolve
 from petcontact.pipeline.adapt.slip_ladder import (
@@ -30,9 +31,7 @@ from petcontact.refinement.contact_line import (
     difference,
     displacement,
     grading_points,
-    slip_at_end,
     transition,
-    without_specks,
 )
 from petcontact.refinement.levels import REFINEMENT_LEVELS, SLIP_LADDER
 from petcontact.refinement.marks import Body, marks_for
@@ -198,7 +197,7 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
     case = parse(
         Problem,
         {
-            "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+            "material": elastic(1000.0, 0.3),
             "geometry": {
                 "shape": "outline",
                 "loops": [
@@ -320,51 +319,6 @@ def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_
     assert grading_points(sharp) == [(transition(sharp, int(sharp.cuts[0])), False)]
 
 
-def test_specks_are_removed_and_zones_kept():
-    element = np.repeat(np.arange(4), 3)
-    sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
-    assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
-
-
-def test_slip_at_end_follows_the_power_law():
-    s = np.array([0.2, 0.8, 1.0 + 0.2e-1, 1.0 + 0.8e-1])
-    distance = 1.1 - s
-    line = ContactLine(
-        s,
-        np.ones(4),
-        np.array([0, 0, 1, 1]),
-        np.array([0.0, 1.0, 1.1]),
-        np.zeros(4),
-        -((0.003 / distance) ** 0.3),
-        np.ones(4),
-        np.zeros(4, dtype=np.int64),
-    )
-    assert slip_at_end(line, True) == pytest.approx(0.003, rel=1e-6)
-    assert slip_at_end(line, False) == np.inf
-
-
-@pytest.mark.parametrize("ends", [(1e-3, 1e-2), (np.inf, 1e-3), (1e-3, np.inf), (np.inf, np.inf)])
-def test_graded_side_covers_it_with_growing_elements(ends):
-    breaks, orders = graded_side(Marks(np.array([0.0, 4.0]), np.array(ends)), Grading(4, 0.3))
-    sizes = np.diff(breaks)
-    assert breaks[0] == 0.0
-    assert breaks[-1] == 4.0
-    assert len(orders) == len(sizes)
-    assert np.all(sizes > 1e-4)
-    if np.isfinite(ends[0]):
-        assert sizes[0] <= ends[0] * (1.0 + 1e-12)
-        assert orders[0] == 1
-    if np.isfinite(ends[1]):
-        assert sizes[-1] <= ends[1] * (1.0 + 1e-12)
-        assert orders[-1] == 1
-    assert orders.max() <= 4
-
-
-def test_marks_that_are_close_have_small_elements():
-    marks = balanced(Marks(np.array([0.0, 1e-4, 1.0]), np.full(3, 0.1)), Grading(3, 0.3))
-    assert np.all(marks.size[:2] < 1e-4)
-
-
 def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
     case = example(1).model_copy(
         update={
@@ -436,24 +390,13 @@ def block(pressure, steps=()):
             "body": [
                 {
                     "name": "block",
-                    "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
-                    "geometry": {
-                        "shape": "rectangle",
-                        "lower_left": [0.0, 0.0],
-                        "upper_right": [2.0, 1.0],
-                    },
+                    "material": elastic(100.0, 0.3),
+                    "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
                     "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}],
                 }
             ],
             "obstacle": [{"name": "floor"}],
-            "contact": [
-                {
-                    "name": "sole",
-                    "secondary": "block.bottom",
-                    "primary": "floor",
-                    "friction_coefficient": 0.3,
-                }
-            ],
+            "contact": [touching("sole", "block.bottom", "floor", friction_coefficient=0.3)],
             "step": [*steps],
         },
         "block",

@@ -9,11 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from facets import box as facet_box
-from facets import quartered
 from prepared import compressed_from
+from shapes import cuboid, drawn, elastic, touching
 
 from petcontact import InputError, Problem, adapt, solve
-from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import budget, first_mesh, level_solver
@@ -24,10 +23,9 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
-from petcontact.refinement.panels.marks import largest, too_large
 from petcontact.refinement.panels.tail import Tails
 
-SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+SOFT = elastic(1.0, 0.3)
 
 
 @functools.cache
@@ -52,13 +50,13 @@ def hertz(exact=False):
         "name": "block",
         "material": SOFT,
         "boundary": sides,
-        "geometry": {"shape": "box", "lower": [-1.5] * 3, "upper": [1.5, 1.5, 0.0]},
+        "geometry": cuboid([-1.5] * 3, [1.5, 1.5, 0.0]),
     }
     gap = f"{0.25 * np.pi * (1.0 - 0.3**2)}*(x**2 + y**2 - 2)"
     return {
         "body": [block],
         "obstacle": [{"name": "sphere"}],
-        "contact": [{"name": "pair", "secondary": "block.top", "primary": "sphere", "gap": gap}],
+        "contact": [touching("pair", "block.top", "sphere", gap=gap)],
     }
 
 
@@ -119,7 +117,7 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
             "name": name,
             "material": SOFT,
             "boundary": list(conditions),
-            "geometry": {"shape": "box", "lower": low, "upper": high},
+            "geometry": cuboid(low, high),
         }
 
     def held(part, value):
@@ -130,14 +128,7 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
             block("base", [-1.0, -1.0, -1.0], [2.0, 2.0, 0.0], held("bottom", [0.0] * 3)),
             block("block", [0.0, 0.0, 0.0], [1.0, 1.0, 0.5], held("top", [0.0, 0.0, -0.02])),
         ],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "block.bottom",
-                "primary": "base.top",
-                "friction_coefficient": 0.3,
-            }
-        ],
+        "contact": [touching("pair", "block.bottom", "base.top", friction_coefficient=0.3)],
         "step": [
             {},
             {"boundary": [{"body": "block", "part": "top", "value": [0.004, 0.0, -0.02]}]},
@@ -153,15 +144,11 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
 def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
     file = facet_box(tmp_path / "box.msh", (0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (4, 2, 2))
     free = [
-        {
-            "part": part,
-            "condition": "traction",
-            "value": [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3,
-        }
+        drawn(part, [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3)
         for part in ("left", "right", "front", "back")
     ]
     data = {
-        "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+        "material": elastic(100.0, 0.3),
         "geometry": {"shape": "gmsh", "file": file},
         "boundary": [
             {"part": "bottom", "condition": "contact", "friction_bound": 0.4},
@@ -238,7 +225,7 @@ def ball_on_block(**ball):
                 "name": "block",
                 "material": SOFT,
                 "boundary": fixed,
-                "geometry": {"shape": "box", "lower": [-1.0] * 3, "upper": [1.0, 1.0, 0.0]},
+                "geometry": cuboid([-1.0] * 3, [1.0, 1.0, 0.0]),
             },
             {
                 "name": "ball",
@@ -248,9 +235,7 @@ def ball_on_block(**ball):
                 **ball,
             },
         ],
-        "contact": [
-            {"name": "pair", "secondary": "ball.bottom", "primary": "block.top", "gap": "geometry"}
-        ],
+        "contact": [touching("pair", "ball.bottom", "block.top", gap="geometry")],
     }
 
 
@@ -326,14 +311,7 @@ def test_a_post_on_cut_panels_stands_by_its_weight():
         "geometry": {"shape": "cylinder", "from": [0.0] * 3, "to": [0.0, 0.0, 1.0], "radius": 0.5},
     }
     data = ball_on_block() | {
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "post.bottom",
-                "primary": "block.top",
-                "friction_coefficient": 0.5,
-            }
-        ]
+        "contact": [touching("pair", "post.bottom", "block.top", friction_coefficient=0.5)]
     }
     data["body"][1] = post
     solution = adapt(parse(Problem, data, "post"), 0.4)
@@ -369,11 +347,7 @@ def test_the_error_of_slip_is_seen_from_other_faces_too():
             "exponent": 1.0,
         }
         sides = [
-            {
-                "part": part,
-                "condition": "traction",
-                "value": [1.0 if part == "left" else 0.0, 0.5, 0.0],
-            }
+            drawn(part, [1.0 if part == "left" else 0.0, 0.5, 0.0])
             for part in ("left", "front", "back", "top")
         ]
         return solve(
@@ -382,7 +356,7 @@ def test_the_error_of_slip_is_seen_from_other_faces_too():
                 {
                     "material": SOFT,
                     "mesh": mesh,
-                    "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.5, 1.0, 1.0]},
+                    "geometry": cuboid([0.0] * 3, [1.5, 1.0, 1.0]),
                     "boundary": [
                         {"part": "bottom", "condition": "contact", "friction_bound": 0.2},
                         *sides,
@@ -423,24 +397,6 @@ def test_few_panels_have_no_small_error():
         assert np.sqrt(weight @ error**2 / (weight @ p**2)) == pytest.approx(share, abs=1e-12)
 
 
-def test_marks():
-    square = np.array([1.0, 5.0, 2.0, 2.0])
-    assert largest(square, 0.5).tolist() == [False, True, False, False]
-    assert largest(square, 0.6).tolist() == [False, True, True, True]
-    assert largest(np.array([1.0, 5.0, 2.0, 1.5]), 0.6).tolist() == [False, True, True, False]
-    assert not largest(np.zeros(3), 0.5).any()
-    problem = parse(Problem, hertz(), "hertz")
-    box = problem.body[0].geometry.outline()
-    mesh = box_mesh(box, lambda part: 1.5, 1, 1.0)
-    top = mesh.part == mesh.part_names.index("top")
-    assert not too_large(mesh, top).any() and len(grid_lines(box, mesh)) == 12
-    for _ in range(3):
-        mesh = quartered(mesh, mesh.part == mesh.part_names.index("top"))
-    coarse = too_large(mesh, mesh.part == mesh.part_names.index("top"))
-    assert coarse.any() and not coarse[mesh.part == mesh.part_names.index("bottom")].any()
-    assert grid_lines(box, quartered(mesh, np.arange(mesh.n_elements) == 0)) == []
-
-
 def test_an_accuracy_beside_a_mesh_is_refused():
     data = hertz()
     data["body"][0]["mesh"] = {"element_size": 0.5, "accuracy": 1e-2}
@@ -454,24 +410,14 @@ def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monk
     """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel
     of the first mesh."""
     monkeypatch.setattr(budget, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
-    top = {
-        "part": "top",
-        "condition": "traction",
-        "value": [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)],
-    }
+    top = drawn("top", [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)])
     ball = {
         "name": "ball",
-        "material": {"young_modulus": 210e3, "poisson_ratio": 0.3},
+        "material": elastic(210e3, 0.3),
         "boundary": [top],
         "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0},
     }
-    contact = {
-        "name": "pair",
-        "secondary": "ball.bottom",
-        "primary": "floor",
-        "gap": "z",
-        "direction": [0.0, 0.0, -1.0],
-    }
+    contact = touching("pair", "ball.bottom", "floor", gap="z", direction=[0.0, 0.0, -1.0])
     solution = solve(
         parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, "")
     )
@@ -489,15 +435,12 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     block = {
         "name": "block",
         "material": SOFT,
-        "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3},
+        "geometry": cuboid([0.0] * 3, [1.0] * 3),
         "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
         "mesh": {"element_size": 0.5, "order": 1},
     }
     gaps = {"0": "x**2 - 0.02", "1": "(x - 1)**2 - 0.02", "both": "(0.5 - abs(x - 0.5))**2 - 0.02"}
-    contact = {
-        name: {"name": name, "secondary": "block.top", "primary": name, "gap": gap}
-        for name, gap in gaps.items()
-    }
+    contact = {name: touching(name, "block.top", name, gap=gap) for name, gap in gaps.items()}
     data = {"body": [block], "obstacle": [{"name": name} for name in gaps]}
     one, two = (
         solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
@@ -511,7 +454,7 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
 
 def pressed_fit(pin, hole, height=10.0):
     """A solid pin in a ring, both held along the axis only, on their ends."""
-    steel = {"young_modulus": 200_000.0, "poisson_ratio": 0.3}
+    steel = elastic(200_000.0, 0.3)
     ring = [
         {"part": "bottom", "to": [10.0, 0.0]},
         {"part": "outside", "to": [10.0, height]},
@@ -530,7 +473,7 @@ def pressed_fit(pin, hole, height=10.0):
                 "boundary": held,
             },
         ],
-        "contact": [{"name": "fit", "secondary": "pin.side", "primary": "ring.bore"}],
+        "contact": [touching("fit", "pin.side", "ring.bore")],
     }
 
 
@@ -555,7 +498,7 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
         {"part": "axis", "to": [0.0, 0.0]},
         {"part": "ball", "to": [0.5, 0.5], "radius": 0.5},
     ]
-    steel, still = {"young_modulus": 1.0, "poisson_ratio": 0.3}, [0.0, 0.0, 0.0]
+    steel, still = elastic(1.0, 0.3), [0.0, 0.0, 0.0]
     shaft = {"shape": "cylinder", "from": [-2.0, 0.0, -2.0], "to": [2.0, 0.0, -2.0], "radius": 2.0}
     held = [
         {"part": part, "condition": "displacement", "value": still} for part in ("bottom", "top")
@@ -571,7 +514,7 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
                 "boundary": moved,
             },
         ],
-        "contact": [{"name": "pair", "secondary": "shaft.side", "primary": "ball.ball"}],
+        "contact": [touching("pair", "shaft.side", "ball.ball")],
     }
     for body, size in zip(data["body"], (2.0, 0.5), strict=True):
         body["mesh"] = {"element_size": size, "order": 1}
@@ -590,13 +533,7 @@ def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
         "geometry": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0},
         "loads": {"acceleration": [0, 0, -2]},
     }
-    pair = {
-        "name": "pair",
-        "secondary": "ball.bottom",
-        "primary": "floor",
-        "gap": "z + 1",
-        "direction": [0, 0, -1],
-    }
+    pair = touching("pair", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
     solution = adapt(
         parse(
             Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [pair]}, "ball"
@@ -622,17 +559,11 @@ def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
     ]
     shell = {
         "name": "shell",
-        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+        "material": elastic(1000.0, 0.3),
         "geometry": {"shape": "revolved", "loops": [arcs]},
         "boundary": [{"part": "rim", "condition": "displacement", "value": [0, 0, -0.02]}],
     }
-    pair = {
-        "name": "pair",
-        "secondary": "shell.outer",
-        "primary": "floor",
-        "gap": "z + 1",
-        "direction": [0, 0, -1],
-    }
+    pair = touching("pair", "shell.outer", "floor", gap="z + 1", direction=[0, 0, -1])
     problem = parse(
         Problem, {"body": [shell], "obstacle": [{"name": "floor"}], "contact": [pair]}, "shell"
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from shapes import elastic, touching
 from sweep_files import quietly
 
 from petcontact import InputError, Solution, read_result, solve
@@ -23,8 +24,8 @@ from petcontact.sweep.store.case_table import read_case_table
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-SOFT = {"young_modulus": 100.0, "poisson_ratio": 0.3}
-HARD = {"young_modulus": 200.0, "poisson_ratio": 0.25}
+SOFT = elastic(100.0, 0.3)
+HARD = elastic(200.0, 0.25)
 
 
 @dataclass(frozen=True)
@@ -117,14 +118,7 @@ def bodies(kind):
     push = {"body": "block", "part": above, "value": kind.vector(0.1, -1.0)}
     return kind.more | {
         "body": [{"name": "base", **base}, {"name": "block", **block}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": f"block.{below}",
-                "primary": f"base.{above}",
-                "friction_coefficient": 0.4,
-            }
-        ],
+        "contact": [touching("pair", f"block.{below}", f"base.{above}", friction_coefficient=0.4)],
         "step": [{"name": "press"}, {"name": "push", "boundary": [push]}],
     }
 

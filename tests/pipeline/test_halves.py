@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
@@ -19,25 +20,15 @@ from petcontact.pipeline.steps.load_steps import known_factors
 def pressed(increments):
     """A rigid cylinder on a block, µ = 0.3: p, q and the stick zone grow alike from the first
     contact on."""
-    free = [
-        {"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right")
-    ]
+    free = [drawn(part, [0.0, 0.0]) for part in ("left", "right")]
     data = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "mesh": {"element_size": 0.6, "element_sizes": {"top": 0.03}},
-        "geometry": {"shape": "rectangle", "lower_left": [-3.0, -3.0], "upper_right": [3.0, 0.0]},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}, *free],
+        "geometry": rectangle([-3.0, -3.0], [3.0, 0.0]),
+        "boundary": [moved("bottom", [0.0, 0.0]), *free],
         "obstacle": [{"name": "cylinder", "displacement": [0.0, -0.06]}],
         "step": [{"increments": increments}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "top",
-                "primary": "cylinder",
-                "gap": "x**2/8",
-                "friction_coefficient": 0.3,
-            }
-        ],
+        "contact": [touching("pair", "top", "cylinder", gap="x**2/8", friction_coefficient=0.3)],
     }
     return solve(parse(Problem, data, "pressed"))
 

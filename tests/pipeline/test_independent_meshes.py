@@ -9,6 +9,7 @@ import facets
 import h5py
 import numpy as np
 import pytest
+from shapes import elastic, touching
 
 from petcontact import Problem, read_result, solve
 from petcontact.model.base import parse
@@ -18,7 +19,7 @@ from petcontact.pipeline.pose.facing import mismatch
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
-SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+SOFT = elastic(1.0, 0.3)
 
 
 def pressed(p):
@@ -87,12 +88,7 @@ def blocks(tmp_path, top=None, bottom=None, **upper):
 def test_bonded_cubes_under_an_even_pressure(tmp_path):
     """Only the bond holds them: p is the pressure everywhere, on both sides, and nothing is left
     over."""
-    contact = {
-        "name": "bond",
-        "secondary": "upper.bottom",
-        "primary": "lower.top",
-        "normal": "bonded",
-    }
+    contact = touching("bond", "upper.bottom", "lower.top", normal="bonded")
     solution = solved(blocks(tmp_path), contact)
     assert solution.last.pairs["bond"].pressure == pytest.approx(0.01, rel=1e-9)
     assert balances(solution, contact) == pytest.approx([0.0, 0.0, 0.04], abs=1e-12)
@@ -155,7 +151,7 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
             ("upper", 0.5, 0.0, 0.5, "top", 1.0),
         ]
     )
-    contact = {"name": "bond", "secondary": "lower.top", "primary": "upper.bottom", **law}
+    contact = touching("bond", "lower.top", "upper.bottom", **law)
     solution = solved([lower, upper], contact)
     pair = solution.last.pairs["bond"]
     bare = ~np.isfinite(pair.gap)
@@ -174,7 +170,7 @@ def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, rippl
             tmp_path / f"o{count}.msh", (1.0, 1.6), 0.6, (count, 2, 1), turn=0.05 * (count > 16)
         )
         primary = "outer.inner" if secondary == "inner.outer" else "inner.outer"
-        contact = {"name": "fit", "secondary": secondary, "primary": primary, "gap": "-0.02"}
+        contact = touching("fit", secondary, primary, gap="-0.02")
         solution = solved([body("inner", inner), body("outer", outer)], contact)
         assert np.abs(balances(solution, contact)).max() < 1e-10
         pair = solution.last.pairs["fit"]
@@ -189,7 +185,7 @@ def test_a_pin_in_a_lug(tmp_path):
     file = facets.ring(tmp_path / "pin.msh", (0.4, 0.99), 0.6, (21, 2, 2), turn=0.1)
     other = facets.ring(tmp_path / "lug.msh", (1.0, 2.0), 0.6, (24, 1, 3))
     flat = held("free", "free", 0.0)
-    contact = {"name": "fit", "secondary": "pin.outer", "primary": "lug.inner"}
+    contact = touching("fit", "pin.outer", "lug.inner")
     solution = solved(
         [
             body("pin", file, inner=held(0.05, 0.0, 0.0), bottom=flat, top=flat),
@@ -230,12 +226,7 @@ def test_both_sides_are_in_the_result_and_the_file(tmp_path):
     upper["geometry"]["file"] = facets.box(
         tmp_path / "above.msh", (0, 0, 1.1), (2, 2, 2.1), (3, 3, 2)
     )
-    contact = {
-        "name": "pair",
-        "secondary": "upper.bottom",
-        "primary": "lower.top",
-        "friction_coefficient": 0.3,
-    }
+    contact = touching("pair", "upper.bottom", "lower.top", friction_coefficient=0.3)
     solution = solved([lower, upper], contact)
     pair = solution.last.pairs["pair"]
     (_, mine), (x, theirs) = on(solution, contact["secondary"]), on(solution, contact["primary"])
@@ -272,9 +263,7 @@ def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
 
     monkeypatch.setattr(facing, "face", face)
     bodies = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
-    solution = solve(
-        posed(bodies, {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"})
-    )
+    solution = solve(posed(bodies, touching("pair", "upper.bottom", "lower.top")))
     assert solution.status == "not converged"
     assert "differ by 3.0e-02 of all that acts there" in solution.reason
 
@@ -287,7 +276,7 @@ def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overla
     solution = solve(
         posed(
             [body("inner", inner), body("outer", outer)],
-            {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"},
+            touching("fit", "inner.outer", "outer.inner"),
         )
     )
     told = [warning for warning in solution.warnings if "miss the curved faces" in warning]

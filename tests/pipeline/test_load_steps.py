@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 from problems import block, contact_pair, load_step, obstacle, posed
+from shapes import elastic, moved, rectangle, touching
 
 from petcontact import (
     Displacement,
@@ -400,17 +401,12 @@ def test_a_body_that_only_contact_holds_is_unloaded_to_nothing(dimension, increm
     ]
     body = {
         "name": "block",
-        "material": {"young_modulus": 10.0, "poisson_ratio": 0.3},
+        "material": elastic(10.0, 0.3),
         "mesh": {"element_size": 0.5},
         "geometry": {"shape": shape, lower: [0.0] * dimension, upper: corner},
         "boundary": [{"part": "top", "condition": "traction", "value": [*zero, -0.01]}],
     }
-    pair = {
-        "name": "pair",
-        "secondary": "block.bottom",
-        "primary": "floor",
-        "friction_coefficient": 0.3,
-    }
+    pair = touching("pair", "block.bottom", "floor", friction_coefficient=0.3)
     steps = [{"name": "press"}] + [
         {
             "name": name,
@@ -479,25 +475,21 @@ def held_and_freed(first, second, normal="bonded", **method):
             "body": [
                 {
                     "name": "block",
-                    "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
-                    "geometry": {
-                        "shape": "rectangle",
-                        "lower_left": [0.0, 0.0],
-                        "upper_right": [2.0, 1.0],
-                    },
+                    "material": elastic(100.0, 0.3),
+                    "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
                     "mesh": {"element_size": 0.2, "order": 2},
-                    "boundary": [{"part": "top", "condition": "displacement", "value": first}],
+                    "boundary": [moved("top", first)],
                 }
             ],
             "obstacle": [{"name": "ground"}],
             "contact": [
-                {
-                    "name": "sole",
-                    "secondary": "block.bottom",
-                    "primary": "ground",
-                    "normal": normal,
-                    **({} if normal == "bonded" else {"friction_coefficient": 0.3}),
-                }
+                touching(
+                    "sole",
+                    "block.bottom",
+                    "ground",
+                    normal=normal,
+                    **{} if normal == "bonded" else {"friction_coefficient": 0.3},
+                )
             ],
             "step": [{"name": "one"}, {"name": "two", "increments": 2, "boundary": [change]}],
             "method": method,

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapes import cuboid, elastic, touching
 
 from petcontact import solve
 from petcontact.model.case import parse_problem
 
-STEEL = {"young_modulus": 1000.0, "poisson_ratio": 0.3}
+STEEL = elastic(1000.0, 0.3)
 BALL = {
     "name": "ball",
     "material": STEEL,
@@ -22,7 +23,7 @@ FLOOR = {
     "name": "floor",
     "material": STEEL,
     "mesh": {"element_size": 1.0, "order": 1},
-    "geometry": {"shape": "box", "lower": [-2, -2, -2], "upper": [2, 2, 0]},
+    "geometry": cuboid([-2, -2, -2], [2, 2, 0]),
     "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
 }
 
@@ -36,7 +37,7 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     """A rigid motion: no round-off is told as traction, resultant, tension, error or peak, and
     Newton's method ends."""
     socket = {"name": "socket", "displacement": [0.1, -0.2, 0.05], "rotation": [0.01, 0.02, -0.03]}
-    pair = {"name": "pair", "secondary": "ball.bottom", "primary": "socket", "normal": "bonded"}
+    pair = touching("pair", "ball.bottom", "socket", normal="bonded")
     found = solved(body=[BALL], obstacle=[socket], contact=[pair], bem={"mat_type": storage})
     assert found.converged and found.steps[0].iterations < 9
     pair = found.last.pairs["pair"]
@@ -57,13 +58,9 @@ def test_steps_of_nothing_and_back_to_nothing(storage, condition, size):
     again."""
     top = {"part": "top", "condition": condition, "value": [0.0, 0.0, -0.05]}
     bodies = [{**BALL, "mesh": {"element_size": size, "order": 2}, "boundary": [top]}, FLOOR]
-    pair = {
-        "name": "pair",
-        "secondary": "ball.bottom",
-        "primary": "floor.top",
-        "direction": [0, 0, -1],
-        "friction_coefficient": 0.3,
-    }
+    pair = touching(
+        "pair", "ball.bottom", "floor.top", direction=[0, 0, -1], friction_coefficient=0.3
+    )
     changes = [[0.0, 0.0, z] for z in (-0.05, 0.0, 0.0, -0.05)]
     steps = [{"boundary": [{"body": "ball", "part": "top", "value": value}]} for value in changes]
     found = solved(body=bodies, contact=[pair], step=steps, bem={"mat_type": storage})

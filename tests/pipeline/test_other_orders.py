@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved
 
 from petcontact import Problem, solve
 from petcontact.geometry.round_surfaces import CylinderSurface
@@ -19,18 +20,14 @@ def block(order, size, bound=0.02, beside=2.0):
     """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside
     the contact are larger."""
     sides = [
-        {
-            "part": part,
-            "condition": "traction",
-            "value": [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3,
-        }
+        drawn(part, [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3)
         for part in ("left", "right", "front", "back")
     ]
     return parse(
         Problem,
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.6]},
+            "material": elastic(1.0, 0.3),
+            "geometry": cuboid([0.0] * 3, [1.0, 1.0, 1.6]),
             "mesh": {
                 "order": order,
                 "element_size": beside * size,
@@ -38,7 +35,7 @@ def block(order, size, bound=0.02, beside=2.0):
             },
             "boundary": [
                 {"part": "bottom", "condition": "contact", "friction_bound": bound},
-                {"part": "top", "condition": "displacement", "value": [0.0] * 3},
+                moved("top", [0.0] * 3),
                 *sides,
             ],
         },
@@ -107,24 +104,17 @@ def test_without_contact_the_error_of_u_is_bounded():
 
     def pulled(order, size):
         sides = [
-            {
-                "part": part,
-                "condition": "traction",
-                "value": [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3,
-            }
+            drawn(part, [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3)
             for part in ("left", "right", "front", "back", "bottom")
         ]
         return solve(
             parse(
                 Problem,
                 {
-                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "material": elastic(1.0, 0.3),
                     "mesh": {"order": order, "element_size": size},
-                    "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.5]},
-                    "boundary": [
-                        {"part": "top", "condition": "displacement", "value": [0.0] * 3},
-                        *sides,
-                    ],
+                    "geometry": cuboid([0.0] * 3, [1.0, 1.0, 1.5]),
+                    "boundary": [moved("top", [0.0] * 3), *sides],
                 },
                 "pulled",
             )

@@ -6,6 +6,7 @@ import functools
 
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
@@ -16,7 +17,7 @@ from petcontact.results.number_errors import path_errors
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
-SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+SOFT = elastic(1.0, 0.3)
 
 
 @functools.cache
@@ -34,20 +35,9 @@ def pressed(space, gap, increments, friction=0.3, adaptive=False):
         "material": SOFT,
         "geometry": {"shape": shape, **dict(zip(names, (low, high), strict=True))},
         "mesh": {} if adaptive else fixed,
-        "boundary": [
-            {"part": "bottom", "condition": "displacement", "value": still},
-            *({"part": part, "condition": "traction", "value": still} for part in sides),
-        ],
+        "boundary": [moved("bottom", still), *(drawn(part, still) for part in sides)],
         "obstacle": [{"name": "tool", "displacement": [*still[1:], -0.2 if space else -0.06]}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "top",
-                "primary": "tool",
-                "gap": gap,
-                "friction_coefficient": friction,
-            }
-        ],
+        "contact": [touching("pair", "top", "tool", gap=gap, friction_coefficient=friction)],
     }
     if increments:
         data["step"] = [{"name": "press", "increments": increments}]
@@ -110,12 +100,7 @@ def test_few_increments_after_bodies_touch_are_compared_with_others():
 
 @pytest.mark.parametrize(
     ("space", "gap", "friction"),
-    [
-        (False, 0.0, 0.3),
-        (True, 0.0, 0.3),
-        (False, "x**2/8", None),
-        (False, "x**2/8", 1e-3),
-    ],
+    [(False, 0.0, 0.3), (True, 0.0, 0.3), (False, "x**2/8", None), (False, "x**2/8", 1e-3)],
 )
 def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
@@ -132,24 +117,13 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     )
     data = {
         "material": SOFT,
-        "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
+        "geometry": cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]),
         "mesh": {"accuracy": 0.35},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
         "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "top",
-                "primary": "tool",
-                "gap": "x**2 + y**2",
-                "friction_coefficient": 0.3,
-            }
-        ],
+        "contact": [touching("pair", "top", "tool", gap="x**2 + y**2", friction_coefficient=0.3)],
     }
-    free = [
-        {"part": part, "condition": "traction", "value": [0.0] * 3}
-        for part in ("left", "right", "front", "back")
-    ]
+    free = [drawn(part, [0.0] * 3) for part in ("left", "right", "front", "back")]
     solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
     assert len(solution.accuracy.elements) > 1 and solution.warnings.count("looked at") == 1
     ((mesh,), (last,)) = solution.meshes.values(), looked

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
@@ -24,21 +25,14 @@ def waves(crest, **changes):
     touches."""
     return parse_problem(
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-            "geometry": {
-                "shape": "rectangle",
-                "lower_left": [0.0, -2.0],
-                "upper_right": [1.0, 0.0],
-            },
+            "material": elastic(1.0, 0.3),
+            "geometry": rectangle([0.0, -2.0], [1.0, 0.0]),
             "mesh": {
                 "element_size": 0.125,
                 "element_sizes": {"top": 0.0125, "left": 0.0625},
                 "order": 3,
             },
-            "boundary": [
-                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
-                dict(SIDES),
-            ],
+            "boundary": [moved("bottom", [0.0, 0.0]), dict(SIDES)],
             "obstacle": [
                 {
                     "name": "wave",
@@ -46,14 +40,7 @@ def waves(crest, **changes):
                     "force": [0.0, -0.5 * np.pi * E_STAR * HEIGHT],
                 }
             ],
-            "contact": [
-                {
-                    "name": "c",
-                    "secondary": "top",
-                    "primary": "wave",
-                    "gap": f"{HEIGHT}*(1-cos(2*pi*(x-{crest})))",
-                }
-            ],
+            "contact": [touching("c", "top", "wave", gap=f"{HEIGHT}*(1-cos(2*pi*(x-{crest})))")],
         },
         "test.toml",
         {key.replace("__", "."): value for key, value in changes.items()},
@@ -105,7 +92,7 @@ def test_a_jump_strains_evenly_and_follows_the_steps(tmp_path):
             "boundary": [
                 {"part": "bottom", "condition": "symmetry"},
                 {**SIDES, "jump": [0.02, 0.0]},
-                {"part": "top", "condition": "traction", "value": [0.0, 0.0]},
+                drawn("top", [0.0, 0.0]),
             ],
             "step": [
                 {"name": "pull", "increments": 2},
@@ -133,12 +120,8 @@ def test_two_layers():
     def layer(name, low, modulus, *more):
         return {
             "name": name,
-            "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
-            "geometry": {
-                "shape": "rectangle",
-                "lower_left": [0.0, low],
-                "upper_right": [2.0, low + 1.0],
-            },
+            "material": elastic(modulus, 0.3),
+            "geometry": rectangle([0.0, low], [2.0, low + 1.0]),
             "mesh": {"element_size": 0.5, "order": 2},
             "boundary": [dict(SIDES), *more],
         }
@@ -155,14 +138,7 @@ def test_two_layers():
                         {"part": "top", "condition": "traction", "pressure": "0.02"},
                     ),
                 ],
-                "contact": [
-                    {
-                        "name": "c",
-                        "secondary": "upper.bottom",
-                        "primary": "lower.top",
-                        "friction_coefficient": 0.2,
-                    }
-                ],
+                "contact": [touching("c", "upper.bottom", "lower.top", friction_coefficient=0.2)],
             },
             "test.toml",
             {},
@@ -206,7 +182,7 @@ def test_refused(changes, said):
 
 
 def test_boxes_are_refused():
-    box = {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]}
+    box = cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0])
     rest = [{"part": part, "condition": "symmetry"} for part in ("bottom", "front", "back")]
     with pytest.raises(InputError, match="periodic sides are those of plane bodies"):
         solve(

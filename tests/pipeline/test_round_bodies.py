@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from shapes import cuboid, elastic, moved, touching
 
 from petcontact import Problem, solve
 from petcontact.errors import InputError
@@ -17,12 +18,12 @@ from petcontact.pipeline.judge.thickness import bending_error, slenderness
 from petcontact.refinement.panels.axes import sides
 from petcontact.refinement.panels.marks import facing
 
-STEEL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+STEEL = elastic(1.0, 0.3)
 COARSE = {"element_size": 5.0, "order": 1}
 
 
 def held(part, *value):
-    return {"part": part, "condition": "displacement", "value": list(value)}
+    return moved(part, list(value))
 
 
 def crossed(push):
@@ -46,10 +47,7 @@ def crossed(push):
             "boundary": [held("bottom", 0, 0, push), held("top", 0, 0, push)],
         },
     ]
-    return {
-        "body": bodies,
-        "contact": [{"name": "cross", "secondary": "upper.side", "primary": "lower.side"}],
-    }
+    return {"body": bodies, "contact": [touching("cross", "upper.side", "lower.side")]}
 
 
 def test_sides_that_go_round_do_not_meet_through_the_bodies():
@@ -83,7 +81,7 @@ def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
     loads = {"angular_velocity": 1000.0}
     data = {
         "body": [ring("shaft", 20, 40, loads=loads), ring("disc", 40, 80, loads=loads)],
-        "contact": [{"name": "fit", "secondary": "disc.in", "primary": "shaft.out", "gap": -0.04}],
+        "contact": [touching("fit", "disc.in", "shaft.out", gap=-0.04)],
     }
     solution = solve(parse(Problem, data, "spin"))
     assert solution.converged and np.all(solution.last.pairs["fit"].pressure > 0.0)
@@ -109,12 +107,7 @@ def cup(friction):
         ],
         "obstacle": [{"name": "cup"}],
         "contact": [
-            {
-                "name": "joint",
-                "secondary": "ball.skin",
-                "primary": "cup",
-                "gap": "1.002 - sqrt(x**2 + y**2 + (z - .002)**2)",
-            }
+            touching("joint", "ball.skin", "cup", gap="1.002 - sqrt(x**2 + y**2 + (z - .002)**2)")
         ],
     }
     return (
@@ -163,8 +156,8 @@ def test_what_turns_a_ball_without_friction_is_held_by_nothing():
 
 def test_blocks_that_just_touch_carry_nothing():
     """A gap of .01, closed by .01: what round-off leaves is neither contact nor overlap."""
-    box = {"shape": "box", "lower": [-1, -1, -1], "upper": [1, 1, 0]}
-    other = {"shape": "box", "lower": [-0.7, -0.7, 0.01], "upper": [0.7, 0.7, 1]}
+    box = cuboid([-1, -1, -1], [1, 1, 0])
+    other = cuboid([-0.7, -0.7, 0.01], [0.7, 0.7, 1])
     data = {
         "body": [
             {
@@ -182,9 +175,7 @@ def test_blocks_that_just_touch_carry_nothing():
                 "boundary": [held("top", 0, 0, -0.01)],
             },
         ],
-        "contact": [
-            {"name": "c", "secondary": "b.bottom", "primary": "a.top", "friction_coefficient": 0.2}
-        ],
+        "contact": [touching("c", "b.bottom", "a.top", friction_coefficient=0.2)],
     }
     solution = solve(parse(Problem, data, "touch"))
     assert solution.converged and not carries_something(solution)
@@ -222,7 +213,7 @@ def test_a_bonded_ball_is_not_cut_without_end():
             "boundary": [held("bottom", 0, 0, 0), held("top", 0, 0, 0.01)],
         },
     ]
-    pair = {"name": "c", "secondary": "ball.skin", "primary": "matrix.hole", "normal": "bonded"}
+    pair = touching("c", "ball.skin", "matrix.hole", normal="bonded")
     assert adapt(parse(Problem, {"body": bodies, "contact": [pair]}, "bonded"), 0.5).converged
 
 
@@ -232,7 +223,7 @@ def test_what_thin_bodies_bend_too_little_is_in_the_estimate():
     data = {
         "body": [ring("thin", 38, 40)],
         "obstacle": [{"name": "pin"}],
-        "contact": [{"name": "fit", "secondary": "thin.in", "primary": "pin", "gap": -0.01}],
+        "contact": [touching("fit", "thin.in", "pin", gap=-0.01)],
     }
     data["body"][0]["mesh"] = {"element_size": 6.0, "order": 1}
     solution = solve(parse(Problem, data, "thin"))
@@ -258,18 +249,18 @@ def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on
         "body": [
             {
                 "name": "punch",
-                "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3},
+                "material": elastic(2.1e5, 0.3),
                 "geometry": punch,
                 "boundary": [held("top", 0, 0, -0.2)],
             },
             {
                 "name": "pad",
-                "material": {"young_modulus": 8.0, "poisson_ratio": 0.45},
+                "material": elastic(8.0, 0.45),
                 "geometry": pad,
                 "boundary": [held("bottom", 0, 0, 0)],
             },
         ],
-        "contact": [{"name": "c", "secondary": "punch.bottom", "primary": "pad.top"}],
+        "contact": [touching("c", "punch.bottom", "pad.top")],
     }
     solution = adapt(parse(Problem, data, "punch"), 0.9)
     punch, pad = solution.meshes["punch"], solution.meshes["pad"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from shapes import drawn, elastic, moved, rectangle
 
 from petcontact import solve
 from petcontact.model.base import parse
@@ -15,16 +16,13 @@ def warned(boundary=None, steps=(), **more):
     """Warnings of a small block on a floor."""
     floor = {"part": "bottom", "condition": "contact", "normal": "unilateral", **(boundary or {})}
     data = {
-        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "rectangle", "lower_left": [0, 0], "upper_right": [1, 1]},
+        "material": elastic(1000.0, 0.3),
+        "geometry": rectangle([0, 0], [1, 1]),
         "mesh": {"element_size": 0.25},
         "boundary": [
             floor,
-            {"part": "top", "condition": "displacement", "value": [0, -0.01]},
-            *(
-                {"part": part, "condition": "traction", "value": [0, 0]}
-                for part in ("left", "right")
-            ),
+            moved("top", [0, -0.01]),
+            *(drawn(part, [0, 0]) for part in ("left", "right")),
         ],
         "step": list(steps),
     }
@@ -64,11 +62,11 @@ def test_a_step_in_which_nothing_is_carried():
 
 def test_bodies_that_nothing_joins_and_loads_in_pascals():
     other = {
-        "material": {"young_modulus": 210e9, "poisson_ratio": 0.3},
+        "material": elastic(210e9, 0.3),
         "mesh": {"element_size": 0.5},
-        "geometry": {"shape": "rectangle", "lower_left": [0, 0], "upper_right": [1, 1]},
+        "geometry": rectangle([0, 0], [1, 1]),
     }
-    held = {"part": "bottom", "condition": "displacement", "value": [0, 0]}
+    held = moved("bottom", [0, 0])
     pressed = {"part": "top", "condition": "traction", "pressure": 400.0}
     bodies = [{"name": name, "boundary": [held, pressed], **other} for name in "ab"]
     said = " ".join(solve(parse(Problem, {"body": bodies}, "two")).verdict().split())

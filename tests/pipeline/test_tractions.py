@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 from random_bodies import random_contact
+from shapes import elastic, rectangle, touching
 
 from petcontact import adapt, solve
 from petcontact.model.base import parse
@@ -29,18 +30,13 @@ def blocks(low: float, high: float, **changes) -> Problem:
     bodies = [
         {
             "name": name,
-            "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
-            "geometry": {"shape": "rectangle", "lower_left": start, "upper_right": end},
+            "material": elastic(modulus, 0.3),
+            "geometry": rectangle(start, end),
             "boundary": [{"condition": "displacement", **held}],
         }
         for name, (modulus, start, end, held) in made.items()
     ]
-    contact = {
-        "name": "pair",
-        "secondary": "upper.bottom",
-        "primary": "lower.top",
-        "friction_coefficient": 0.3,
-    }
+    contact = touching("pair", "upper.bottom", "lower.top", friction_coefficient=0.3)
     return parse(Problem, {"body": bodies, "contact": [contact], **changes}, "blocks")
 
 

@@ -11,6 +11,7 @@ import sys
 import facets
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 import petcontact as pc
 from petcontact import InputError, Problem, adapt, solve
@@ -149,13 +150,6 @@ def test_contact_that_no_digit_sees_is_not_converged(loaded):
     assert solution.last.pairs["bottom"].force[1] > 1e-14 or "surfaces overlap" in solution.reason
 
 
-def test_light_contact_does_not_depend_on_units(loaded, unit=1e-3, modulus=1e12):
-    """p is a stress: in other units of length the same, over E the same."""
-    one, other = solve(light(loaded, 1e-6)), solve(light(loaded, 1e-6, unit=unit, modulus=modulus))
-    p, q = (solution.last.pairs["bottom"].pressure for solution in (one, other))
-    assert q == pytest.approx(modulus * p, rel=1e-6, abs=1e-6 * modulus * p.max())
-
-
 @pytest.mark.parametrize("push", [1e-5, 1e-8])
 def test_overlap_between_nodes_is_found(loaded, push):
     """Uniform elements of size .1 have no node where surfaces would touch, which overlap by the
@@ -267,15 +261,12 @@ def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
         tmp_path / "plate.msh", (0.0, 0.0, 0.0), (1.0, 1.0, height), (2, 2, 1), triangles=False
     )
     data = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "geometry": {"shape": "gmsh", "file": file},
         "mesh": {"order": 1},
         "boundary": [
-            {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]},
-            *(
-                {"part": part, "condition": "traction", "value": [0.0, 0.0, 0.0]}
-                for part in ("left", "right", "front", "back", "top")
-            ),
+            moved("bottom", [0.0, 0.0, 0.0]),
+            *(drawn(part, [0.0, 0.0, 0.0]) for part in ("left", "right", "front", "back", "top")),
         ],
     }
     with pytest.raises(InputError, match=advice):
@@ -323,26 +314,17 @@ def test_size_over_thickness(loaded):
 def test_bending_that_is_a_tenth_off_is_warned_of(order, few):
     """A cantilever, 20 times as long as thick: where no warning is given its end moves by .89 and
     more."""
-    free = [
-        {"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("top", "bottom")
-    ]
-    ends = [
-        {"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
-        {"part": "right", "condition": "traction", "value": [0.0, 1e-6]},
-    ]
+    free = [drawn(part, [0.0, 0.0]) for part in ("top", "bottom")]
+    ends = [moved("left", [0.0, 0.0]), drawn("right", [0.0, 1e-6])]
 
     def bent(count, order):
         solution = solve(
             parse(
                 Problem,
                 {
-                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "material": elastic(1.0, 0.3),
                     "boundary": [*ends, *free],
-                    "geometry": {
-                        "shape": "rectangle",
-                        "lower_left": [0.0, 0.0],
-                        "upper_right": [20.0, 1.0],
-                    },
+                    "geometry": rectangle([0.0, 0.0], [20.0, 1.0]),
                     "mesh": {"element_size": 20.0 / count, "order": order},
                 },
                 "beam",
@@ -477,28 +459,19 @@ def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size
         "body": [
             {
                 "name": "block",
-                "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-                "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
+                "material": elastic(1.0, 0.3),
+                "geometry": cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]),
                 "mesh": {
                     "element_size": 0.5,
                     "element_sizes": {"top": size},
                     "order": 1,
                     "exponent": 1.0,
                 },
-                "boundary": [
-                    {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}
-                ],
+                "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
             }
         ],
         "obstacle": [{"name": "ball", "displacement": [0.0, 0.0, -0.1]}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "block.top",
-                "primary": "ball",
-                "gap": "(x**2 + y**2)/1.2",
-            }
-        ],
+        "contact": [touching("pair", "block.top", "ball", gap="(x**2 + y**2)/1.2")],
     }
     solution = solve(parse(Problem, data, "ball"))
     warned = [

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import pytest
+from shapes import drawn, elastic, moved, rectangle, touching
 
 from petcontact import Problem, solve
 
 BLOCK = {
-    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-    "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]},
-    "boundary": [
-        {"part": "top", "condition": "displacement", "value": [0.0, -0.1]},
-        {"part": "left", "condition": "traction", "value": [0.0, 0.0]},
-        {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
-    ],
+    "material": elastic(1.0, 0.3),
+    "geometry": rectangle([0.0, 0.0], [1.0, 1.0]),
+    "boundary": [moved("top", [0.0, -0.1]), drawn("left", [0.0, 0.0]), drawn("right", [0.0, 0.0])],
 }
 
 
 def test_the_halves_of_a_side_carry_what_the_side_carries():
     halves = [
-        {"name": "one", "secondary": "bottom", "primary": "a", "gap": "where(x < 0.5, 0, 1)"},
-        {"name": "two", "secondary": "bottom", "primary": "b", "gap": "where(x > 0.5, 0, 1)"},
+        touching("one", "bottom", "a", gap="where(x < 0.5, 0, 1)"),
+        touching("two", "bottom", "b", gap="where(x > 0.5, 0, 1)"),
     ]
-    whole = [{"name": "whole", "secondary": "bottom", "primary": "a"}]
+    whole = [touching("whole", "bottom", "a")]
     two, one = (
         solve(
             Problem.model_validate(

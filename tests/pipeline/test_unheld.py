@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 from petcontact import Problem, solve
 from petcontact.contact.equilibrium import unbalanced_load
@@ -20,17 +21,11 @@ def block(gap="y", **changes):
     body = {
         "name": "block",
         "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
-        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+        "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
         "mesh": {"element_size": 0.25},
         **changes,
     }
-    contact = {
-        "name": "pair",
-        "secondary": "block.bottom",
-        "primary": "floor",
-        "gap": gap,
-        "friction_coefficient": 0.3,
-    }
+    contact = touching("pair", "block.bottom", "floor", gap=gap, friction_coefficient=0.3)
     return {"body": [body], "obstacle": [{"name": "floor"}], "contact": [contact]}
 
 
@@ -52,7 +47,7 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     monkeypatch.setattr(
         Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor)
     )
-    top = {"part": "top", "condition": "traction", "value": load}
+    top = drawn("top", load)
     solution = solved(block(boundary=[top]), step=[{"increments": increments}])
     assert not solution.converged
     assert f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
@@ -69,7 +64,7 @@ def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
         return outcome
 
     monkeypatch.setattr(Increment, "solved", fails)
-    top = {"part": "top", "condition": "traction", "value": [0.0, -0.01]}
+    top = drawn("top", [0.0, -0.01])
     solution = solved(block(boundary=[top]), step=[{"increments": 1}])
     assert not solution.converged
     assert len(tried) == len(set(tried)) == 1 + HALVINGS
@@ -88,7 +83,7 @@ def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium
             "density": 2400.0,
             "thermal_expansion": 1e-5,
         },
-        "geometry": {"shape": "rectangle", "lower_left": [-2.3, 0.0], "upper_right": [2.3, deep]},
+        "geometry": rectangle([-2.3, 0.0], [2.3, deep]),
         "mesh": {"element_size": 0.05},
         "loads": {"acceleration": [pull, -9.81], "temperature": "15*(0.125 - y)/0.25"},
         "boundary": [
@@ -98,10 +93,7 @@ def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium
                 "normal": "unilateral",
                 "friction_coefficient": 0.5,
             },
-            *(
-                {"part": part, "condition": "traction", "value": [0.0, 0.0]}
-                for part in ("left", "right", "top")
-            ),
+            *(drawn(part, [0.0, 0.0]) for part in ("left", "right", "top")),
         ],
     }
     solution = solved(slab)
@@ -117,10 +109,10 @@ def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
     torque: what is said is no proof."""
     body = {
         "name": "block",
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "mesh": {"element_size": 0.5},
-        "geometry": {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "geometry": cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
+        "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
     }
     punch = {
         "name": "punch",
@@ -128,13 +120,7 @@ def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
         "rotation": [0.0, 0.0, "free"],
         "moment": [0.0, 0.0, 1.0],
     }
-    contact = {
-        "name": "pair",
-        "secondary": "block.top",
-        "primary": "punch",
-        "gap": 0.0,
-        "friction_coefficient": 0.3,
-    }
+    contact = touching("pair", "block.top", "punch", gap=0.0, friction_coefficient=0.3)
     solution = solved({"body": [body], "obstacle": [punch], "contact": [contact]})
     assert not solution.converged
     assert "obstacle 'punch' is not in equilibrium in the last iterate" in solution.reason
@@ -157,7 +143,7 @@ def test_a_body_that_only_expands(gap):
 def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
     """Near the limit of a block of four constant elements none of the 4^4 sets of stick, slip
     either way and open is one."""
-    top = {"part": "top", "condition": "traction", "value": [0.45, -1.0]}
+    top = drawn("top", [0.45, -1.0])
     data = block(boundary=[top], mesh={"element_size": 0.5})
     data["contact"][0] = {**data["contact"][0], "gap": 0.0, "friction_bound": 0.05}
     del data["contact"][0]["friction_coefficient"]
@@ -215,11 +201,9 @@ def test_what_an_element_holds_and_its_nodes_do_not_is_not_said_to_tip(beside, h
     """One element of order 1 on a floor, nodes at ±.58 of its half length, and a force down at
     `beside` of it."""
     data = block(
-        geometry={"shape": "rectangle", "lower_left": [-1.0, 0.0], "upper_right": [1.0, 1.0]},
+        geometry=rectangle([-1.0, 0.0], [1.0, 1.0]),
         mesh={"element_size": 2.0, "order": 1},
-        boundary=[
-            {"part": "top", "condition": "traction", "value": [0.0, f"-0.01*(1 + {3 * beside}*x)"]}
-        ],
+        boundary=[drawn("top", [0.0, f"-0.01*(1 + {3 * beside}*x)"])],
     )
     solution = solved(data)
     assert not solution.converged

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from curved_bodies import icosphere, written
+from shapes import elastic, moved, touching
 
 from petcontact import (
     Contact,
@@ -48,14 +49,14 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
         if known
         else {"shape": "gmsh", "file": file}
     )
-    pressed = {"part": "top", "condition": "displacement", "value": [0, 0, -0.02]}
+    pressed = moved("top", [0, 0, -0.02])
     problem = parse(
         Problem,
         {
             "body": [
                 {
                     "name": "ball",
-                    "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                    "material": elastic(1.0, 0.3),
                     "geometry": geometry,
                     "mesh": {"element_size": 0.5, "order": 1} if known else {"order": 1},
                     "boundary": [pressed],
@@ -63,13 +64,7 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
             ],
             "obstacle": [{"name": "floor"}],
             "contact": [
-                {
-                    "name": "spot",
-                    "secondary": "ball.bottom",
-                    "primary": "floor",
-                    "gap": "z + 1",
-                    "direction": [0, 0, -1],
-                }
+                touching("spot", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
             ],
         },
         "balls",
@@ -101,14 +96,9 @@ def test_a_disc_that_rolls_down_a_slope_is_not_held_by_the_arm_of_its_undeformed
             ],
         },
     }
-    contact = {
-        "name": "pair",
-        "secondary": "disc.foot",
-        "primary": "floor",
-        "direction": [0.0, -1.0],
-        "gap": "y",
-        "friction_coefficient": 0.5,
-    }
+    contact = touching(
+        "pair", "disc.foot", "floor", direction=[0.0, -1.0], gap="y", friction_coefficient=0.5
+    )
     data = {"body": [disc], "obstacle": [{"name": "floor"}], "contact": [contact]}
     solution = solve(parse(Problem, data, "test"))
     assert solution.converged == held, solution.reason

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapes import drawn, elastic, moved, touching
 
 from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
@@ -41,26 +42,23 @@ def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
     pad = {"displacement": [0.0 if shear is None else "free", "free"], "force": [0.0, -LOAD]}
     return parse_problem(
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": NU},
+            "material": elastic(1.0, NU),
             "geometry": {"shape": "polygon", "vertices": vertices, "parts": parts},
             "mesh": {"element_size": 2.5, "element_sizes": {"contact": size}, "order": order},
             "boundary": [
-                {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
-                *(
-                    {"part": part, "condition": "traction", "value": [0.0, 0.0]}
-                    for part in ("right", "land", "left")
-                ),
+                moved("bottom", [0.0, 0.0]),
+                *(drawn(part, [0.0, 0.0]) for part in ("right", "land", "left")),
             ],
             "obstacle": [{"name": "pad", **pad}],
             "contact": [
-                {
-                    "name": "c",
-                    "secondary": "contact",
-                    "primary": "pad",
-                    "gap": "x**2/2",
-                    "wear_coefficient": wear,
-                    **({} if shear is None else {"friction_coefficient": FRICTION}),
-                }
+                touching(
+                    "c",
+                    "contact",
+                    "pad",
+                    gap="x**2/2",
+                    wear_coefficient=wear,
+                    **{} if shear is None else {"friction_coefficient": FRICTION},
+                )
             ],
             "step": [
                 {"name": "press"},
@@ -106,22 +104,14 @@ def confined(wear, cycles=20, dim=2, **changes):
     rest = [0.0] * (dim - 2)
     return parse_problem(
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "material": elastic(1.0, 0.3),
             "geometry": {"shape": "rectangle" if dim == 2 else "box", **geometry},
             "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
             "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
             "obstacle": [
                 {"name": "pad", "displacement": [0.0, *rest, "free"], "force": [0.0, *rest, -0.5]}
             ],
-            "contact": [
-                {
-                    "name": "c",
-                    "secondary": "top",
-                    "primary": "pad",
-                    "wear_coefficient": wear,
-                    "wear_share": 0.25,
-                }
-            ],
+            "contact": [touching("c", "top", "pad", wear_coefficient=wear, wear_share=0.25)],
             "step": [
                 {"name": "press"},
                 {

@@ -84,7 +84,7 @@ def test_kinks_of_tractions_are_found_on_arcs_by_arc_length():
     assert sum(len(body.kinks[k]) for k in range(len(outline.sides))) == 1
 
 
-@pytest.mark.parametrize("width", [1.0, 1e-2, 1e-5, 1e-8])
+@pytest.mark.parametrize("width", [1.0, 1e-5, 1e-8])
 @pytest.mark.parametrize(
     "text",
     [

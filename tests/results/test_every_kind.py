@@ -15,7 +15,6 @@ from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
 from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load, parse_problem
-from petcontact.results.figures.turning import scene
 from petcontact.results.peaks import stress_peaks
 from petcontact.results.tables import boundary_table
 
@@ -177,12 +176,6 @@ def test_stress_on_the_boundary(solution, tmp_path):
         for peak in filter(None, (peaks[name].inside, peaks[name].surface)):
             found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part or None)
             assert peak.value == pytest.approx(getattr(found, values)[0], rel=1e-6)
-
-
-def test_a_page_that_turns_the_bodies(solution, tmp_path):
-    bodies = scene(solution)["bodies"]
-    assert [body["name"] for body in bodies] == list(solution.meshes)
-    assert all(len(body["steps"]) == len(solution.steps) for body in bodies)
 
 
 def test_a_node_that_faces_nothing_is_read_back(solution):

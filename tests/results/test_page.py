@@ -11,6 +11,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from shapes import elastic, moved, rectangle, touching
 
 from petcontact import (
     Box,
@@ -103,19 +104,14 @@ def test_the_page_holds_the_fields_of_the_solution(solution):
 
 
 def test_bodies_go_apart_along_the_normals_of_their_contact():
-    pairs = [
-        {"name": "a", "secondary": "mid.bottom", "primary": "low.top"},
-        {"name": "b", "secondary": "mid.top", "primary": "up.bottom"},
-    ]
+    pairs = [touching("a", "mid.bottom", "low.top"), touching("b", "mid.top", "up.bottom")]
     bodies = [
         {
             "name": name,
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "material": elastic(1.0, 0.3),
             "mesh": {"element_size": 1.0},
-            "geometry": {"shape": "rectangle", "lower_left": [0, k], "upper_right": [1, k + 1]},
-            "boundary": [{"part": part, "condition": "displacement", "value": [0.0, -0.01 * k]}]
-            if part
-            else [],
+            "geometry": rectangle([0, k], [1, k + 1]),
+            "boundary": [moved(part, [0.0, -0.01 * k])] if part else [],
         }
         for k, (name, part) in enumerate([("low", "bottom"), ("mid", ""), ("up", "top")])
     ]

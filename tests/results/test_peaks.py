@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from shapes import drawn, elastic, touching
 
 from petcontact import (
     Contact,
@@ -86,7 +87,7 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     def block(name, corners, part, value):
         return {
             "name": name,
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "material": elastic(1.0, 0.3),
             "mesh": {"element_size": 0.5},
             "boundary": [{"part": part, "condition": "displacement", "value": value}],
             "geometry": {
@@ -103,7 +104,7 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
             block("upper", upper, "top", [0.0, -0.05]),
             block("lower", lower, "bottom", [0.0, 0.0]),
         ],
-        "contact": [{"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"}],
+        "contact": [touching("pair", "upper.bottom", "lower.top")],
     }
     solution = solve(parse(Problem, data, "tilted"))
     places = unbounded_places(solution, solution.last)
@@ -119,19 +120,15 @@ def test_stress_has_no_bound_at_point_forces_and_under_edges_that_are_jumps_of_a
         "body": [
             {
                 "name": "pin",
-                "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                "material": elastic(1.0, 0.3),
                 "geometry": {"shape": "outline", "loops": [circle]},
                 "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.01]}],
             }
         ],
         "contact": [
-            {
-                "secondary": "pin.rim",
-                "primary": "plate",
-                "gap": "where(abs(x) < 0.02, y, 1)",
-                "direction": [0.0, -1.0],
-                "name": "pair",
-            }
+            touching(
+                "pair", "pin.rim", "plate", gap="where(abs(x) < 0.02, y, 1)", direction=[0.0, -1.0]
+            )
         ],
         "obstacle": [{"name": "plate"}],
     }
@@ -152,14 +149,14 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     held = {0.0: ["free", 0.0], 90.0: [0.0, "free"], 30.0: ["free", 0.0]}[turned]
     names = ["bottom", "right", "top", "left"]
     data = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "mesh": {"element_size": 0.5},
         "geometry": {"shape": "polygon", "vertices": corners.tolist(), "parts": names},
         "boundary": [
             {"part": "bottom", "condition": "displacement", "value": held},
-            {"part": "top", "condition": "traction", "value": [0.1, 0.1]},
+            drawn("top", [0.1, 0.1]),
             {"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
-            {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
+            drawn("right", [0.0, 0.0]),
         ],
     }
     problem = parse(Problem, data, "roller")

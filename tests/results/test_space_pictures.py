@@ -11,10 +11,9 @@ import meshio
 import numpy as np
 import pytest
 from curved_bodies import as_surface, icosphere
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import (
     Contact,
@@ -31,7 +30,7 @@ from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
-from petcontact.results.figures.bands import band_colours, beyond, cut
+from petcontact.results.figures.bands import band_colours, beyond
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap
 from petcontact.results.figures.surface import best_view, draw_surface
@@ -130,26 +129,6 @@ def test_small_triangles_tile_the_panels(solution, most):
     assert np.all(places.element[rims[:, 0]] == places.element[rims[:, 1]])
 
 
-@given(st.lists(st.tuples(*[st.floats(-2.0, 2.0)] * 3), min_size=1, max_size=8), st.integers(1, 6))
-@example([(0.0, 2e-172, -1e-215)], 2)  # products of these are zero
-@settings(max_examples=8, deadline=None)
-def test_triangles_are_cut_along_levels(values, bands):
-    """Pieces fill each triangle, and lie within their bands."""
-    corners = np.broadcast_to(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), (len(values), 3, 3))
-    given = np.array(values)
-    levels = np.linspace(-1.0, 1.0, bands + 1)
-    polygons, band, owner = cut(corners, given, levels)
-    for k, value in enumerate(np.clip(given, -1.0, 1.0)):
-        area = 0.0
-        for number in np.flatnonzero(owner == k):
-            x, y, _ = polygons[number].T
-            area += 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-            inside = value[0] + (value[1] - value[0]) * x + (value[2] - value[0]) * y
-            low, high = levels[band[number]], levels[band[number] + 1]
-            assert np.all((inside > low - 1e-9) & (inside < high + 1e-9))
-        assert area == pytest.approx(0.5, abs=1e-9)
-
-
 def test_colours_have_levels_that_are_read_easily():
     assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [
         0,
@@ -183,20 +162,15 @@ def test_a_small_contact_fills_the_picture_of_a_large_face():
     ball = parse(
         Problem,
         {
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "material": elastic(1.0, 0.3),
             "mesh": {"element_size": 0.4, "order": 1},
             "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
             "obstacle": [{"name": "ground"}],
             "boundary": [
-                {"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.01]},
-                *(
-                    {"part": part, "condition": "traction", "value": [0.0] * 3}
-                    for part in ("left", "right", "front", "back")
-                ),
+                moved("top", [0.0, 0.0, -0.01]),
+                *(drawn(part, [0.0] * 3) for part in ("left", "right", "front", "back")),
             ],
-            "contact": [
-                {"name": "foot", "secondary": "body.bottom", "primary": "ground", "gap": "z"}
-            ],
+            "contact": [touching("foot", "body.bottom", "ground", gap="z")],
         },
         "ball",
     )
@@ -214,17 +188,17 @@ def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
     def box(name, low, high, boundary):
         return {
             "name": name,
-            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "material": elastic(1.0, 0.3),
             "boundary": boundary,
-            "geometry": {"shape": "box", "lower": [0, 0, low], "upper": [1, 1, high]},
+            "geometry": cuboid([0, 0, low], [1, 1, high]),
             "mesh": {"element_size": 1.0, "order": 1},
         }
 
-    held = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
-    pressed = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.1]}]
+    held = [moved("bottom", [0.0] * 3)]
+    pressed = [moved("top", [0.0, 0.0, -0.1])]
     pairs = [
-        {"name": "a", "secondary": "mid.bottom", "primary": "low.top", "friction_coefficient": 0.5},
-        {"name": "b", "secondary": "up.bottom", "primary": "mid.top", "friction_coefficient": 0.5},
+        touching("a", "mid.bottom", "low.top", friction_coefficient=0.5),
+        touching("b", "up.bottom", "mid.top", friction_coefficient=0.5),
     ]
     bodies = [box("low", 0, 1, held), box("mid", 1, 2, []), box("up", 2, 3, pressed)]
     found = solve(parse(Problem, {"body": bodies, "contact": pairs}, "three"))
@@ -243,27 +217,19 @@ def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
 def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
     """Its nodes lie in no plane, nor along any direction."""
     geometry = {"shape": "sphere", "centre": [0, 0, 2], "radius": 2}
-    conditions = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.1]}]
+    conditions = [moved("top", [0, 0, -0.1])]
     data = {
         "body": [
             {
                 "name": "ball",
-                "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                "material": elastic(1.0, 0.3),
                 "geometry": geometry,
                 "mesh": {"element_size": 1.0, "order": 1},
                 "boundary": conditions,
             }
         ],
         "obstacle": [{"name": "floor"}],
-        "contact": [
-            {
-                "name": "pair",
-                "secondary": "ball.bottom",
-                "primary": "floor",
-                "direction": [0, 0, -1],
-                "gap": "z",
-            }
-        ],
+        "contact": [touching("pair", "ball.bottom", "floor", direction=[0, 0, -1], gap="z")],
     }
     ball = solve(parse(Problem, data, "test"))
     known = drawings(ball)
@@ -332,8 +298,8 @@ def test_panels_that_face_nothing_have_no_gap_in_the_picture():
     drawn."""
 
     def box(name, low, high, boundary):
-        material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
-        geometry = {"shape": "box", "lower": low, "upper": high}
+        material = elastic(1.0, 0.3)
+        geometry = cuboid(low, high)
         return {
             "name": name,
             "material": material,
@@ -342,13 +308,13 @@ def test_panels_that_face_nothing_have_no_gap_in_the_picture():
             "mesh": {"element_size": 1.0, "order": 1},
         }
 
-    pressed = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.01]}]
-    held = [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}]
+    pressed = [moved("top", [0, 0, -0.01])]
+    held = [moved("bottom", [0, 0, 0])]
     bodies = [
         box("plate", [-1, -1, 1], [2, 2, 2], pressed),
         box("block", [0, 0, 0], [1, 1, 1], held),
     ]
-    pair = {"name": "pair", "secondary": "plate.bottom", "primary": "block.top"}
+    pair = touching("pair", "plate.bottom", "block.top")
     found, figure = solve(parse(Problem, {"body": bodies, "contact": [pair]}, "plate")), Figure()
     assert np.isinf(found.pairs["pair"].gap).sum() == 32
     draw_gap(figure, found)

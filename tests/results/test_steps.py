@@ -17,7 +17,6 @@ from petcontact import Problem, Solution, read_result, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
-from petcontact.model.problem import Material
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.vtu.collection import write_collection
 
@@ -50,32 +49,6 @@ increments = 2
 name = "weight"
 force = [0.0, -0.02]
 """
-
-
-def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
-    material = Material(young_modulus=2.0, poisson_ratio=0.3)
-    at = np.array([[0.1, 0.2]])
-    force = np.array([[0.3, -1.0]])
-    kernel, x, h = Kelvin2D(material, 1.0), np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
-    grad = np.stack(
-        [
-            (
-                kernel.point_displacement(x + h * e, at, force)
-                - kernel.point_displacement(x - h * e, at, force)
-            )
-            / (2.0 * h)
-            for e in np.eye(2)
-        ],
-        axis=2,
-    )
-    mu = material.shear_modulus
-    spread = 2.0 * mu * 0.3 / 0.4 * (grad[:, 0, 0] + grad[:, 1, 1])
-    wanted = [
-        spread + 2 * mu * grad[:, 0, 0],
-        spread + 2 * mu * grad[:, 1, 1],
-        mu * (grad[:, 0, 1] + grad[:, 1, 0]),
-    ]
-    assert np.allclose(kernel.point_stress(x, at, force), np.column_stack(wanted), rtol=1e-7)
 
 
 @pytest.fixture(scope="module")

@@ -13,74 +13,19 @@ from petcontact import (
     Displacement,
     Material,
     MeshOptions,
-    Method,
     Polygon,
     Problem,
     Rectangle,
     SideBySide,
-    Traction,
-    solve,
 )
 from petcontact.bem.kernels import kernel_for
 from petcontact.bem.operators import BoundaryOperators
-from petcontact.fields.interior import field_at
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.pose.load_states import boundary_data
 
 pytestmark = pytest.mark.usefixtures("unestimated")
-
-
-def toe(length, stress, **mesh):
-    """A block with a rounded toe, its data in units of which one is `length` of ours, one of stress
-    `stress` of ours."""
-    side = lambda part, x, y, **more: {"part": part, "to": (x * length, y * length), **more}  # noqa: E731
-    loop = (
-        side("foot", 6, 0),
-        side("toe", 8, 2, radius=2.0 * length),
-        side("front", 8, 4),
-        side("top", 0, 4),
-        side("back", 0, 0),
-    )
-    free = (Traction(part=part, value=(0.0, 0.0)) for part in ("toe", "front"))
-    return Problem(
-        material=Material(young_modulus=1e10 * stress, poisson_ratio=0.3),
-        geometry=SideBySide(loops=(loop,)),
-        mesh=MeshOptions(
-            **{
-                key: value * length if key == "element_size" else value
-                for key, value in mesh.items()
-            }
-        ),
-        boundary=(
-            Contact(part="foot", friction_bound=f"{1.5e8 * stress!r}*(1 + x/{8.0 * length!r})"),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="back", pressure=4e8 * stress),
-            *free,
-        ),
-        method=Method(name="projection", rule="modified", rho=1e9 * stress / length),
-    )
-
-
-@pytest.mark.parametrize(
-    "mesh", [{"element_size": 0.1}, {"order": 3, "levels": 5}], ids=["uniform", "graded"]
-)
-def test_metres_and_pascals_or_millimetres_and_megapascals(mesh):
-    one, other = (solve(toe(*units, **mesh)) for units in ((1.0, 1.0), (1e3, 1e-6)))
-    assert one.converged and one.iterations == other.iterations
-    close = lambda a, b: np.abs(a - b).max() < 1e-10 * np.abs(a).max()  # noqa: E731
-    assert close(one.u, other.u * 1e-3) and close(one.traction, other.traction * 1e6)
-    assert close(one.contact.u_t, other.contact.u_t * 1e-3)
-    assert close(one.contact.sigma_t, other.contact.sigma_t * 1e6)
-    assert other.rho * 1e9 == pytest.approx(one.rho, rel=1e-9)
-    assert np.array_equal(one.contact.state, other.contact.state)
-    points = np.array([[3.0, 0.05], [7.9, 3.9], [4.0, 2.0]])
-    (u, stress), (v, pressure) = (
-        field_at(s.mesh, s.u, s.traction, s.problem.material, points * length)
-        for s, length in ((one, 1.0), (other, 1e3))
-    )
-    assert close(u, v * 1e-3) and close(stress, pressure * 1e6)
 
 
 THIN = ((0.0, 0.0), (50.0, 0.0), (50.0, 1.0), (0.0, 1.0))

@@ -135,31 +135,6 @@ def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
     assert np.allclose(u, 5.0 / 9.0, rtol=1e-12)
 
 
-def confined(order=2, boundary=(), **more):
-    """A block under its weight between frictionless walls: p = ρ g times the height."""
-    return Problem(
-        material=steel(),
-        geometry=Rectangle((0, 0), (2, 3)),
-        mesh=MeshOptions(element_size=0.5, order=order),
-        boundary=[Symmetry("left"), Symmetry("right"), Traction("top", (0, 0)), *boundary],
-        loads=VolumeLoads(acceleration=(0, -G)),
-        **more,
-    )
-
-
-def test_a_block_confined_sideways_under_gravity():
-    solution = solve(
-        confined(boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3)])
-    )
-    weight, y = RHO * G, solution.mesh.x[:, 1]
-    assert np.abs(solution.pairs["bottom"].pressure / (3.0 * weight) - 1.0).max() < 1e-12
-    assert np.abs(solution.u[:, 1] + weight / M * (3.0 * y - 0.5 * y * y)).max() < 1e-13
-    points = np.array([[0.5, 1.0], [1.7, 2.9]])
-    stress = solution.stress_at(points)
-    assert np.abs(stress[:, 1] + weight * (3.0 - points[:, 1])).max() < 1e-11 * weight
-    assert np.abs(solution.reactions()["bottom"] - [0.0, 6.0 * weight]).max() < 1e-11 * weight
-
-
 def test_the_same_cut_in_two_and_with_contact_on_three_sides():
     halves = [
         Body(
@@ -356,21 +331,6 @@ def test_a_free_plate_has_no_stress(temperature, order, plane):
     assert np.abs(solution.traction).max() < 1e-12 * E * ALPHA * 80.0
     assert np.abs(solution.stress_at([[0.5, 0.5], [1.7, 0.2]])).max() < 1e-12 * E * ALPHA * 80.0
     assert np.abs(solution.u).max() > ALPHA * 5.0
-
-
-def test_the_same_in_space():
-    block = Box((0, 0, 0), (1, 1, 1.5))
-    free = [Traction(part, (0, 0, 0)) for part in block.outline().parts if part != "bottom"]
-    solution = heated(
-        block,
-        "50 + 10*x",
-        free,
-        order=2,
-        obstacle=[Obstacle(name="ground")],
-        contact=[Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")],
-    )
-    assert solution.converged
-    assert np.abs(solution.stress_at([[0.3, 0.4, 0.7]])).max() < 1e-11 * E * ALPHA * 60.0
 
 
 def test_a_block_in_space_under_gravity_and_in_rotation():

@@ -9,7 +9,6 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kernel_oracle import Element, block_error, free, nearest, reference, reference_self
 
-from petcontact.bem.kelvin2d.arcs import Arcs
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.mesh.basis import gauss
 
@@ -65,15 +64,6 @@ def circle(n, order, radius, *, hole=False, centre=(0.3, -0.2)):
         point, np.full(len(point), -1), np.repeat(np.arange(n), order + 1), np.tile(xi, n)
     )
     return elements, targets, sign * direction
-
-
-def matrices(elements, targets):
-    g, h = integrals(targets, elements, RATIO, 10.0)
-    n = len(targets.line)
-    return (
-        k.transpose(3, 0, 2, 1).reshape(2 * n, -1) + c * np.eye(2 * n)
-        for k, c in ((g, 0), (h, 0.5))
-    )
 
 
 # -- single integrals
@@ -164,69 +154,8 @@ def test_arcs_become_straight(order):
         )  # second order
 
 
-def test_geometry_of_arcs():
-    element = Element(np.array([2.0, 0.0]), np.array([0.0, 2.0]), 0.5, 0)
-    arcs = Arcs.through(element.start[None], element.end[None], np.array([0.5]))
-    assert abs(arcs.half[0] - np.pi / 2) < 1e-15
-    assert abs(arcs.middle[0] - np.sqrt(2) * (1 + 1j)) < 1e-15
-    x, dx = arcs.nodes(5)
-    np.testing.assert_allclose(np.abs(x), 2.0, rtol=1e-15)
-    np.testing.assert_allclose(np.abs(dx), np.pi / 2, rtol=1e-15)
-    for s in (-1.0, -0.9, 0.1, 0.7, 1.0):
-        left, right, h = arcs.coordinates(np.array([complex(*element.at(s))]))
-        np.testing.assert_allclose([left[0], right[0], h[0]], [s + 1, s - 1, 0], atol=1e-15)
-
-
 # -- identities
 # --------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("n", [3, 7])
-@pytest.mark.parametrize("order", ORDERS)
-def test_translations_of_a_ring(n, order):
-    parts = circle(n, order, 2.0), circle(n, order, 0.7, hole=True)
-    elements, targets, _ = join(*parts)
-    _, h = matrices(elements, targets)
-    for translation in ([1.0, 0.0], [0.0, 1.0]):
-        assert np.max(np.abs(h @ np.tile(translation, len(targets.line)))) < 5e-14
-
-
-def join(*parts):
-    shift = np.cumsum([0] + [len(p[0].index) for p in parts])
-    elements = Elements(
-        *(
-            np.concatenate([getattr(p[0], name) for p in parts])
-            for name in ("start", "end", "curvature")
-        ),
-        parts[0][0].order,
-        np.concatenate([p[0].line for p in parts]),
-        np.concatenate([p[0].index + k for p, k in zip(parts, shift[:-1], strict=True)]),
-    )
-    targets = Targets(
-        np.concatenate([p[1].point for p in parts]),
-        np.concatenate([p[1].line for p in parts]),
-        np.concatenate([p[1].element + k for p, k in zip(parts, shift[:-1], strict=True)]),
-        np.concatenate([p[1].xi for p in parts]),
-    )
-    return elements, targets, np.concatenate([p[2] for p in parts])
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_rotation_and_constant_stress_converge(order):
-    # On arcs x and y are no polynomials of s: these identities hold up to interpolation, of order
-    # p+1 in h.
-    errors = []
-    for n in (16, 32):
-        elements, targets, normal = join(circle(n, order, 2.0), circle(n, order, 0.7, hole=True))
-        g, h = matrices(elements, targets)
-        x = targets.point
-        rotation = np.stack([-x[:, 1], x[:, 0]], axis=1).ravel()
-        stress = np.array([[1.0, 0.4], [0.4, -0.5]])
-        strain = stress - RATIO * np.trace(stress) * np.eye(2)
-        patch = h @ (x @ strain).ravel() - g @ (normal @ stress).ravel()
-        errors.append([np.max(np.abs(h @ rotation)), np.max(np.abs(patch))])
-    rates = np.log2(np.array(errors[0]) / np.array(errors[1]))
-    assert np.all(rates > order + 0.75), rates
 
 
 @pytest.mark.parametrize("order", [0, 3])

@@ -20,7 +20,7 @@ from kernel_oracle import (
 )
 
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
-from petcontact.mesh.basis import gauss, lagrange
+from petcontact.mesh.basis import gauss
 
 ORDERS = range(6)
 DISTANCES = (
@@ -312,62 +312,6 @@ def test_rigid_motion_on_strongly_graded_sides():
     assert np.max(error) < 1e-6
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_outside_and_inside(order):
-    elements, _ = outline([(0, 0), (6, 0), (5, 3), (0.6, 3)], 6, order)
-    _, h = integrals(free([(3, 1.5), (0.7, 1e-7), (8, 1), (2, -1e-7)]), elements, RATIO, LENGTH)
-    total = h.sum(axis=2)
-    expected = -np.eye(2)[:, :, None] * np.array([1.0, 1.0, 0.0, 0.0])
-    np.testing.assert_allclose(total, expected, atol=1e-12)
-
-
-@pytest.mark.parametrize("order", [3, 5])
-def test_galerkin_symmetry(order):
-    # ∫∫ L_a U L_b is symmetric; Gauss quadrature over the nodes of elements far apart is as good as
-    # exact.
-    chosen = np.array([[0.0, 0.0], [80.0, 90.0]]), np.array([[1.0, 0.3], [80.5, 89.0]])
-    elements = Elements(*chosen, np.zeros(2), order, np.array([-1, -1]), np.arange(2))
-    targets, nodes = nodes_of(elements), order + 1
-    g, _ = integrals(targets, elements, RATIO, LENGTH)
-    _, weight = gauss(order)
-    half = 0.5 * np.hypot(*(chosen[1] - chosen[0]).T)
-    there = g[:, :, nodes:, :nodes] * (half[0] * weight)
-    back = g[:, :, :nodes, nodes:] * (half[1] * weight)
-    np.testing.assert_allclose(there, back.transpose(1, 0, 3, 2), rtol=1e-12, atol=1e-14)
-    np.testing.assert_array_equal(g[0, 1], g[1, 0])
-
-
-@settings(max_examples=8, deadline=None)
-@given(
-    order=st.integers(0, 5),
-    turn=ARBITRARY,
-    log_scale=st.floats(-8, 8),
-    shift=st.tuples(ARBITRARY, ARBITRARY),
-)
-def test_turned_moved_and_scaled(order, turn, log_scale, shift):
-    elements, targets = outline([(0, 0), (2, 0.1), (0.3, 1.7)], 2, order)
-    g, h = integrals(targets, elements, RATIO, LENGTH)
-    scale, angle = 10.0**log_scale, np.pi * turn
-    rotation = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-    def move(points):
-        return scale * (points @ rotation.T + np.array(shift))
-
-    moved = Elements(
-        move(elements.start),
-        move(elements.end),
-        elements.curvature,
-        order,
-        elements.line,
-        elements.index,
-    )
-    there = Targets(move(targets.point), targets.line, targets.element, targets.xi)
-    moved_g, moved_h = integrals(there, moved, RATIO, scale * LENGTH)
-    for now, before in ((moved_g / scale, g), (moved_h, h)):
-        expected = np.einsum("ik,klab,jl->ijab", rotation, before, rotation)
-        np.testing.assert_allclose(now, expected, rtol=0, atol=2e-12 * np.max(np.abs(before)))
-
-
 # -- batches
 # --------------------------------------------------------------------------------------------------
 
@@ -393,18 +337,6 @@ def test_no_targets_and_no_elements(order):
 
 # -- quadrature
 # --------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_lagrange_basis(order):
-    xi, weight = gauss(order)
-    assert abs(weight.sum() - 2) < 1e-15 and not xi.flags.writeable
-    np.testing.assert_allclose(lagrange(order, xi), np.eye(order + 1), atol=1e-14)
-    s = np.linspace(-1, 1, 11)
-    np.testing.assert_allclose(
-        lagrange(order, s), basis(order, s.astype(np.longdouble)), atol=1e-13
-    )
-    np.testing.assert_allclose(xi**order @ lagrange(order, s), s**order, atol=1e-13)
 
 
 def test_negative_order():

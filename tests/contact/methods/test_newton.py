@@ -19,7 +19,6 @@ from petcontact.contact.active_set.solvers import DenseActiveSetSolver
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
-from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.system import Modes
 from petcontact.errors import SolverError
@@ -121,18 +120,6 @@ def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, p
     assert state.converged and len(state.history) <= 8, state.reason
     satisfies(system.matrix, base[:, 0] + state.alpha, bound, state.sigma[:, 0], state.v[:, 0])
     assert np.isclose(state.sigma.sum(), -load, atol=1e-9)
-
-
-def test_pieces_of_hand_made_states():
-    law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
-    linearised = Linearisation.from_law(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
-    assert linearised.states.tobytes() == bytes([1, 0, 1, 1])
-    assert (
-        linearised.stick[:, 0].tolist()
-        == linearised.active[:, 0].tolist()
-        == [False, True, False, False]
-    )
-    assert linearised.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
 
 
 def test_a_start_without_tractions_says_by_its_overlaps_what_is_closed():

@@ -58,15 +58,6 @@ def test_iterations_do_not_depend_on_the_mesh(number, mesh, comm):
     prepared.close()
 
 
-@pytest.mark.parametrize("omega", [0.3, 1.95])
-def test_converges_for_every_relaxation(omega, comm):
-    prepared = Posed(example(2), comm)
-    exact = newton(prepared, 50)
-    state = solve(prepared, 1e-9, omega=omega, max_iterations=400)
-    assert state.converged and error(prepared, state, exact) < 1e-7
-    prepared.close()
-
-
 def test_krylov_and_direct_steps_agree(comm, monkeypatch):
     prepared = Posed(example(1), comm)
     direct = solve(prepared, 1e-8)

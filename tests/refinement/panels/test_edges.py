@@ -6,26 +6,22 @@ import math
 
 import numpy as np
 import pytest
+from shapes import cuboid, elastic, moved
 
 from petcontact import Problem
 from petcontact.model.base import parse
-from petcontact.refinement.corner_exponents import (
-    CLAMPED,
-    FREE,
-    SLIDING,
-    corner_exponent,
-)
+from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.edges import edge_exponent, edges
 
-HELD = {"part": "top", "condition": "displacement", "value": [0.0] * 3}
-BOX = {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3}
+HELD = moved("top", [0.0] * 3)
+BOX = cuboid([0.0] * 3, [1.0] * 3)
 
 
 def body_of(geometry, *boundary, **mesh):
     """A body and its mesh."""
     one = {
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "geometry": geometry,
         "boundary": boundary,
         "mesh": {"order": 1, **mesh},

@@ -11,6 +11,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from shapes import cuboid, elastic, moved, touching
 
 from petcontact import Problem, adapt, solve
 from petcontact.contact import law_protocol
@@ -39,17 +40,15 @@ def block(name, nu, h, order):
     face = "top" if name == "lower" else "bottom"
     return {
         "name": name,
-        "material": {"young_modulus": 1.0, "poisson_ratio": nu},
-        "geometry": {"shape": "box", "lower": lower, "upper": upper},
+        "material": elastic(1.0, nu),
+        "geometry": cuboid(lower, upper),
         "mesh": {
             "element_size": 2.0 * h,
             "element_sizes": {face: h},
             "order": order,
             "exponent": 1.0,
         },
-        "boundary": [
-            {"part": part, "condition": "displacement", "value": [0.0] * 3} for part in HELD[name]
-        ],
+        "boundary": [moved(part, [0.0] * 3) for part in HELD[name]],
     }
 
 
@@ -80,14 +79,7 @@ def test_hertz_on_a_rigid_sphere(order):
     data = {
         "body": [block("lower", nu, 0.5, order)],
         "obstacle": [{"name": "sphere"}],
-        "contact": [
-            {
-                "name": "top",
-                "secondary": "lower.top",
-                "primary": "sphere",
-                "gap": f"{rise}*(x**2 + y**2 - 2)",
-            }
-        ],
+        "contact": [touching("top", "lower.top", "sphere", gap=f"{rise}*(x**2 + y**2 - 2)")],
     }
     flip = np.array([1.0, 1.0, -1.0])
     solution = solved(data, [lambda x: elliptic_load(x * flip, 1.0, 1.0, 0.0, nu)[None] * flip])
@@ -134,13 +126,13 @@ def test_cattaneo_and_mindlin_between_two_blocks():
         "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, 0.75, 1)],
         "step": [{"name": name} for name in ("press", "push", "pull", "push again")],
         "contact": [
-            {
-                "name": "pair",
-                "secondary": "lower.top",
-                "primary": "upper.bottom",
-                "friction_coefficient": MU,
-                "gap": f"{0.5 * np.pi}*(x**2 + y**2 - 2)",
-            }
+            touching(
+                "pair",
+                "lower.top",
+                "upper.bottom",
+                friction_coefficient=MU,
+                gap=f"{0.5 * np.pi}*(x**2 + y**2 - 2)",
+            )
         ],
     }
     solution = solved(data, [lambda x: cattaneo(x, -1.0), lambda x: cattaneo(x, 1.0)])
@@ -189,12 +181,9 @@ def test_hertz_on_faces_that_do_not_match(primary, monkeypatch):
         data = {
             "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, primary, 2)],
             "contact": [
-                {
-                    "name": "pair",
-                    "secondary": "lower.top",
-                    "primary": "upper.bottom",
-                    "gap": f"{0.5 * np.pi}*(x**2 + y**2 - 2)",
-                }
+                touching(
+                    "pair", "lower.top", "upper.bottom", gap=f"{0.5 * np.pi}*(x**2 + y**2 - 2)"
+                )
             ],
         }
         solution = solved(data, [lambda x: cattaneo(x, -1.0)[:1], lambda x: cattaneo(x, 1.0)[:1]])
@@ -299,30 +288,23 @@ def test_spence_by_increments_and_panels_of_its_own():
     value = [f"{share}*{c}*(-z/({r})**3 - 1/(({r})*(({r}) - z)))" for c in "xy"] + [
         f"-{share}*(2/({r}) + z**2/({r})**3)"
     ]
-    far = [
-        {"part": part, "condition": "displacement", "value": value}
-        for part in ("left", "right", "front", "back", "bottom")
-    ]
+    far = [moved(part, value) for part in ("left", "right", "front", "back", "bottom")]
     data = {
         "body": [
             {
                 "name": "half",
-                "material": {"young_modulus": 1.0, "poisson_ratio": 0.0},
+                "material": elastic(1.0, 0.0),
                 "boundary": far,
-                "geometry": {"shape": "box", "lower": [-18.0] * 3, "upper": [18.0, 18.0, 0.0]},
+                "geometry": cuboid([-18.0] * 3, [18.0, 18.0, 0.0]),
             }
         ],
         "obstacle": [
             {"name": "sphere", "displacement": [0.0, 0.0, "free"], "force": [0.0, 0.0, -0.4705]}
         ],
         "contact": [
-            {
-                "name": "top",
-                "secondary": "half.top",
-                "primary": "sphere",
-                "gap": "(x**2 + y**2)/243",
-                "friction_coefficient": 0.2986,
-            }
+            touching(
+                "top", "half.top", "sphere", gap="(x**2 + y**2)/243", friction_coefficient=0.2986
+            )
         ],
         "step": [{"increments": "auto"}],
     }

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 from curved_bodies import as_surface, icosphere, written
+from shapes import elastic, touching
 
 import petcontact
 from petcontact import InputError, Problem, solve
@@ -20,7 +21,7 @@ from petcontact.reference.lame import Sphere
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
-MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+MATERIAL = elastic(1.0, 0.3)
 WHOLE = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0)
 
 
@@ -129,12 +130,7 @@ def test_shells_in_contact(tmp_path: Path, turn: float) -> None:
     )
     file = written(tmp_path / "shell.msh", {"inner": 2.0 * turned, "outer": 3.0 * turned})
     shell = body("shell", file, outer=radial(both))
-    contact = {
-        "name": "fit",
-        "secondary": "core.outer",
-        "primary": "shell.inner",
-        "friction_coefficient": 0.3,
-    }
+    contact = touching("fit", "core.outer", "shell.inner", friction_coefficient=0.3)
     solution = solve(
         parse(
             Problem,
@@ -217,7 +213,7 @@ def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
         "mesh": {"element_size": 0.4, "order": 2},
         "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}],
     }
-    contact = {"name": "foot", "secondary": "ball.bottom", "primary": "ground", "gap": "z"}
+    contact = touching("foot", "ball.bottom", "ground", gap="z")
     problem = {
         "body": [ball],
         "obstacle": [{"name": "ground"}],
@@ -290,7 +286,7 @@ def test_stress_next_to_a_rim_is_that_on_the_boundary():
         parse(
             Problem,
             {
-                "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+                "material": elastic(1000.0, 0.3),
                 "mesh": {"element_size": 0.4},
                 "geometry": {"shape": "revolved", "angle": 90.0, "loops": [loop]},
                 "boundary": [*pressure, *flat],

@@ -6,6 +6,7 @@ from __future__ import annotations
 import facets
 import numpy as np
 import pytest
+from shapes import cuboid, elastic, moved
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
@@ -42,13 +43,7 @@ def shape(kind, draw, folder, size):
     corners = [-low[0], -low[1], 0.0], [*high, 0.8]
     gap = f"{draw.uniform(0.01, 0.05):.3f}*(x**2 + y**2)" if draw.random() < 0.4 else None
     if kind == "box":
-        return (
-            {"shape": "box", "lower": corners[0], "upper": corners[1]},
-            size,
-            "bottom",
-            "top",
-            gap,
-        )
+        return (cuboid(corners[0], corners[1]), size, "bottom", "top", gap)
     count = max(2, round(1.4 / size))
     file = facets.box(
         folder / "upper.msh", *corners, (count, count + 1, 2), triangles=draw.random() < 0.5
@@ -70,16 +65,16 @@ def posed(seed, folder):
     depth = float(draw.uniform(0.01, 0.03))
     upper = {
         "name": "upper",
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "material": elastic(1.0, 0.3),
         "geometry": geometry,
         "mesh": {"order": orders[1], **({"element_size": size} if size else {})},
     }
     lower = {
         "name": "lower",
-        "material": {"young_modulus": young, "poisson_ratio": float(draw.uniform(0.0, 0.45))},
-        "geometry": {"shape": "box", "lower": [-1, -1, -1], "upper": [1, 1, 0]},
+        "material": elastic(young, float(draw.uniform(0.0, 0.45))),
+        "geometry": cuboid([-1, -1, -1], [1, 1, 0]),
         "mesh": {"order": orders[0], "element_size": SIZES[orders[0]]},
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
     }
     sides = [f"upper.{facing}", "lower.top"]
     contact = {"name": "pair"} | dict(

@@ -1,0 +1,35 @@
+"""What configs of tests consist of, as the tables that `parse` takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def elastic(young_modulus: float, poisson_ratio: float) -> dict[str, float]:
+    """A material."""
+    return {"young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+
+
+def rectangle(lower_left: Any, upper_right: Any) -> dict[str, Any]:
+    """A geometry of the plane."""
+    return {"shape": "rectangle", "lower_left": lower_left, "upper_right": upper_right}
+
+
+def cuboid(lower: Any, upper: Any) -> dict[str, Any]:
+    """A geometry in space."""
+    return {"shape": "box", "lower": lower, "upper": upper}
+
+
+def moved(part: str, value: Any) -> dict[str, Any]:
+    """A part whose displacement is given."""
+    return {"part": part, "condition": "displacement", "value": value}
+
+
+def drawn(part: str, value: Any) -> dict[str, Any]:
+    """A part whose traction is given."""
+    return {"part": part, "condition": "traction", "value": value}
+
+
+def touching(name: str, secondary: str, primary: str, **more: Any) -> dict[str, Any]:
+    """A pair of parts in contact."""
+    return {"name": name, "secondary": secondary, "primary": primary, **more}
