@@ -293,9 +293,10 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         raise ValueError(f"{key}.{name}: {what} is a {old.condition}, give value = [{components}]")
     if isinstance(old, Traction):
         return Traction(old.part, **given)
+    value = given.get("value", old.value)
     refuse(
-        len(given.get("value", old.value)) != len(old.value),
-        f"{key}.value: {what} has {len(old.value)} components, got {len(change.value)}",
+        len(value) != len(old.value),
+        f"{key}.value: {what} has {len(old.value)} components, got {len(value)}",
     )
     try:
         return Displacement(

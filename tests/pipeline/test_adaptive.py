@@ -32,6 +32,7 @@ from petcontact.refinement.contact_line import (
     displacement,
     grading_points,
     transition,
+    without_specks,
 )
 from petcontact.refinement.levels import REFINEMENT_LEVELS, SLIP_LADDER
 from petcontact.refinement.marks import Body, marks_for
@@ -419,3 +420,9 @@ def test_data_that_no_mesh_resolves_are_told():
     solution = adapt(block("1 + 0.5*sin(1e6*x)"), 1e-2)
     assert solution.status == "not converged"
     assert "no mesh resolves the given data" in solution.reason
+
+
+def test_specks_are_removed_and_zones_kept():
+    element = np.repeat(np.arange(4), 3)
+    sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
+    assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]

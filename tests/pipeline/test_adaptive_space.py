@@ -23,6 +23,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
+from petcontact.refinement.panels.marks import largest
 from petcontact.refinement.panels.tail import Tails
 
 SOFT = elastic(1.0, 0.3)
@@ -395,6 +396,13 @@ def test_few_panels_have_no_small_error():
         )
         weight = mesh.weight[nodes]
         assert np.sqrt(weight @ error**2 / (weight @ p**2)) == pytest.approx(share, abs=1e-12)
+
+
+def test_the_fewest_panels_that_make_up_a_share_of_the_error_are_marked():
+    square = np.array([1.0, 5.0, 2.0, 2.0])
+    assert largest(square, 0.5).tolist() == [False, True, False, False]
+    assert largest(square, 0.6).tolist() == [False, True, True, True]
+    assert not largest(np.zeros(3), 0.5).any()
 
 
 def test_an_accuracy_beside_a_mesh_is_refused():
