@@ -57,7 +57,7 @@ def test_corners_press_where_they_meet_a_side(low, high, on_upper, on_lower):
     assert [s for found in lower.inner.values() for s in sorted(found)] == pytest.approx(on_lower)
     assert (len(upper.pressing), len(lower.pressing)) == (len(on_lower), len(on_upper))
     # along the secondary: its own ends, and the corners that press on it
-    assert fading_places(problem)["pair"].places == pytest.approx(
+    assert fading_places(problem)["pair"].arc_lengths == pytest.approx(
         np.unique([0.0, *on_upper, high - low])
     )
 
