@@ -95,7 +95,7 @@ class Body:
     def _holding(self, faces: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[str, ...]]:
         """Node sets that hold each face."""
         reader = self.reader
-        members = {name: set(reader.file.node_numbers(name)) for name in reader.held[-1]}
+        members = {name: set(reader.file.members(name)) for name in reader.held[-1]}
         return {
             face: tuple(name for name, numbers in members.items() if numbers.issuperset(nodes))
             for face, nodes in faces.items()
@@ -142,7 +142,7 @@ class Body:
         held = {
             (node, freedom)
             for name, values in reader.held[-1].items()
-            for node in reader.file.node_numbers(name)
+            for node in reader.file.members(name)
             for freedom in values
         }
         own = {node for number in self.elements for node in reader.file.elements[number][1]}

@@ -83,15 +83,11 @@ class InpFile:
     elsets: dict[str, list[int]] = field(default_factory=dict)
     rest: list[Keyword] = field(default_factory=list)
 
-    def element_numbers(self, word: str) -> list[int]:
-        """Of a set or a single number."""
-        return [int(word)] if word.isdecimal() else self._of(self.elsets, word, "ELSET")
-
-    def node_numbers(self, word: str) -> list[int]:
-        """Of a set or a single number."""
-        return [int(word)] if word.isdecimal() else self._of(self.nsets, word, "NSET")
-
-    def _of(self, sets: dict[str, list[int]], word: str, kind: str) -> list[int]:
+    def members(self, word: str, kind: str = "NSET") -> list[int]:
+        """Return the numbers of a set of nodes or elements, or a single number."""
+        if word.isdecimal():
+            return [int(word)]
+        sets = self.nsets if kind == "NSET" else self.elsets
         if word.upper() not in sets:
             raise InputError(
                 f"{self.path}: no {kind} {word!r}; there are {', '.join(sets) or 'none'}"
@@ -180,9 +176,7 @@ def _take(found: InpFile, keyword: Keyword) -> None:
                 numbers += _generated(found, keyword, row)
             else:
                 for word in row:
-                    numbers += (
-                        [int(word)] if word.isdecimal() else found._of(sets, word, keyword.name)
-                    )
+                    numbers += found.members(word, keyword.name)
         _extend(sets, keyword.parameters.get(keyword.name), numbers)
     else:
         found.rest.append(keyword)

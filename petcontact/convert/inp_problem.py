@@ -89,7 +89,7 @@ def _uncovered(reader: Statements, bodies: list[Body]) -> list[str]:
     """Node sets that hold no face."""
     found = []
     for name, values in reader.held[-1].items():
-        nodes = reader.file.node_numbers(name)
+        nodes = reader.file.members(name)
         # what lies on an axis of revolution stays there
         still = bodies[0].kind == "CAX" and {*values} == {1}
         if not any(name in body.sets for body in bodies) and not (

@@ -204,7 +204,7 @@ class Statements:
             self.note(keyword, "values that depend on temperature; the first are taken")
 
     def _section(self, keyword: Keyword) -> None:
-        numbers = self.file.element_numbers(keyword.parameters.get("ELSET", ""))
+        numbers = self.file.members(keyword.parameters.get("ELSET", ""), "ELSET")
         self.sections |= dict.fromkeys(numbers, keyword.parameters.get("MATERIAL", "").upper())
         thickness = self.floats(keyword, keyword.rows[0][:1])[0] if keyword.rows else 0.0
         flat = [n for n in numbers if self.file.elements.get(n, ("",))[0][:2] == "CP"]
@@ -264,12 +264,12 @@ class Statements:
         name = keyword.parameters.get("NAME", "").upper()
         faces = self.surfaces.setdefault(name, [])
         if keyword.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-            nodes = {n for row in keyword.rows for n in self.file.node_numbers(row[0])}
+            nodes = {n for row in keyword.rows for n in self.file.members(row[0])}
             self.covering.setdefault(name, set()).update(nodes)
             return
         for row in keyword.rows:
             numbers, side = (
-                self.file.element_numbers(row[0]),
+                self.file.members(row[0], "ELSET"),
                 row[1].upper() if len(row) > 1 else "",
             )
             if not (side[:1] == "S" and side[1:].isdecimal()):
@@ -340,7 +340,7 @@ class Statements:
             if freedom not in (1.0, 2.0, 3.0):
                 self.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
                 continue
-            for number in self.file.node_numbers(row[0]):
+            for number in self.file.members(row[0]):
                 ends, known = self.file.middles.get(number, (number,)), self.forces[-1]
                 known |= {
                     (end, int(freedom)): known.get((end, int(freedom)), 0.0) + force / len(ends)
@@ -365,11 +365,11 @@ class Statements:
                         "centre": way[:3],
                         "axis": way[3:],
                     }
-                for number in self.file.element_numbers(row[0]):
+                for number in self.file.members(row[0], "ELSET"):
                     self.volume[-1][number] = self.volume[-1].get(number, {}) | loads
                 continue
             elif kind[:1] == "P" and kind[1:].isdecimal():
-                faces = self._faces(keyword, row[0], self.file.element_numbers(row[0]), kind)
+                faces = self._faces(keyword, row[0], self.file.members(row[0], "ELSET"), kind)
             else:
                 self.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
                 continue

@@ -70,9 +70,6 @@ class Joints:
         self._after, self._tree = after, scipy.spatial.cKDTree(mesh.end)
         # the neighbourhood of a joint is a fifth of its shorter element
         self._reach = 0.2 * np.minimum(mesh.length, mesh.length[after])
-        first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
-        runs_on = np.sum(last * first[after], axis=1) > SMOOTH
-        runs_on &= ~_own(after)[:, 0, 0]
         (u_start, u_end), (slope_start, slope_end) = _at_ends(mesh, u)
         (t_start, t_end), _ = _at_ends(mesh, traction)
         jump = t_start[after] - t_end
@@ -82,7 +79,7 @@ class Joints:
         )  # of each state
         in_truth = size > np.maximum(KEPT_JUMP * _range(mesh, traction, after), KEPT_SHARE * mean)
         # at corners, and where the traction jumps in reality, only u is continuous
-        smooth = (runs_on[:, None] & ~in_truth)[:, None]
+        smooth = (runs_on(mesh)[:, None] & ~in_truth)[:, None]
         # nothing jumps on the axis, where an element is its own neighbour
         self._u = np.where(_own(after), 0.0, u_start[after] - u_end)
         self._slope = np.where(smooth, slope_start[after] - slope_end, 0.0)
@@ -123,6 +120,17 @@ class Joints:
         return Neighbourhood(
             rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t)
         )
+
+
+def runs_on(mesh: CurveMesh) -> Mask:
+    """Return whether the boundary is smooth from each element to the next one, (n_elements,).
+
+    On the axis of a body of revolution an element has no next one.
+    """
+    _, after = mesh.neighbours()
+    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
+    smooth = np.sum(last * first[after], axis=1) > SMOOTH
+    return np.asarray(smooth & (after != np.arange(mesh.n_elements)))
 
 
 def _own(after: Index) -> Mask:

@@ -14,10 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..geometry.arcs import end_tangents
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-from .joints import SMOOTH
+from .joints import runs_on
 
 
 @functools.singledispatch
@@ -72,11 +71,9 @@ def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
     """Return whether the data are smooth to the element before and to the one after each element,
     and the numbers of both neighbours."""
     before, after = mesh.neighbours()
-    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
-    runs_on = (mesh.part == mesh.part[after]) & (np.sum(last * first[after], axis=1) > SMOOTH)
-    own = np.arange(mesh.n_elements)  # on the axis an element is its own neighbour
-    runs_on &= after != own
-    return runs_on[before] & (before != own), runs_on, before, after
+    smooth = (mesh.part == mesh.part[after]) & runs_on(mesh)
+    # on the axis an element is its own neighbour
+    return smooth[before] & (before != np.arange(mesh.n_elements)), smooth, before, after
 
 
 def _end_values(

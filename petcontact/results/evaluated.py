@@ -230,17 +230,6 @@ class Evaluated:
             others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
             raise InputError(f"body {name!r}: {error}{others}") from None
 
-    def fields_at(
-        self,
-        points: Any,
-        body: str | None = None,
-        step: StepResult | int | None = None,
-        progress: Progress | None = None,
-    ) -> tuple[Array, Array]:
-        """Displacement (k, d) [length] and stress (k, d(d+1)/2) [stress] there; see `state_at`."""
-        state = self.state_at(points, body, step, progress=progress)
-        return state.u, state.stress
-
     def at(
         self, points: Any, body: str | None = None, step: StepResult | int | None = None
     ) -> Array:

@@ -115,7 +115,11 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
     """The largest of one stress over bodies and steps."""
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
     largest = (
-        max((each for each in peaks if bool(each[0].part) == on), key=_value, default=None)
+        max(
+            (each for each in peaks if bool(each[0].part) == on),
+            key=lambda found: found[0].value,
+            default=None,
+        )
         for on in (True, False)
     )
     surface, top = (each and each[1].top(key, each[0]) for each in largest)
@@ -146,10 +150,6 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
 def hill_reach(mesh: BoundaryMesh) -> float:
     """Return the distance from a place without a bound up to which stress is left out [length]."""
     return NEAR * float(np.ptp(mesh.x, axis=0).max())
-
-
-def _value(found: tuple[StressPeak, _Samples]) -> float:
-    return found[0].value
 
 
 class _Samples:

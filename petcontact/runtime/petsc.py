@@ -84,7 +84,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
             # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of
             # PETSc's and an MPI abort
             quiet += ["-no_signal_handler", "-skip_petscrc"]
-            with _local(), _told_in_one_line(bool(arguments)):
+            told = _told_in_one_line() if arguments else contextlib.nullcontext()
+            with _local(), told:
                 petsc4py.init(["petcontact", *quiet, *arguments])
             reinstall()
         from petsc4py import PETSc
@@ -101,11 +102,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
 
 
 @contextlib.contextmanager
-def _told_in_one_line(asked: bool) -> Iterator[None]:
+def _told_in_one_line() -> Iterator[None]:
     """What PETSc has against options when it starts, without its page on standard error."""
-    if not asked:
-        yield
-        return
     import tempfile
 
     with tempfile.TemporaryFile() as page:

@@ -6,7 +6,7 @@ import contextlib
 import functools
 import os
 import sys
-from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from typing import Any
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
@@ -48,31 +48,24 @@ def _controller() -> Any:
     return threadpoolctl.ThreadpoolController()
 
 
-@contextlib.contextmanager
-def suited_to(size: int) -> Iterator[None]:
-    """One BLAS thread inside the block where matrices are small, all that the rank may use where
-    they are not."""
-    # waking a second thread costs more than it saves up to here
-    if size > 2500 or threads_per_rank() == 1:
-        yield
-        return
-    with one_blas_thread():
-        yield
+def suited_to(size: int) -> AbstractContextManager[Any]:
+    """Return a block with one BLAS thread where matrices are small, else with all of the rank's.
+
+    Threads gain nothing on matrices of up to 2500 rows.
+    """
+    many = size > 2500 or threads_per_rank() == 1
+    return contextlib.nullcontext() if many else one_blas_thread()
 
 
-@contextlib.contextmanager
-def one_blas_thread() -> Iterator[None]:
-    """One BLAS thread inside the block."""
+def one_blas_thread() -> AbstractContextManager[Any]:
+    """Return a block with one BLAS thread."""
     # to look at all loaded libraries takes 8 ms
-    if os.environ.get(VARIABLES[0]) == "1" or all(
+    alone = os.environ.get(VARIABLES[0]) == "1" or all(
         library.num_threads == 1
         for library in _controller().lib_controllers
         if library.user_api == "blas"
-    ):
-        yield
-        return
-    with _controller().limit(limits=1, user_api="blas"):
-        yield
+    )
+    return contextlib.nullcontext() if alone else _controller().limit(limits=1, user_api="blas")
 
 
 def cap_blas_threads() -> None:

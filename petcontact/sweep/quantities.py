@@ -89,13 +89,14 @@ def wear(solution: Solution) -> dict[str, float]:
 def peaks(solution: Solution) -> dict[str, float]:
     """The largest stresses in the bodies and on them [stress]: peak_von_mises,
     peak_first_principal; nan where one is large only next to places where it has no bound."""
-    return {name: _largest(solution, f"{stress} stress ") for name, stress in PEAKS.items()}
-
-
-def _largest(solution: Solution, name: str) -> float:
-    """The largest of the numbers of a solution whose names begin so, of those that are finite."""
-    found = (float(n.value[0]) for n in solution.numbers if n.name.startswith(name))
-    return max((value for value in found if math.isfinite(value)), default=math.nan)
+    numbers = [number for number in solution.numbers if math.isfinite(number.value[0])]
+    return {
+        name: max(
+            (float(n.value[0]) for n in numbers if n.name.startswith(f"{stress} stress ")),
+            default=math.nan,
+        )
+        for name, stress in PEAKS.items()
+    }
 
 
 def peak_von_mises(solution: Solution) -> float:

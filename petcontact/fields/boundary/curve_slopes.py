@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
-from ...geometry.arcs import end_tangents
+from ...arrays import Array, Index
 from ...mesh.basis import best_slopes, lagrange_slopes
 from ...mesh.curve_mesh import CurveMesh
-from ..joints import SMOOTH
+from ..joints import runs_on
 from .gradients import tangents
 
 MOST, BEYOND = 5, 2
@@ -41,7 +40,7 @@ class CurveSlopes:
         self._linear = linear
         if linear.any():
             values = np.hstack([values, x])
-        joined_after = _runs_on(mesh, label, after)
+        joined_after = (label == label[after]) & (mesh.part == mesh.part[after]) & runs_on(mesh)
         joined_before = joined_after[before] & (before != np.arange(mesh.n_elements))
         count, half = mesh.n_elements, 0.5 * mesh.length
         self._s = np.full((count, MOST + 2 * BEYOND), np.nan)
@@ -102,11 +101,3 @@ class CurveSlopes:
         along = tangents(self._mesh, element.ravel(), place.ravel()).reshape((*found.shape[:-1], 2))
         lost = np.einsum("...ka,...a->...k", self._linear[element], along - found[..., -2:])
         return np.concatenate([found[..., :-2] + lost, along], axis=-1)
-
-
-def _runs_on(mesh: CurveMesh, label: Index, after: Index) -> Mask:
-    """Return whether the slope is smooth from each element to the next one, (n_elements,)."""
-    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
-    same = (mesh.part == mesh.part[after]) & (label == label[after])
-    same &= after != np.arange(mesh.n_elements)
-    return np.asarray(same & (np.sum(last * first[after], axis=1) > SMOOTH))
