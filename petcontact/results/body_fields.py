@@ -26,7 +26,7 @@ from .records import BodyResult
 
 
 def quantities(d: int) -> list[str]:
-    """What `quantity` knows of a body whose displacements have so many components."""
+    """Return the names that `quantity` takes, for displacements with d components."""
     stresses = [
         f"sigma_{'xyz'[i]}{'xyz'[j]}"
         for i, j in sorted({*COMPONENTS[d], (2, 2)}, key=COMPONENTS[3].index)
@@ -43,7 +43,7 @@ def quantities(d: int) -> list[str]:
 
 
 def quantity(state: StressState, name: str) -> Array:
-    """A stress, principal stress or displacement (n,) by its name.
+    """Return a stress, a principal stress or a displacement (n,) by its name.
 
     Raises
     ------
@@ -99,29 +99,28 @@ class BodyFields:
 
     @functools.cached_property
     def loads(self) -> InsideLoads:
-        """What volume loads add."""
+        """The displacement and the stress that volume loads add."""
         return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
     def data(self) -> tuple[Array, Array]:
-        """u and t without those of volume loads."""
+        """Displacement and traction (n, d) without those of volume loads."""
         return self.loads.without(self.found.u, self.found.traction)
 
     @functools.cached_property
     def boundary(self) -> BoundaryField:
-        """On the boundary, without volume loads."""
+        """The field on the boundary, without volume loads."""
         return BoundaryField(
             self.mesh, *self.data, self.problem.body[self.number].material, self.state
         )
 
     @property
     def known(self) -> bool:
-        """Whether it is a body of one isotropic material, and no superelement, whose stress is not
-        known."""
+        """Whether the stress is known: the stress in a superelement is not."""
         return self.problem.body[self.number].geometry.has_inside
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
-        """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
+        """Return the field at places of elements (see `Hits`); a superelement has NaN stress."""
         x = points_at(self.mesh, element, place)[0]
         u, stress = self.boundary.displacement(element, place), self.boundary.stress(element, place)
         if not self.known:
@@ -151,7 +150,7 @@ class BodyFields:
     def whole(
         self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]
     ) -> StressState:
-        """With what loads in the body add."""
+        """Return the field with what volume loads add to u and to the stress."""
         stress = stress + loads[1]
         material = self.problem.body[self.number].material
         across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
@@ -165,7 +164,10 @@ def states_at(
     progress: Progress | None = None,
     outside: float | None = None,
 ) -> list[StressState]:
-    """`BodyFields.at` after several increments, which share the integrals over the elements."""
+    """Return `BodyFields.at` after several increments.
+
+    The increments share the integrals over the elements.
+    """
     one = increments[0]
     if not one.known:
         name = one.problem.body[one.number].name
@@ -200,7 +202,7 @@ def states_at(
 def _inside(
     increments: Sequence[BodyFields], x: Array, progress: Progress | None, outside: float | None
 ) -> tuple[Array, Array]:
-    """u (m, d, s) and σ (m, d(d+1)/2, s) without volume loads."""
+    """Return u (m, d, s) and σ (m, d(d+1)/2, s) inside the body, without volume loads."""
     one, data = increments[0], zip(*(each.data for each in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
     return fields_at(
@@ -209,10 +211,12 @@ def _inside(
 
 
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
-    """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from
-    the stress on the boundary and those at two points below, by a parabola along the normal. Where
-    these are next to the boundary themselves, as at corners, it is the one on the boundary very
-    near to that (`CLOSE`), and stays as it is farther away."""
+    """Replace stresses (m, c, s) so near to an element that the jumps between elements show.
+
+    A parabola along the normal goes through the stress on the boundary and the stresses at two
+    points below it. At corners these points are next to the boundary, too. There the stress on the
+    boundary is taken at distances up to `CLOSE`, and the stress is kept farther away.
+    """
     mesh = increments[0].mesh
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)

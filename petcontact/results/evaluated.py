@@ -157,7 +157,7 @@ class Evaluated:
 
     @functools.cached_property
     def _volumes(self) -> dict[str, VolumeSolution | None]:
-        """Particular solutions for volume loads by body."""
+        """The particular solutions for volume loads by body."""
         if self.volumes is not None:
             return self.volumes
         return {
@@ -218,8 +218,10 @@ class Evaluated:
         progress: Progress | None = None,
         outside: float | None = None,
     ) -> list[StressState]:
-        """`state_at` after each of some increments, which together cost little more than one; what
-        points outside get, where they are not refused."""
+        """Return `state_at` after each of some increments, which cost little more than one.
+
+        Points outside have the value `outside`, and are refused if it is None.
+        """
         fields = [self.body_fields(body, step) for step in steps]
         try:
             return states_at(fields, points, part, progress, outside)
@@ -243,8 +245,10 @@ class Evaluated:
         step: StepResult | int | None = None,
         part: str | None = None,
     ) -> Array:
-        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see
-        `state_at`."""
+        """Return the stress at points (k, d) of a body [stress]; see `state_at`.
+
+        The components are xx, yy, xy (k, 3), in space xx, yy, zz, xy, xz, yz (k, 6).
+        """
         return self.state_at(points, body, step, part).stress
 
     def von_mises_at(
@@ -260,8 +264,10 @@ class Evaluated:
     def boundary_state(
         self, body: str | None = None, step: StepResult | int | None = None
     ) -> tuple[Index, StressState]:
-        """Elements (q,) of points of a body's boundary, and what is there: nodes, and the places
-        between them where the stress is most accurate."""
+        """Return the elements (q,) and the state of points of a body's boundary.
+
+        The points are the nodes and the places at which the stress is most accurate.
+        """
         fields = self.body_fields(body, step)
         nodes, best = nodal_places(fields.mesh), best_places(fields.mesh)
         element, place = (np.concatenate(both) for both in zip(nodes, best, strict=True))

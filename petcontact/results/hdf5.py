@@ -98,7 +98,10 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
 
 
 def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> None:
-    """One solution into an HDF5 file or group; who reads it without its numbers computes them."""
+    """Write a solution into an HDF5 file or group.
+
+    The numbers of the verdict may be left out. A reader computes them then.
+    """
     for name, mesh in solution.meshes.items():
         place = _ordered(group, f"bodies/{name}")
         write_mesh(place.create_group("mesh"), mesh)
@@ -142,8 +145,10 @@ def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> 
 
 
 def _ordered(group: Any, path: str) -> Any:
-    """A group that is listed where it was made, as in the config, and not by the alphabet; its
-    parents, too."""
+    """Return a group that is made if it is missing, and so are its parents.
+
+    Groups are listed in the order in which they are made, which is that of the config.
+    """
     for name in path.split("/"):
         group = group[name] if name in group else group.create_group(name, track_order=True)
     return group
@@ -166,8 +171,10 @@ def _write_names(group: Any, key: str, names: Any) -> None:
 
 
 def _write_tables(group: Any, steps: list[StepResult]) -> None:
-    """/increments, a row an increment, and /history, a row an iteration; one that failed comes
-    last."""
+    """Write /increments with a row for each increment, and /history with a row for each iteration.
+
+    An increment that failed comes last.
+    """
     table = group.create_group("increments")
     for key in ("step", "load_factor", "iterations", "rho", "residual"):
         table[key] = np.array([getattr(step, key) for step in steps])
@@ -223,8 +230,10 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
 
 
 def _write_one_body(group: Any, solution: SolutionData) -> None:
-    """/mesh, /boundary and /contact of the last increment, and its zones: second names of a part of
-    it."""
+    """Write /mesh, /boundary, /contact and the zones of the last increment.
+
+    /mesh and /boundary are second names of groups.
+    """
     (name,) = solution.meshes
     last = f"steps/{len(solution.steps)}" if solution.steps else "failed"
     group["mesh"], group["boundary"] = group[f"bodies/{name}/mesh"], group[f"{last}/body/{name}"]
@@ -242,7 +251,7 @@ def _write_one_body(group: Any, solution: SolutionData) -> None:
 
 
 def _contact(solution: SolutionData) -> dict[str, Any]:
-    """The columns of /contact, by number of the node."""
+    """Return the columns of /contact in the order of the nodes."""
     columns = solution.columns()
     order = np.argsort(columns["nodes"], kind="stable")
     found = {key: columns[key][order] for key in ONE_BODY}
@@ -267,8 +276,10 @@ def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
 
 
 def describe(item: Any, path: str, units: Units) -> None:
-    """Attributes `unit` and `description` of a dataset; the unit is the user's name for it, where
-    there is one."""
+    """Write the attributes `unit` and `description` of a dataset.
+
+    The unit has the user's name if the problem gives one.
+    """
     *_, folder, name = f"/{path}".split("/")
     known = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
     if known and isinstance(item, h5py.Dataset):
@@ -282,7 +293,7 @@ def describe(item: Any, path: str, units: Units) -> None:
 
 
 def read_data(path: str | Path, group: str = "/") -> SolutionData:
-    """What a result file of any format holds.
+    """Return what a result file of any format holds.
 
     Raises
     ------
@@ -320,8 +331,10 @@ def _read_group(group: Any, source: str) -> SolutionData:
 
 
 def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
-    """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the
-    alphabet."""
+    """Read a group of format 3 or 2.
+
+    Format 2 lacks ρ and its residual, and lists groups by the alphabet.
+    """
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     meshes = {
         body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body
@@ -366,7 +379,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
 
 
 def _read_history(rows: dict[str, Any], increment: int) -> History:
-    """The iterations of one increment; files of 0.2.0 have none."""
+    """Return the iterations of one increment; files of 0.2.0 have none."""
     if "increment" not in rows:
         return History()
     mine = rows["increment"] == increment

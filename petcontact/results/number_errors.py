@@ -53,8 +53,11 @@ def with_errors(solution: Evaluated) -> list[Number]:
 
 
 def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, float]:
-    """How far numbers of a solution may be off by its increments: what they differ by on other
-    paths, step end by step end, and at least what their increments leave by themselves."""
+    """Return the errors of numbers that the increments of the path cause.
+
+    An error is what a number differs by on other paths at the end of the same step. It is at least
+    the error that the increments of the path itself show.
+    """
     now, last = {number.key: number for number in numbers}, solution
     errors = dict.fromkeys(now, 0.0)
     for factor, other in solution.paths:
@@ -82,7 +85,10 @@ def _path_change(
     there: dict[Key, Number],
     stresses: dict[Key, _Stresses],
 ) -> float:
-    """What a number differs by on another path; a maximum by what its function does anywhere."""
+    """Return the difference of a number on another path.
+
+    A maximum differs by the largest difference of its function.
+    """
     if number.name not in FUNCTIONS or number.key not in there:
         return _change(solution, other, number, there.get(number.key), stresses)
     pairs = [_end(each, number).pairs[number.of] for each in (solution, other)]
@@ -140,7 +146,7 @@ def _change(
     before: Number | None,
     stresses: dict[Key, _Stresses],
 ) -> float:
-    """How far a number may be off, by what two meshes differ by."""
+    """Return the error of a number by its difference on two meshes."""
     if np.isinf(number.error):
         return number.error
     if stress_name(number):
@@ -159,7 +165,7 @@ def _end(solution: Evaluated, number: Number) -> StepResult:
 
 
 def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
-    """By how much a maximum may be off where the function is off by what it changes by."""
+    """Return the error of a maximum of a function whose error is its change."""
     now, before = (
         FUNCTIONS[number.name](_end(each, number).pairs[number.of]) for each in (solution, coarser)
     )
@@ -177,7 +183,7 @@ def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) ->
 
 
 def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
-    """Values (m,) at the nodes of a pair to values at points of its secondary; nan off it."""
+    """Return values (m,) at the nodes of a pair at points of its secondary, NaN off it."""
     body, part = solution.sides[name]
     mesh = solution.meshes[body]
     element, place = located(mesh, x, part, within=sizes(mesh))
@@ -189,7 +195,7 @@ def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
 
 
 def _of_maximum(values: Array, change: Array, element: Index) -> float:
-    """How far the maximum of values may be off that are off by up to a change each."""
+    """Return the error of the maximum of values that have errors up to a change each."""
     _, row = np.unique(element, return_inverse=True)
     largest = np.zeros(int(row.max()) + 1)
     np.maximum.at(largest, row, change)
@@ -245,9 +251,11 @@ def _stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, 
 def _stress_change(
     solution: Evaluated, coarser: Evaluated, number: Number, near: _Stresses
 ) -> float:
-    """What a largest stress changes by where it lies and around it, and by how much it may be
-    larger elsewhere. At a corner it may go on changing as slowly as it does in the last element,
-    and in an element that both meshes have it is known as well as the solution is."""
+    """Return the error of a largest stress: its change at its place, around it and elsewhere.
+
+    At a corner the stress may go on changing as slowly as it does in the last element. In an
+    element that both meshes have, it has the relative error of the solution.
+    """
     now, count = near.values, near.count
     change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
     if np.isnan(change[:count]).all():
@@ -315,7 +323,7 @@ def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Arr
 
 
 def _by_tails(solution: Evaluated, number: Number) -> Number:
-    """The error on one surface mesh."""
+    """Return a number with its error on one surface mesh."""
     if np.isinf(number.error):
         return number
     accuracy = solution.accuracy
@@ -335,7 +343,7 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
 
 
 def _acting(pairs: dict[str, PairResult], number: Number) -> float:
-    """All that acts on the pairs of a number, or its size where that is larger."""
+    """Return the sum of all that acts on the pairs of a number, or its size if that is larger."""
     mine = [pairs[number.of]] if number.of in pairs else list(pairs.values())
     force, moment = np.sum([(0.0, 0.0), *map(resultant, mine)], axis=0).tolist()
     return float(max({"force": force, "moment": moment}.get(number.unit, 0.0), number.size))

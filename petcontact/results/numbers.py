@@ -78,16 +78,16 @@ class Number:
 
     @property
     def key(self) -> tuple[str, str, int, int]:
-        """What tells it from others of a solution."""
+        """The name, the owner, the step and the cycle, by which numbers differ."""
         return self.name, self.of, self.step, self.cycle
 
     @property
     def size(self) -> float:
-        """Length of the vector."""
+        """The length of the vector."""
         return float(np.linalg.norm(self.value))
 
     def known_to(self, error: float) -> Number:
-        """The same with an error; one of round-off is 0."""
+        """Return the number with an error; an error of round-off is 0."""
         least = SOLVED * max(self.scale, self.size)
         return replace(self, error=0.0 if error <= least < np.inf else error)
 
@@ -111,13 +111,13 @@ class _OfStep:
     def _number(
         self, name: str, of: str, value: Any, unit: str, scale: float = 0.0, **more: Any
     ) -> Number:
-        """A number without round-off."""
+        """Return a number; components that are round-off are 0."""
         value = np.atleast_1d(value)
         value = np.where(np.abs(value) > SOLVED * scale, value, 0.0)
         return Number(name, of, self._step.step, self._step.cycle, value, unit, scale, **more)
 
     def all(self) -> Iterator[Number]:
-        """Of pairs, obstacles, and bodies that touch nothing."""
+        """Yield the numbers of pairs, of obstacles, and of bodies that touch nothing."""
         for name in self._step.pairs:
             yield from self._resultants(name)
             yield from self._of_contact(name)
@@ -139,7 +139,7 @@ class _OfStep:
                 yield self._number(word, name, value, unit, scale)
 
     def _of_contact(self, name: str) -> Iterator[Number]:
-        """Largest pressure and slip, areas, energy and wear."""
+        """Yield the largest tractions and slip, the areas, the energy and the wear of a pair."""
         pair = self._step.pairs[name]
         closed = pair.state != OPEN
         yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
@@ -171,7 +171,7 @@ class _OfStep:
         yield self._number("dissipated energy", name, spent, "moment", moved * force, alone=left)
 
     def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
-        """Mesh, nodes, result and compliance of a pair, as `areas` takes them."""
+        """Return the mesh, the nodes, the result and the compliance of a pair, as for `areas`."""
         solution, (body, _) = self._solution, self._solution.sides[name]
         materials = {each.name: each.material for each in solution.problem.body}
         owners = {body, solution.primaries.get(name, "").partition(".")[0]} & set(materials)
@@ -190,7 +190,7 @@ class _OfStep:
         scale: float = 0.0,
         alone: float = 0.0,
     ) -> Number:
-        """The maximum of a function on elements; a pressure may have no bound."""
+        """Return the maximum of a function on elements; a pressure may have no bound."""
         body, _ = self._solution.sides[of]
         mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
         top, place, element = maximum(mesh, nodes, values)
@@ -211,7 +211,7 @@ class _OfStep:
                     yield self._number(word, name, value, unit, scale)
 
     def _displaced(self) -> Iterator[Number]:
-        """The largest displacement of each body."""
+        """Yield the largest displacement of each body."""
         for name, found in self._step.bodies.items():
             mesh, size = self._solution.meshes[name], np.linalg.norm(found.u, axis=1)
             k = int(np.argmax(size))
@@ -219,7 +219,7 @@ class _OfStep:
             yield self._number("largest displacement", name, size[k], "length", **at)
 
     def _held(self) -> Iterator[Number]:
-        """What holds the parts of bodies, but contact."""
+        """Yield the forces and moments on the parts that supports hold."""
         for body in self._solution.problem.body:
             mesh, found = self._solution.meshes[body.name], self._step.bodies[body.name]
             acting = float(mesh.weight @ np.abs(found.traction).max(axis=1))
@@ -234,20 +234,25 @@ class _OfStep:
 
 
 def resultant(pair: PairResult) -> tuple[float, float]:
-    """All forces of a pair without their directions, and the moment that they have where they lie
-    farthest out."""
+    """Return the sum of the sizes of all forces of a pair, and the largest moment of that sum.
+
+    The moment is the sum times the largest coordinate of the nodes.
+    """
     size = float(pair.weight @ pair.size)
     return size, size * float(np.abs(pair.x).max(initial=0.0))
 
 
 def ends_of_steps(solution: Evaluated) -> Iterator[list[StepResult]]:
-    """The increments of each step, the first time and in every later cycle that was solved."""
+    """Yield the increments of each step, in the first cycle and in later ones."""
     for _, some in itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle)):
         yield list(some)
 
 
 def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
-    """The numbers at the ends of all steps, their errors not known; largest stresses on demand."""
+    """Return the numbers at the ends of all steps, without errors.
+
+    The largest stresses are among them if `peaks` is true.
+    """
     found, every = list[Number](), list[tuple[StepResult, dict[str, list[Unbounded]]]]()
     for increments in ends_of_steps(solution):
         places = unbounded_places(solution, increments[-1]) if peaks else {}
@@ -272,7 +277,7 @@ def _peak_numbers(
 
 
 def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Array, int]:
-    """The largest value of a function that is given at nodes, where it is, and its element.
+    """Return the largest value of a function that is given at nodes, its place and its element.
 
     Elements with nodes at which it is 0 or less are seen at their nodes only: there it has a kink.
     """
@@ -299,8 +304,7 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
 def _between(
     mesh: BoundaryMesh, element: Index, whole: Array, across: int
 ) -> tuple[Array, tuple[float, Array, int]]:
-    """The largest values of a function on elements (k,), and the largest of all as `maximum` has
-    it."""
+    """Return the largest values on elements (k,), and the largest of all as `maximum` does."""
     places = spread_places(mesh, element, np.linspace(0.0, 1.0, across))
     number = np.repeat(element, places.shape[1])
     at = places.reshape(-1, *places.shape[2:])
@@ -311,5 +315,5 @@ def _between(
 
 
 def stress_name(number: Number) -> str:
-    """The attribute of a `StressState` that a number is the maximum of; empty for others."""
+    """Return the attribute of a `StressState` of which a number is the maximum, or ""."""
     return next((key for name, key in QUANTITIES.items() if number.name.startswith(f"{name} ")), "")

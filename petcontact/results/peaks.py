@@ -95,8 +95,10 @@ def stress_peaks(
     solution: Evaluated,
     ends: Sequence[tuple[StepResult, dict[str, list[Unbounded]]]] | None = None,
 ) -> dict[str, Peaks]:
-    """By the names of `QUANTITIES`; without those that are nowhere finite. `ends` are the ends of
-    steps with the places of `unbounded_places`, where these are known."""
+    """Return the largest stresses by the names of `QUANTITIES`, where they are finite somewhere.
+
+    `ends` are the ends of steps with the places of `unbounded_places`, if these are known.
+    """
     # numbers of an altered file, or of a solve that failed, may overflow
     with np.errstate(all="ignore"):
         if ends is None:
@@ -112,7 +114,7 @@ def stress_peaks(
 
 
 def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
-    """The largest of one stress over bodies and steps."""
+    """Return the largest of one stress over bodies and steps."""
     peaks = [(peak, some) for some in samples for peak in some.peaks(key)]
     largest = (
         max(
@@ -134,8 +136,10 @@ def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
 
 
 def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> str:
-    """The largest of stresses (n,) at points (n, d) of a body after the last increment, in words;
-    next to a place without a bound it says how near the points are, and no more."""
+    """Return in words the largest of stresses (n,) at points (n, d) after the last increment.
+
+    Next to a place without a bound the number only says how near the points lie.
+    """
     k = int(np.argmax(stress))
     reach = hill_reach(solution.meshes[body])
     near = [
@@ -182,7 +186,7 @@ class _Samples:
         self._least = max(NOTHING * largest, MOVED * moved)
 
     def peaks(self, key: str) -> Iterator[StressPeak]:
-        """The largest on the boundary and inside, off the hills of unbounded places."""
+        """Yield the largest samples on the boundary and inside, away from unbounded places."""
         values = self._values(key)
         count = len(self._element)
         usable = np.isfinite(values)
@@ -201,7 +205,7 @@ class _Samples:
                 yield StressPeak(float(values[k]), self._x[k], self.body, part, self._step)
 
     def exceeding(self, key: str, peak: StressPeak | None) -> list[Unbounded]:
-        """The unbounded places next to which more than a peak is sampled."""
+        """Return the unbounded places next to which a sample is larger than a peak."""
         values = self._values(key)[: len(self._element)]
         bound = self._least if peak is None else max(peak.value, self._least)
         return [
@@ -259,7 +263,7 @@ class _Samples:
         return near
 
     def _values(self, key: str) -> Array:
-        """At all samples; what is not finite is less than everything."""
+        """Return the stress at all samples; values that are not finite are -∞."""
         values = np.concatenate([getattr(state, key) for state in self._states])
         values = np.where(np.abs(values) < self._least, 0.0, values)
         return np.where(np.isfinite(values), values, -np.inf)
