@@ -22,7 +22,7 @@ Load = tuple[float, tuple[float | str, ...]]
 
 
 def boundary_faces(file: InpFile, elements: list[int]) -> dict[Face, tuple[int, ...]]:
-    """Corner nodes of the faces that only one element has; none on an axis of revolution."""
+    """Return the corner nodes of faces of only one element, without those on an axis."""
     every = {
         (number, k): tuple(file.elements[number][1][c] for c in own)
         for number in elements
@@ -93,7 +93,7 @@ class Body:
         return {face: names[one] for face, one in says.items()}
 
     def _holding(self, faces: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[str, ...]]:
-        """Node sets that hold each face."""
+        """Return the node sets that hold each face."""
         reader = self.reader
         members = {name: set(reader.file.members(name)) for name in reader.held[-1]}
         return {
@@ -117,7 +117,7 @@ class Body:
     def _pulled(
         self, free: dict[Face, tuple[int, ...]], forces: dict[int, Array], inside: set[int]
     ) -> dict[Face, list[tuple[float | str, ...]]]:
-        """Tractions of faces at the end of each step that forces at nodes make."""
+        """Return the tractions of faces that forces at nodes make, at the end of each step."""
         found: dict[Face, list[tuple[float | str, ...]]] = {}
         lost = forces.keys() - self.inside.keys()
         for faces, ends in loaded_faces(free, forces.keys() - inside):
@@ -158,14 +158,14 @@ class Body:
         return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])
 
     def _value(self, names: tuple[str, ...], step: int) -> list[float | str]:
-        """What sets hold at the end of a step, a component each."""
+        """Return the values that sets hold at the end of a step, by component."""
         merged: dict[int, float] = {}
         for name in names:
             merged |= self.reader.held[step].get(name, {})
         return [merged.get(c + 1, FREE) for c in range(self.dim)]
 
     def conditions(self, step: int) -> list[dict[str, Any]]:
-        """What the conditions of all parts say at the end of a step."""
+        """Return the conditions of all parts at the end of a step."""
         found: list[dict[str, Any]] = []
         for part, (names, loads) in self._says.items():
             value = self._value(names, step)
@@ -181,7 +181,7 @@ class Body:
         return found
 
     def volume(self, step: int) -> dict[str, Any]:
-        """The `loads` at the end of a step."""
+        """Return the `loads` at the end of a step."""
         loads = self.reader.volume[step]
         found = next((loads[number] for number in self.elements if number in loads), {})
         left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
@@ -192,14 +192,14 @@ class Body:
         }
 
     def forces(self, step: int) -> list[dict[str, Any]]:
-        """The point forces at the end of a step."""
+        """Return the point forces at the end of a step."""
         return [
             {"name": f"node{node}", "force": force[step].tolist()}
             for node, force in self.inside.items()
         ]
 
     def table(self, mesh: str) -> dict[str, Any]:
-        """The [[body]] of the config."""
+        """Return the [[body]] of the config."""
         reader = self.reader
         names = {reader.sections.get(number, "") for number in self.elements}
         refuse(
@@ -237,7 +237,7 @@ class Body:
         return {key: value for key, value in table.items() if value}
 
     def msh(self) -> str:
-        """The boundary as a Gmsh file, its parts physical groups."""
+        """Return the boundary as a Gmsh file, whose physical groups are the parts."""
         tags = {part: k for k, part in enumerate(dict.fromkeys(self.parts.values()), 1)}
         used = sorted({node for nodes in self.faces.values() for node in nodes})
         cells = [
@@ -257,7 +257,7 @@ class Body:
 
 
 def _acting(load: Load, c: int) -> float | str:
-    """Component c of a traction and of a pressure."""
+    """Return component c of the sum of a traction and a pressure."""
     pressure, pull = load[0], load[1][c]
     if pressure == 0.0:
         return pull

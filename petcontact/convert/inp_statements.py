@@ -117,7 +117,7 @@ class Statements:
     names: dict[str, str] = field(default_factory=dict)
 
     def read(self) -> None:
-        """All keywords, in order; those in a step belong to it."""
+        """Read all keywords in order; those in a step belong to it."""
         for name, numbers in self.file.nsets.items():
             if unknown := {*numbers} - self.file.nodes.keys():
                 self.notes.append(f"*NSET {name}: {count([*unknown], 'node')} not there; not taken")
@@ -136,7 +136,7 @@ class Statements:
         self.forces = list(itertools.accumulate(self.forces, operator.or_))
 
     def _gather(self) -> None:
-        """Nodes that are held one by one, as sets of those that are held in the same way."""
+        """Make sets of the nodes that are held one by one in the same way."""
         alike: dict[tuple[int, tuple[float | None, ...]], list[int]] = {}
         for word in [word for word in self.held[-1] if word.isdecimal()]:
             steps = [step.pop(word, {}) for step in self.held]
@@ -154,7 +154,7 @@ class Statements:
                 step[name] = {} if value is None else {freedom: value}
 
     def _check_parameters(self, keyword: Keyword) -> None:
-        """Name what changes a keyword and is not read."""
+        """Note parameters that change a keyword and are not read."""
         given = keyword.parameters
         for parameter in sorted(given.keys() & CHANGING.keys()):
             if given[parameter].upper() not in CHANGING[parameter]:
@@ -189,7 +189,7 @@ class Statements:
         return True
 
     def _named(self, keyword: Keyword) -> None:
-        """The material or interaction that the next keywords belong to."""
+        """Remember the material or interaction to which the next keywords belong."""
         self.names[keyword.name] = keyword.parameters.get("NAME", "").upper()
 
     def _property(self, keyword: Keyword) -> None:
@@ -217,12 +217,11 @@ class Statements:
             )
 
     def _law(self) -> dict[str, Any]:
-        """Keys and values of the interaction that is read."""
+        """Return the keys and values of the interaction that is read."""
         return self.laws.setdefault(self.names.get("SURFACE INTERACTION", ""), {})
 
     def _behaviour(self, keyword: Keyword) -> None:
-        """Hard contact, with or without opening, and ties are what there is; anything else is
-        named."""
+        """Read hard contact, with or without opening, and ties; note anything else."""
         kind = keyword.parameters.get("PRESSURE-OVERCLOSURE", "HARD").upper()
         if kind == "TIED":
             self._law()["normal"] = "bonded"
@@ -232,7 +231,7 @@ class Statements:
             self.note(keyword, f"PRESSURE-OVERCLOSURE={kind}; hard contact is taken")
 
     def _friction(self, keyword: Keyword) -> None:
-        """Coefficient and largest shear."""
+        """Read the coefficient and the largest shear."""
         for row in keyword.rows[:1]:
             coefficient, *slope = self.floats(keyword, row)[:2]
             self._law()["friction_coefficient"] = coefficient
@@ -249,7 +248,7 @@ class Statements:
             )
 
     def _clearance(self, keyword: Keyword) -> None:
-        """A gap that is the same everywhere between two surfaces."""
+        """Read a constant gap between two surfaces."""
         sides = [
             keyword.parameters.get(one, keyword.parameters.get(other, "")).upper()
             for one, other in (("SLAVE", "SECONDARY"), ("MASTER", "MAIN"))
@@ -281,7 +280,7 @@ class Statements:
             faces += self._faces(keyword, row[0], numbers, side)
 
     def _faces(self, keyword: Keyword, name: str, numbers: list[int], side: str) -> list[Face]:
-        """Face S2 or P2 of elements; those that are not there are named."""
+        """Return face S2 or P2 of elements; note the elements that are not there."""
         k, elements = int(side[1:]) - 1, self.file.elements
         there = [number for number in numbers if number in elements]
         if unknown := {*numbers} - {*there}:
@@ -376,7 +375,7 @@ class Statements:
             self.pressed[-1] |= dict.fromkeys(faces, self.floats(keyword, row[2:3])[0])
 
     def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
-        """Numbers of a row; what is left out is 0."""
+        """Return the numbers of a row; a number that is left out is 0."""
         try:
             found = [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
         except ValueError:
@@ -386,9 +385,9 @@ class Statements:
         return found
 
     def error(self, keyword: Keyword, text: str) -> InputError:
-        """One line that says where."""
+        """Return an error of one line that names the file, the line and the keyword."""
         return InputError(f"{self.file.path}: line {keyword.line}: *{keyword.name}: {text}")
 
     def note(self, keyword: Keyword, text: str) -> None:
-        """What is reported of a keyword."""
+        """Report a text about a keyword."""
         self.notes.append(f"line {keyword.line}: *{keyword.name}: {text}")

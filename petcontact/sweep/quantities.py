@@ -32,7 +32,7 @@ PEAKS = {"peak_von_mises": "von Mises", "peak_first_principal": "first principal
 
 
 def contact_quantities(solution: Solution) -> dict[str, float]:
-    """Scalars of all contact parts and interfaces together, after the last step.
+    """Return scalars of all contact parts and interfaces together, after the last step.
 
     Returns
     -------
@@ -61,8 +61,11 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
 
 
 def resultants(solution: Solution) -> dict[str, float]:
-    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y, and with torsion
-    the moment about the axis; of several parts or interfaces with their names, force_x_bottom."""
+    """Return the force ∫ σ n on the body, of a pair on the secondary: force_x, force_y.
+
+    With torsion the moment about the axis is there, too. Of several interfaces the names follow, as
+    in force_x_bottom.
+    """
     found = {
         (key, name): value
         for name, pair in solution.pairs.items()
@@ -76,8 +79,10 @@ def resultants(solution: Solution) -> dict[str, float]:
 
 
 def wear(solution: Solution) -> dict[str, float]:
-    """worn_volume and worn_depth of both sides together, where anything wears; of several
-    interfaces that do with their names."""
+    """Return worn_volume and worn_depth of both sides together, if anything wears.
+
+    Of several interfaces that wear the names follow.
+    """
     worn = {name: pair for name, pair in solution.pairs.items() if pair.wear is not None}
     return {
         f"{key}_{name}" if len(worn) > 1 else key: float(value)
@@ -87,8 +92,10 @@ def wear(solution: Solution) -> dict[str, float]:
 
 
 def peaks(solution: Solution) -> dict[str, float]:
-    """The largest stresses in the bodies and on them [stress]: peak_von_mises,
-    peak_first_principal; nan where one is large only next to places where it has no bound."""
+    """Return the largest stresses peak_von_mises and peak_first_principal [stress].
+
+    A stress that is large only next to places where it has no bound is NaN.
+    """
     numbers = [number for number in solution.numbers if math.isfinite(number.value[0])]
     return {
         name: max(
@@ -100,18 +107,20 @@ def peaks(solution: Solution) -> dict[str, float]:
 
 
 def peak_von_mises(solution: Solution) -> float:
-    """That of `peaks`, which a sweep on fixed meshes may name among its quantities."""
+    """Return that of `peaks`; a sweep on fixed meshes may name it among its quantities."""
     return peaks(solution)["peak_von_mises"]
 
 
 def peak_first_principal(solution: Solution) -> float:
-    """That of `peaks`, likewise."""
+    """Return that of `peaks`; a sweep on fixed meshes may name it among its quantities."""
     return peaks(solution)["peak_first_principal"]
 
 
 def of_adaptive(solution: Solution) -> dict[str, float]:
-    """What a case on adaptive meshes has besides: there it costs little beside the solve.
-    estimated_error is that of `Accuracy`."""
+    """Return estimated_error, see `Accuracy`, and `peaks` of a case on adaptive meshes.
+
+    There they cost little in comparison with the solve.
+    """
     accuracy = solution.accuracy
     if accuracy.wanted is None:
         return {}
@@ -209,7 +218,7 @@ def users(
 
 
 def is_column(name: str) -> bool:
-    """Whether the table of any sweep has, or may have, such a column of its own."""
+    """Return whether the table of some sweep has a column of this name."""
     own = {*COLUMNS, *QUANTITIES, *PEAKS, "estimated_error"}
     return name in own or name.startswith(("force_", "moment", "von_mises_", "history_", "worn_"))
 
@@ -254,7 +263,7 @@ def _facts(solution: Solution) -> dict[str, Any]:
 def failed_row(
     id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str
 ) -> dict[str, Any]:
-    """The row of a case that has no solution."""
+    """Return the row of a case that has no solution."""
     published = published_count(case) if isinstance(case, Problem) else None
     return {
         "id": id_,

@@ -19,8 +19,10 @@ from .plane import line
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:
-    """Normal stress along the boundary, loop after loop, at the end of each step, and around the
-    axis of bodies of revolution; parts begin at the lines."""
+    """Draw the normal stress along the boundary, loop after loop, at the end of each step.
+
+    Bodies of revolution have the stress around the axis as well. Parts begin at the thin lines.
+    """
     bodies = [name for name in solution.meshes if name in filled_bodies(solution)]
     figure.set_figheight(1.2 + 2.6 * len(bodies))
     units = solution.problem.units

@@ -42,15 +42,14 @@ BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 
 
 def draw_deformed(figure: Any, solution: SolutionData) -> None:
-    """Initial and deformed outlines at the end, magnified, states of contact nodes, forces on the
-    secondaries."""
+    """Draw the outlines before and after, the states of contact nodes, and the forces on them."""
     axes = figure.add_subplot()
     deformed_on(axes, solution)
     fit_height(figure, axes, beside=0.8, above=1.6)
 
 
 def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
-    """The same on given axes, in a view that others share; else in the one that suits it."""
+    """Draw the same on given axes, in a view that other drawings share or in its own one."""
     shown = view or view_of(solution)
     draw_outlines(axes, solution, shown)
     draw_loads(axes, solution, shown)
@@ -66,16 +65,17 @@ def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> 
 
 
 def fit_height(figure: Any, axes: Any, beside: float, above: float) -> None:
-    """As high a figure as axes of equal scales need that fill its width, but for some room [inch]
-    for what stands beside them, and above and below; titles then have their place."""
+    """Make a figure as high as axes of equal scales need that fill its width.
+
+    `beside` and `above` are the room for what stands beside the axes, and above and below [inch].
+    """
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     high = (figure.get_figwidth() - beside) * (top - bottom) / (right - left)
     figure.set_figheight(min(max(high, 1.2), 5.4) + above)
 
 
 def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
-    """Initial and deformed outlines of the bodies, what holds them, obstacles, and the states of
-    their contact nodes."""
+    """Draw the outlines of the bodies, supports, obstacles, and the states of contact nodes."""
     factor = view.factor
     draw_obstacles(axes, solution, view)
     draw_supports(axes, solution, view)
@@ -95,7 +95,7 @@ def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
 
 
 def place(axes: Any, solution: SolutionData) -> None:
-    """Axes of the plane of the bodies: lengths alike in both directions, title and units."""
+    """Set equal scales, the title and the units of the axes."""
     unit = solution.problem.units.length
     if solution.problem.symmetry == "axial" and axes.get_xlim()[0] < 0.5 * size_of(solution):
         axes.axvline(0.0, color="0.4", lw=0.8, ls="-.", label="axis")
@@ -105,7 +105,7 @@ def place(axes: Any, solution: SolutionData) -> None:
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
-    """Curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
+    """Return the initial and the deformed curve (k, 2) of each loop; arcs are round."""
     everywhere = np.linspace(-1.0, 1.0, 7)
     number, initial, moved, deformed = [], [], [], []
     curved = mesh.curvature != 0.0
@@ -128,7 +128,7 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
 
 
 def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:
-    """Curves, one a loop, through points given by the number of their element."""
+    """Return a curve for each loop through points, which have the numbers of their elements."""
     number = np.concatenate(numbers)
     order = np.argsort(number, kind="stable")
     return np.split(
@@ -138,12 +138,12 @@ def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> li
 
 
 def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
-    """Whether each loop ends where it starts: superelements have a part of the boundary only."""
+    """Return whether each loop ends at its start; superelements have a part of it only."""
     return [bool(np.array_equal(mesh.end[loop[-1]], mesh.start[loop[0]])) for loop in loops]
 
 
 def line(number: int) -> dict[str, Any]:
-    """Colour and style of the curve of the end of a step."""
+    """Return the colour and the style of the curve of a step."""
     return {"color": f"C{number}", "ls": LINES[number % len(LINES)], "lw": 1.2}
 
 
@@ -172,8 +172,10 @@ def _draw_ends(
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
-    """Tangential displacement along each interface, between bodies the slip, at the end of each
-    step (figures 2 and 5)."""
+    """Draw the slip along each interface at the end of each step (figures 2 and 5).
+
+    On fixed ground the slip is the tangential displacement.
+    """
 
     def slip(pair: PairResult) -> Array:
         return np.where(pair.state[:, None] == OPEN, np.nan, pair.slip)
@@ -185,8 +187,10 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
-    """Tangential traction along each interface at the end of each step, with the bounds of the last
-    (figures 3 and 6)."""
+    """Draw the tangential traction along each interface at the end of each step (figures 3 and 6).
+
+    The bounds are those of the last step.
+    """
     unit = solution.problem.units.stress
     for axes, name, order in _panels(figure, solution, label("tangential traction", unit)):
         curves = _draw_ends(
@@ -204,8 +208,10 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
-    """Pressure along each interface at the end of each step; where it is negative at the last, a
-    foundation that does not pull would let go."""
+    """Draw the pressure along each interface at the end of each step.
+
+    Where it is negative at the last one, a foundation that does not pull would let go.
+    """
     unit = solution.problem.units.stress
     for axes, name, order in _panels(figure, solution, label("pressure", unit)):
         curves = _draw_ends(
@@ -224,7 +230,7 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_gap(figure: Any, solution: SolutionData) -> None:
-    """What is left of the gap along each interface at the end of each step."""
+    """Draw the gap that is left along each interface at the end of each step."""
     unit = solution.problem.units.length
     for axes, name, _ in _panels(figure, solution, label("gap", unit)):
         curves = _draw_ends(
@@ -241,8 +247,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
-    """Pressure along each interface that wears after some of the cycles, and the worn depth of both
-    sides, downwards."""
+    """Draw the pressure and, downwards, the worn depth of both sides after some of the cycles."""
     table, units = solution.wear, solution.problem.units
     assert table is not None
     shown = np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))
@@ -263,7 +268,7 @@ def _panels(
     what: str,
     names: list[str] | None = None,
 ) -> Iterator[tuple[Any, str, Index]]:
-    """Axes for each interface, its name, and its nodes in order along it.
+    """Yield axes for each interface, its name, and its nodes in order along it.
 
     The states at the end are shaded behind the curves. The label of the axis and the legend follow
     when the curves are drawn.
@@ -285,7 +290,7 @@ def _panels(
 
 
 def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
-    """Stick, slip and open stretches of the arc length behind the curves."""
+    """Shade the stretches of arc length that stick, slip and are open."""
     pair, mesh = solution.pairs[name], as_curve(solution.meshes[solution.sides[name][0]])
     order = np.argsort(pair.arc_length)
     s, state, element = (
@@ -305,7 +310,7 @@ def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
 
 
 def _window(axes: Any, pairs: list[PairResult]) -> None:
-    """The stretch that was closed, with a margin."""
+    """Show the stretch that was closed, with a margin."""
     closed = np.any([pair.state != OPEN for pair in pairs], axis=0)
     s = pairs[-1].arc_length
     if closed.any() and not closed.all():

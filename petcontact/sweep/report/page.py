@@ -34,8 +34,10 @@ def html(
     quantities: Sequence[str] = (ITERATIONS,),
     plots: Sequence[Plot] = (),
 ) -> str:
-    """One page with tables, plots, and the figures of one case a problem where its fields are kept
-    whole."""
+    """Return a page with tables, plots, and the figures of one case of each problem.
+
+    A case has figures if its fields are kept whole.
+    """
     import jinja2
 
     environment = jinja2.Environment(
@@ -61,7 +63,7 @@ def html(
 
 
 def representatives(table: CaseTable) -> list[int]:
-    """The last case a problem that has a solution, by its place."""
+    """Return the places of the last case of each problem that has a solution."""
     problems = table.values("problem") if "problem" in table.coordinates else [""] * len(table)
     solved = (
         k for k, status in enumerate(table.status) if status in ("converged", "not converged")

@@ -48,7 +48,7 @@ class Plot:
 
 
 def parse_plot(word: str) -> Plot:
-    """QUANTITY:COORDINATE[:LINES] of a command line.
+    """Return the plot that QUANTITY:COORDINATE[:LINES] of a command line means.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def parse_plot(word: str) -> Plot:
 
 
 def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
-    """Means of the cases that converged, on logarithmic axes where the values span decades.
+    """Draw means of the cases that converged; axes are logarithmic if the values span decades.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
 
 
 def write_plots(table: CaseTable, plots: Sequence[Plot], folder: str | Path) -> list[Path]:
-    """A PNG file a plot; their paths."""
+    """Write a PNG file for each plot and return the paths."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     paths = []
     for plot in plots:
