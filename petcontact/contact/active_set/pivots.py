@@ -154,11 +154,7 @@ def pivots(
         elif 0.0 < size < 1e-60 * largest:
             return "the tractions vanish"
         if np.isinf(farthest):
-            strain = v - base if modes is None else v - base - modes.motion @ alpha
-            # beyond this displacement a body slides away on the assumed pieces
-            farthest = (
-                1e9 * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
-            )
+            farthest = _farthest(v, base, modes, alpha)
         revised, rho = next_tau(
             linearised, law, sigma, v, solver.noise, SOLVED * max(begun, largest)
         )
@@ -183,6 +179,12 @@ def pivots(
             seen_sets.add(signature)
             tau = tau.copy()
             tau[wrong[-1]] = revised[wrong[-1]]
+
+
+def _farthest(v: Array, base: Array, modes: Modes | None, alpha: Array) -> float:
+    """Return the displacement beyond which a body slides away on the assumed pieces [length]."""
+    strain = v - base if modes is None else v - base - modes.motion @ alpha
+    return 1e9 * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
 
 
 def linear_solve(
