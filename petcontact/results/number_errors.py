@@ -114,7 +114,31 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
                 error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
         alone = number.alone - _of_increments(number)
         found.append(number.known_to(float(np.maximum(error, alone))))
-    return found
+    return _balanced(found)
+
+
+def _balanced(numbers: Sequence[Number]) -> list[Number]:
+    """Forces, and moments, at the end of a step balance one another: where one is off another one
+    is, though two meshes may agree on it by chance. It is off by as much, or by the same share of
+    all that acts."""
+    others = dict[tuple[str, int, int], list[Number]]()
+    for number in (each for each in numbers if each.is_resultant):
+        others.setdefault((number.unit, *number.key[2:]), []).append(number)
+    return [
+        number.known_to(
+            max(
+                (
+                    each.error * min(1.0, number.scale / each.scale)
+                    for each in others[number.unit, *number.key[2:]]
+                    if not np.isnan(each.error)
+                ),
+                default=number.error,
+            )
+        )
+        if number.is_resultant
+        else number
+        for number in numbers
+    ]
 
 
 def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:

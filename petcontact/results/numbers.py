@@ -21,7 +21,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED
 from .contact_zones import areas, hidden_slip
 from .evaluated import Evaluated
-from .peaks import QUANTITIES, stress_peaks
+from .peaks import FINEST, QUANTITIES, stress_peaks
 from .records import PairResult, StepResult
 from .unbounded import Unbounded, unbounded_places
 
@@ -85,6 +85,15 @@ class Number:
     def size(self) -> float:
         """The length of the vector."""
         return float(np.linalg.norm(self.value))
+
+    @property
+    def is_resultant(self) -> bool:
+        """Whether it is a force or a moment of something that acts."""
+        return (
+            self.unit in ("force", "moment")
+            and self.name != "dissipated energy"
+            and self.scale > 0.0
+        )
 
     def known_to(self, error: float) -> Number:
         """Return the number with an error; an error of round-off is 0."""
@@ -268,9 +277,8 @@ def _peak_numbers(
         for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface")):
             if peak is not None:
                 at = peak.step.step, peak.step.cycle, np.array([peak.value]), "stress"
-                yield Number(
-                    f"{name} stress {where}", peak.body, *at, place=peak.place, part=peak.part
-                )
+                more = {"alone": FINEST**2 * peak.value, "place": peak.place, "part": peak.part}
+                yield Number(f"{name} stress {where}", peak.body, *at, **more)
         for body, place in peaks.unbounded:
             end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
             yield Number(f"{name} stress at {place.sides}", body, *end, place.x, place.sides)

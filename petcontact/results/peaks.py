@@ -17,7 +17,9 @@ import numpy as np
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
 from ..frozen import frozen
+from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..round_off import SINGLE
 from .evaluated import Evaluated
 from .peak_places import places_inside
 from .records import StepResult, step_ends
@@ -165,19 +167,18 @@ class _Samples:
         self._fields, self.body, self._step = solution.body_fields(body, step), body, step
         self._places = places
         mesh = self._fields.mesh
-        self._element, boundary = solution.boundary_state(body, step)
+        element, boundary = solution.boundary_state(body, step)
         inside = places_inside(solution, body, step)
-        self._states = [boundary]
+        size = float(np.ptp(mesh.x, axis=0).max())
+        self._reach = hill_reach(mesh)
+        beyond, foot = located(mesh, self._around(boundary.x), within=sizes(mesh))
+        self._element = np.append(element, beyond[beyond >= 0])
+        self._states = [boundary, self._fields.on_boundary(beyond[beyond >= 0], foot[beyond >= 0])]
         if self._fields.known and len(inside):
             self._states.append(self._fields.at(inside, outside=np.nan))
         self._x = np.vstack([state.x for state in self._states])
-        size = float(np.ptp(mesh.x, axis=0).max())
-        self._reach = hill_reach(mesh)
         self._beside = self._near_unbounded(self._x)
-        # no element sees a peak of its own nearer to such a place than half its length
-        within, near = sizes(mesh)[self._element], [e for place in places for e in place.elements]
-        for place in places:
-            near += self._element[np.linalg.norm(boundary.x - place.x, axis=1) < within].tolist()
+        near = [element for place in places for element in place.elements]
         beside = self._beside[: len(self._element)]
         self._seeds = np.flatnonzero(np.isin(self._element, near) & beside)
         u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
@@ -249,6 +250,17 @@ class _Samples:
         else:
             state = self._fields.at(points[~self._too_near(points)], outside=np.nan)
         return state.x, np.nan_to_num(getattr(state, key), nan=-np.inf, posinf=-np.inf)
+
+    def _around(self, x: Array) -> Array:
+        """The ends of hills nearest to points (n, d) farther out, where stress may be largest."""
+        if not self._places:
+            return x[:0]
+        centres = np.array([place.x for place in self._places])
+        way = x - centres[nearest(centres, x)[1][:, 0]]
+        away = np.linalg.norm(way, axis=1)
+        out = (away > self._reach) & (away < 2.0 * self._reach)
+        back = (1.0 + SINGLE) * self._reach / away[out] - 1.0
+        return np.asarray(x[out] + back[:, None] * way[out])
 
     def _too_near(self, x: Array) -> Mask:
         """Which points (q, d) inside are nearer to an element than `SHALLOW` times its size."""
