@@ -50,7 +50,7 @@ class BoundaryData:
         [force/length, in space force]
     volume : (3, K, n, d) array, optional
         Of a particular solution for the volume loads of each state, displacement [length] and
-        traction [stress]; and of one for the forces alone the traction, whose resultant is theirs.
+        traction [stress]; and of one for the forces alone the traction, whose resultant is given.
     rigid : (K, n, d) array, optional
         Rigid motions that were taken out of the known displacements, to be added to whatever
         follows from them [length].
@@ -136,35 +136,35 @@ class BoundaryData:
         r)."""
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
-    def has_matrix_of(self, other: BoundaryData) -> bool:
+    def has_matrix_of(self, data: BoundaryData) -> bool:
         """Return whether other data know the same quantities in the same directions, so that A_0 is
         the same and only values differ."""
         names = ("frame", "traction_known", "contact_nodes", "contact_directions")
-        return self.states == other.states and all(
-            np.array_equal(getattr(self, n), getattr(other, n)) for n in names
+        return self.states == data.states and all(
+            np.array_equal(getattr(self, n), getattr(data, n)) for n in names
         )
 
-    def equals(self, other: BoundaryData) -> bool:
+    def equals(self, data: BoundaryData) -> bool:
         """Return whether other data have the same matrix and the same values."""
         pairs = [
-            (getattr(self, name), getattr(other, name))
+            (getattr(self, name), getattr(data, name))
             for name in ("value", "point", "force", "volume", "rigid")
         ]
-        return self.has_matrix_of(other) and all(
-            one is two or (one is not None and two is not None and np.array_equal(one, two))
-            for one, two in pairs
+        return self.has_matrix_of(data) and all(
+            own is given or (own is not None and given is not None and np.array_equal(own, given))
+            for own, given in pairs
         )
 
     def reordered(self, nodes: Index) -> BoundaryData:
         """Return the data with node nodes[i] as node i."""
-        place = np.argsort(nodes)[self.contact_nodes]
-        order = np.argsort(place)
+        position = np.argsort(nodes)[self.contact_nodes]
+        order = np.argsort(position)
         return replace(
             self,
             frame=self.frame[nodes],
             traction_known=self.traction_known[nodes],
             value=self.value[:, nodes],
-            contact_nodes=place[order],
+            contact_nodes=position[order],
             contact_directions=self.contact_directions[order],
             volume=None if self.volume is None else self.volume[:, :, nodes],
             rigid=None if self.rigid is None else self.rigid[:, nodes],
@@ -261,17 +261,17 @@ def _middle(mesh: BoundaryMesh) -> Array:
 
 def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:
     """Return the rigid motions (n, d, r) that change no known displacement [-]."""
-    every = unit_motions(mesh)
-    seen = data.components(every)[~data.traction_known]
+    motions = unit_motions(mesh)
+    seen = data.components(motions)[~data.traction_known]
     if len(seen) == 0:
-        return every
+        return motions
     values, vectors = np.linalg.eigh(seen.T @ seen / len(seen))
     free = vectors[:, values < 1e-12]
     if not free.shape[1]:
-        return every[..., :0]
+        return motions[..., :0]
     # translations along the axes stay what they are where they are free
     basis = free @ np.linalg.qr(free.T)[0]
-    return np.asarray(every @ np.where(np.abs(basis) < 1e-12, 0.0, basis))
+    return np.asarray(motions @ np.where(np.abs(basis) < 1e-12, 0.0, basis))
 
 
 def motion_name(motion: Array, mesh: BoundaryMesh) -> str:

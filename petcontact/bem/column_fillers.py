@@ -32,14 +32,16 @@ class PlainFiller:
     ) -> None:
         """As in `ColumnFiller`."""
         for first in range(0, len(rows), ROWS):
-            here = slice(first, first + ROWS)
-            g, h = self._kernels(rows[here], columns)
+            chunk = slice(first, first + ROWS)
+            g, h = self._kernels(rows[chunk], columns)
             if system is not None:
-                frame, known = (
+                frame, traction_known = (
                     self.data.frame[columns],
                     self.data.traction_known[columns][:, :, None],
                 )
-                system[:, :, here] = _times(h, frame * known) - _times(g, frame * ~known)
+                system[:, :, chunk] = _times(h, frame * traction_known) - _times(
+                    g, frame * ~traction_known
+                )
             if right_hand_sides is not None:
                 starts = self.data.rhs_first
                 owner = np.repeat(np.arange(len(columns)), np.diff(starts)[columns])
@@ -48,7 +50,7 @@ class PlainFiller:
                 pushed = self.data.rhs_traction[number, None]
                 moved = self.data.rhs_displacement[number, None]
                 sides = _times(g[:, :, owner], pushed) - _times(h[:, :, owner], moved)
-                right_hand_sides[:, here] = sides[:, 0]
+                right_hand_sides[:, chunk] = sides[:, 0]
 
     def _kernels(self, rows: Index, columns: Index) -> tuple[Array, Array]:
         """Return G and ½ + H of some nodes, (d, d, k, m) each."""
@@ -56,19 +58,19 @@ class PlainFiller:
         shape = self.kernel.dim, self.kernel.dim, len(columns), len(rows)
         targets, g, h = mesh.targets(rows), np.empty(shape), np.empty(shape)
         for number in np.unique(mesh.kind[element]):
-            places = np.flatnonzero(mesh.kind[element] == number)
-            elements, own = np.unique(element[places], return_inverse=True)
+            of_kind = np.flatnonzero(mesh.kind[element] == number)
+            elements, own = np.unique(element[of_kind], return_inverse=True)
             per_element = mesh.first_node[elements[0] + 1] - mesh.first_node[elements[0]]
-            column = own * per_element + columns[places] - mesh.first_node[element[places]]
+            column = own * per_element + columns[of_kind] - mesh.first_node[element[of_kind]]
             for whole, part in zip(
                 (g, h), self.kernel.integrals(targets, mesh.elements(elements)), strict=True
             ):
-                whole[:, :, places] = part[:, :, column]
+                whole[:, :, of_kind] = part[:, :, column]
         free = 0.5 * (columns[:, None] == rows)
         np.einsum("iikm->ikm", h)[:] += free  # the free term
         return g, h
 
-    def of(self, data: ColumnData) -> PlainFiller:
+    def with_data(self, data: ColumnData) -> PlainFiller:
         """As in `ColumnFiller`."""
         return replace(self, data=data)
 
@@ -76,11 +78,11 @@ class PlainFiller:
 def _times(kernel: Array, vectors: Array) -> Array:
     """Multiply a kernel (d, d, k, m) by some vectors (k, c, d) a column. The result is (k, c, m,
     d)."""
-    found = [
+    products = [
         sum(part[j] * vectors[:, :, j, None] for j in range(len(part)))
         for part in kernel[:, :, :, None]
     ]
-    return np.stack(found, axis=-1)
+    return np.stack(products, axis=-1)
 
 
 class CompiledFiller:
@@ -111,7 +113,7 @@ class CompiledFiller:
         )
         self.compiled: tuple[int, int] | None = address, self._record.address
 
-    def of(self, data: ColumnData) -> CompiledFiller:
+    def with_data(self, data: ColumnData) -> CompiledFiller:
         """As in `ColumnFiller`."""
         return CompiledFiller(self._name, self._members, data, self._kept)
 

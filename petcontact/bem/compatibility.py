@@ -34,7 +34,9 @@ def check_compatible(boundary: Boundary, problem: Problem) -> None:
 
 @check_compatible.register
 def _(outline: Outline, problem: Problem) -> None:
-    conditions = {each.part: (number, each) for number, each in enumerate(problem.boundary)}
+    conditions = {
+        condition.part: (number, condition) for number, condition in enumerate(problem.boundary)
+    }
     for k, following in enumerate(outline.neighbours[1].tolist()):
         if following != k:
             _check_end(conditions, outline, (k, 1.0), (following, -1.0))
@@ -49,19 +51,19 @@ def _check_end(
 ) -> None:
     """Refuse an end of a side, by its number and its ξ, that moves along the normal of the side
     which it meets."""
-    side, other = outline.sides[end[0]], outline.sides[meeting[0]]
+    side, met = outline.sides[end[0]], outline.sides[meeting[0]]
     number, moved = conditions.get(side.part, (0, None))
-    contact = conditions.get(other.part, (0, None))[1]
+    contact = conditions.get(met.part, (0, None))[1]
     if not (isinstance(moved, Displacement) and isinstance(contact, Contact) and contact.plain):
         return
-    normal = lifted(_at(other, meeting[1])[1], len(moved.value))
+    normal = lifted(_at(met, meeting[1])[1], len(moved.value))
     u = _displacement(moved, side, outline.offsets[end[0]], end[1], normal)
     least = 1e-12 * outline.diameter
     if u is not None and abs(u @ normal) > SINGLE * np.linalg.norm(u) + least:
         raise InputError(
             f"boundary[{number}] ({side.part}).value: has u·n = {u @ normal:g} at "
             f"{shown(_at(side, end[1])[0])}, "
-            f"where it meets the contact part {other.part!r}, whose u_n is 0"
+            f"where it meets the contact part {met.part!r}, whose u_n is 0"
         )
 
 
@@ -99,27 +101,27 @@ def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
     """Refuse displacements that move the axis along r."""
     for conditions in problem.conditions(number):
         for k, end in outline.axis_ends:
-            side, at = outline.sides[k], 2.0 * end - 1.0
+            side, xi = outline.sides[k], 2.0 * end - 1.0
             moved = conditions.get(side.part)
             if not isinstance(moved, Displacement):
                 continue
-            u = _displacement(moved, side, outline.offsets[k], at, np.zeros(3))
+            u = _displacement(moved, side, outline.offsets[k], xi, np.zeros(3))
             for c, name in zip(range(0, len(moved.value), 2), ("u_r", "u_θ"), strict=False):
                 if u is not None and abs(u[c]) > 1e-12 * outline.diameter:
                     raise InputError(
                         f"{side.part}.value[{c}]: is {u[c]:g} at "
-                        f"{shown(_at(side, at)[0])}, on the axis, where {name} is 0"
+                        f"{shown(_at(side, xi)[0])}, on the axis, where {name} is 0"
                     )
 
 
 def _check_periodic(condition: Periodic, outline: Meridian) -> None:
     """Refuse parts that are not the same rings at another height."""
-    own, other = (
+    own, partner = (
         [side.start[0] for side in outline.sides if side.part == part]
         + [side.end[0] for side in outline.sides if side.part == part]
         for part in (condition.part, condition.partner)
     )
-    if not np.allclose(sorted(own), sorted(other), rtol=0.0, atol=SINGLE * outline.diameter):
+    if not np.allclose(sorted(own), sorted(partner), rtol=0.0, atol=SINGLE * outline.diameter):
         raise InputError(
             f"{condition.part}.partner: {condition.partner!r} lies at other radii; periodic "
             f"parts of a body of revolution are one the other moved along the axis"

@@ -41,9 +41,9 @@ def fill_dense(
             columns = np.intersect1d(columns, rhs.node[~of_contact])
         if not len(columns):
             continue
-        mine, _ = rhs.of(columns)
-        beside = np.empty((len(mine), len(rows), d))
-        chosen = of_contact[mine]
+        own, _ = rhs.columns_of(columns)
+        beside = np.empty((len(own), len(rows), d))
+        chosen = of_contact[own]
         if system is None or contact is None:
             operators.fill_columns(rows, columns, None, beside)
         else:
@@ -52,11 +52,11 @@ def fill_dense(
             operators.fill_columns(rows, columns, block, beside)
             if block is not target:
                 target[:] = block
-            place, taken = (
-                int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0,
+            begin, taken = (
+                int(np.count_nonzero(of_contact[: own[0]])) if len(own) else 0,
                 np.flatnonzero(chosen),
             )
             # "clip": what may raise is written to a buffer first
-            np.take(beside, taken, axis=0, out=contact[place : place + len(taken)], mode="clip")
+            np.take(beside, taken, axis=0, out=contact[begin : begin + len(taken)], mode="clip")
         if not chosen.all():
-            loads += (amplitudes[mine].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)
+            loads += (amplitudes[own].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)

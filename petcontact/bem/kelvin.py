@@ -57,9 +57,9 @@ class KelvinSolution(abc.ABC):
     def potential(self, distance: Array) -> Array:
         """Return φ(r), -ln(r/ℓ) in the plane and 1/r in space."""
 
-    def measure(self, at: Array) -> Array:
+    def measure(self, points: Array) -> Array:
         """As in `Kernel`: 1."""
-        return np.ones(len(at))
+        return np.ones(len(points))
 
     def corner_columns(
         self, mesh: Any, rows: Index, nodes: Index
@@ -67,22 +67,22 @@ class KelvinSolution(abc.ABC):
         """As in `Kernel`: there are none."""
         return ()
 
-    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+    def point_displacement(self, x: Array, points: Array, force: Array) -> Array:
         """As in `Kernel`, in the plane by forces per length: ((3-4ν) φ F + r
         (r·F)/r^d)/(8π(d-1)µ(1-ν))."""
         result, nu, d = np.zeros((len(x), self.dim)), self.poisson_ratio, self.dim
-        for place, load in zip(at, force, strict=True):
-            r, distance = _from(x, place)
+        for source, load in zip(points, force, strict=True):
+            r, distance = _from(x, source)
             result += (3.0 - 4.0 * nu) * self.potential(distance)[:, None] * load + (
                 r @ load / distance**d
             )[:, None] * r
         return result / (8.0 * np.pi * (d - 1) * self.material.shear_modulus * (1.0 - nu))
 
-    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+    def point_stress(self, x: Array, points: Array, force: Array) -> Array:
         """As in `Kernel`."""
         result, nu, d = np.zeros((len(x), len(COMPONENTS[self.dim]))), self.poisson_ratio, self.dim
-        for place, load in zip(at, force, strict=True):
-            r, distance = _from(x, place)
+        for source, load in zip(points, force, strict=True):
+            r, distance = _from(x, source)
             along = r @ load
             for c, (i, j) in enumerate(COMPONENTS[d]):
                 result[:, c] -= (
@@ -105,9 +105,9 @@ def weighted(
     )
 
 
-def _from(x: Array, place: Array) -> tuple[Array, Array]:
+def _from(x: Array, source: Array) -> tuple[Array, Array]:
     """Return the vector r and its length. The length is never zero: at the force itself the vector
     0 cancels the infinite factors."""
-    r = x - place
+    r = x - source
     distance = np.linalg.norm(r, axis=1)
     return r, np.maximum(distance, 1e-12 * distance.max(initial=1e-150))

@@ -58,7 +58,7 @@ class ColumnFiller(Protocol):
         """Return the addresses of a C function that does the same and of its context, or None."""
         ...
 
-    def of(self, data: ColumnData) -> ColumnFiller:
+    def with_data(self, data: ColumnData) -> ColumnFiller:
         """Return the filler of the same mesh for other right-hand sides."""
         ...
 
@@ -112,7 +112,7 @@ class Kernel(Protocol):
         """
         ...
 
-    def measure(self, at: Array) -> Array:
+    def measure(self, points: Array) -> Array:
         """Lengths (f,) by which forces per length at points (f, d) become those of
         `point_displacement`: 1, of rings 2πr."""
         ...
@@ -151,11 +151,11 @@ class Kernel(Protocol):
         """
         ...
 
-    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+    def point_displacement(self, x: Array, points: Array, force: Array) -> Array:
         """u (n, d) [length] at points x (n, d) for forces (f, d) at points (f, d) of infinite
         space."""
         ...
 
-    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+    def point_stress(self, x: Array, points: Array, force: Array) -> Array:
         """Stress (n, d(d+1)/2) of the same forces, components as in `field` [stress]."""
         ...

@@ -90,11 +90,11 @@ class BoundaryOperators:
             return
         corners = np.intersect1d(self.mesh.corner_nodes, columns)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
-            place = np.flatnonzero(columns == node)
-            for c, (known, frame) in enumerate(
+            column = np.flatnonzero(columns == node)
+            for c, (is_free, frame) in enumerate(
                 zip(self.data.traction_known[node], self.data.frame[node], strict=True)
             ):
-                system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T
+                system[column, c] += np.tensordot(gain_h if is_free else -gain_g, frame, (1, 0)).T
 
     @property
     def compiled(self) -> tuple[int, int] | None:
@@ -156,23 +156,23 @@ class BoundaryOperators:
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
         """½u + Hu - Gt of (4.10) at some nodes in increasing order, (len(rows), d) [length], from
         exact entries: zero for the discrete solution."""
-        d, scaled, every = self.kernel.dim, traction / self.traction_scale, np.arange(len(u) + 1)
-        filler = self._filler.of(
-            replace(self._column_data, rhs_first=every, rhs_traction=scaled, rhs_displacement=u)
+        d, scaled, numbers = self.kernel.dim, traction / self.traction_scale, np.arange(len(u) + 1)
+        filler = self._filler.with_data(
+            replace(self._column_data, rhs_first=numbers, rhs_traction=scaled, rhs_displacement=u)
         )
         result = np.zeros((len(rows), d))
         for first in range(0, len(u), RESIDUAL_NODES):
-            columns = every[first : min(first + RESIDUAL_NODES, len(u))]
-            each = np.empty((len(columns), len(rows), d))
-            filler.fill(rows, columns, None, each)
-            result -= each.sum(axis=0)
+            columns = numbers[first : min(first + RESIDUAL_NODES, len(u))]
+            products = np.empty((len(columns), len(rows), d))
+            filler.fill(rows, columns, None, products)
+            result -= products.sum(axis=0)
         for node, gain_g, gain_h in self.kernel.corner_columns(
             self.mesh, rows, self.mesh.corner_nodes
         ):
-            known, frame = self.data.traction_known[node], self.data.frame[node]
+            is_free, frame = self.data.traction_known[node], self.data.frame[node]
             for vectors, gain, chosen in (
-                (u[node], gain_h, known),
-                (-scaled[node], gain_g, ~known),
+                (u[node], gain_h, is_free),
+                (-scaled[node], gain_g, ~is_free),
             ):
                 result += np.tensordot(
                     gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)

@@ -51,15 +51,15 @@ class RightHandSides:
         """Return the number of the first column of each node, (n,)."""
         return np.cumsum(self.count) - self.count
 
-    def near(self, other: RightHandSides) -> bool:
+    def near(self, columns: RightHandSides) -> bool:
         """Return whether the columns are equal except for round-off."""
-        pairs = ((self.traction, other.traction), (self.displacement, other.displacement))
-        return np.array_equal(self.node, other.node) and all(
-            bool(np.all(np.abs(one - two) <= ROUNDED * np.abs(two).max(initial=0.0)))
-            for one, two in pairs
+        pairs = ((self.traction, columns.traction), (self.displacement, columns.displacement))
+        return np.array_equal(self.node, columns.node) and all(
+            bool(np.all(np.abs(values - others) <= ROUNDED * np.abs(others).max(initial=0.0)))
+            for values, others in pairs
         )
 
-    def of(self, nodes: Index) -> tuple[Index, Index]:
+    def columns_of(self, nodes: Index) -> tuple[Index, Index]:
         """Return the columns of some nodes and the node of each column."""
         count = self.count[nodes]
         owner = np.repeat(np.arange(len(nodes)), count)
@@ -110,11 +110,16 @@ def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
     """Return one column for each known component of a node, and one for each node and independent
     load of the volume."""
     loaded, component = np.nonzero(np.any(data.value != 0.0, axis=0))
-    unit, known = data.frame[loaded, component], data.traction_known[loaded, component, None]
+    unit, traction_known = (
+        data.frame[loaded, component],
+        data.traction_known[loaded, component, None],
+    )
     values = np.where(data.traction_known, data.value / traction_scale, data.value)[
         :, loaded, component
     ]
-    found = [(loaded, np.where(known, unit, 0.0), np.where(known, 0.0, unit), values.T)]
+    columns = [
+        (loaded, np.where(traction_known, unit, 0.0), np.where(traction_known, 0.0, unit), values.T)
+    ]
     if data.volume is not None:
         u, traction = data.volume[0], data.volume[1] / traction_scale
         ways, sizes, shapes = np.linalg.svd(
@@ -125,7 +130,7 @@ def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
         ):
             if size > ROUNDED * sizes[0]:
                 d = data.frame.shape[1]
-                found.append(
+                columns.append(
                     (
                         np.arange(len(shape)),
                         shape[:, d:],
@@ -133,4 +138,4 @@ def _of_components(data: BoundaryData, traction_scale: float) -> list[Columns]:
                         np.tile(size * way, (len(shape), 1)),
                     )
                 )
-    return found
+    return columns

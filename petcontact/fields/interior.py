@@ -179,7 +179,7 @@ def fields_at(
             for first in range(0, len(far), SERIES):
                 rows = far[first : first + SERIES]
                 for s, one in enumerate(series):
-                    moves, stresses, turns = one.at(points[rows])
+                    moves, stresses, turns = one.fields_at(points[rows])
                     displacement[rows, :, s] += moves
                     stress[rows, :, s] += stresses
                 wound[rows] += turns

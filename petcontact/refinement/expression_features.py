@@ -136,8 +136,8 @@ def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tup
     """Return the start of the two parts of each interval between which the slope changes most, and
     the change."""
     step = width / PARTS
-    at = low + step * np.arange(PARTS + 1)[:, None]
-    slope = np.diff(values(at.ravel()).reshape(at.shape), axis=0) / step
+    points = low + step * np.arange(PARTS + 1)[:, None]
+    slope = np.diff(values(points.ravel()).reshape(points.shape), axis=0) / step
     turn = np.abs(np.diff(slope, axis=0))
     return low + turn.argmax(axis=0) * step, turn.max(axis=0)
 
@@ -155,10 +155,10 @@ def _powers(width: Array, change: Array) -> Array:
 
     Rows after the last round of a candidate repeat it.
     """
-    last, each = (width > width[-1]).sum(axis=0), np.arange(width.shape[1])
+    last, columns = (width > width[-1]).sum(axis=0), np.arange(width.shape[1])
     first = np.maximum(0, last - 3)
-    narrower = np.log(width[first, each] / width[last, each])
-    falls = np.log(change[first, each] / change[last, each])
+    narrower = np.log(width[first, columns] / width[last, columns])
+    falls = np.log(change[first, columns] / change[last, columns])
     return np.asarray(
         np.where(narrower > 0.0, falls / np.where(narrower > 0.0, narrower, 1.0), 1.0)
     )
@@ -221,8 +221,8 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(value, (int, float)) and value >= 0 and value % 1 == 0
 
 
-def _values(node: ast.expr, variables: Variables, at: Array) -> Array:
-    return plain_value(node, variables(at), len(at))
+def _values(node: ast.expr, variables: Variables, fractions: Array) -> Array:
+    return plain_value(node, variables(fractions), len(fractions))
 
 
 def uniform() -> Array:
@@ -241,7 +241,7 @@ def _around(centres: Array, samples: Array) -> Array:
     return np.asarray(np.unique(np.concatenate([samples, more[(more >= 0.0) & (more <= 1.0)]])))
 
 
-def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Array:
+def _zeros(node: ast.expr, variables: Variables, fractions: Array, values: Array) -> Array:
     """Return where a sub-expression vanishes.
 
     These are samples at which it is 0 (ends of runs of them), and bisected changes of sign.
@@ -250,20 +250,20 @@ def _zeros(node: ast.expr, variables: Variables, at: Array, values: Array) -> Ar
     edges = zero & ~(np.append(zero[1:], False) & np.insert(zero[:-1], 0, False))
     sign = np.sign(values)
     cut = np.flatnonzero(sign[1:] * sign[:-1] < 0.0)
-    low, high, below = at[cut], at[cut + 1], sign[cut]
+    low, high, below = fractions[cut], fractions[cut + 1], sign[cut]
     if len(cut) > SAMPLES // 8:
-        return at[edges]  # rough everywhere: the samples show that
+        return fractions[edges]  # rough everywhere: the samples show that
     for _ in range(60 if len(cut) else 0):
         middle = 0.5 * (low + high)
         same = np.sign(_values(node, variables, middle)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return np.concatenate([at[edges], high])
+    return np.concatenate([fractions[edges], high])
 
 
-def _turns(at: Array, values: Array) -> Array:
+def _turns(fractions: Array, values: Array) -> Array:
     """Return the samples at which a sub-expression has an extremum above its round-off."""
     least = ROUNDED * np.minimum(np.abs(values[1:]), np.abs(values[:-1]))
     with np.errstate(invalid="ignore"):  # differences of infinite values
         rise = (values[1:] > values[:-1] + least) * 1 - (values[1:] < values[:-1] - least)
     moves = np.flatnonzero(rise)
-    return np.asarray(at[moves[1:]][rise[moves[1:]] * rise[moves[:-1]] < 0.0])
+    return np.asarray(fractions[moves[1:]][rise[moves[1:]] * rise[moves[:-1]] < 0.0])

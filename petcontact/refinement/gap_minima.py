@@ -22,12 +22,12 @@ def gap_minima(field: Field) -> Array:
     field : Field
         The gap along the side. Its samples resolve every minimum of the expression.
     """
-    at, gap = field.samples, field.sampled[:, 0]
+    fractions, gap = field.samples, field.sampled[:, 0]
     # the ends of an interval of equal values are minima, too
     before, after = np.sign(gap[1:-1] - gap[:-2]), np.sign(gap[1:-1] - gap[2:])
     minima = np.flatnonzero((before <= 0.0) & (after <= 0.0) & (before + after < 0.0))
     minima = 1 + minima[np.argsort(gap[1 + minima], kind="stable")][:MOST]
-    low, high = at[minima - 1], at[minima + 1]
+    low, high = fractions[minima - 1], fractions[minima + 1]
     share = np.arange(1, PARTS)[:, None] / PARTS
     for _ in range(ROUNDS if len(minima) else 0):
         width = high - low

@@ -116,22 +116,27 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     """
     result: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
-    every = []
+    data = []
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
-        at = functools.partial(variables, side, offset)
-        for kind, given, values in _conditions(problem, side, at):
+        variables_at = functools.partial(variables, side, offset)
+        for kind, given, values in _conditions(problem, side, variables_at):
             varies = any(callable(v) or isinstance(v, str) for v in given) or (
                 side.curvature and kind == "traction"
             )
-            every.append((k, side, at, kind, given, values, varies))
-    if not any(varies for *_, varies in every):
+            data.append((k, side, variables_at, kind, given, values, varies))
+    if not any(varies for *_, varies in data):
         return result
-    for k, side, at, kind, given, values, varies in every:
+    for k, side, variables_at, kind, given, values, varies in data:
         size = float(np.linalg.norm(values(np.array([0.5]))))
         if varies:
             power = math.inf if side.curvature else max(map(degree, given))
             field = Field(
-                kind, values, *_shown(given, side, at, values, power), 1.0, side.length, power
+                kind,
+                values,
+                *_shown(given, side, variables_at, values, power),
+                1.0,
+                side.length,
+                power,
             )
             result[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
@@ -145,7 +150,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
 def _shown(
     given: list[Value],
     side: Side,
-    at: Callable[[Array], dict[str, Array]],
+    variables_at: Callable[[Array], dict[str, Array]],
     values: Callable[[Array], Array],
     power: float,
 ) -> tuple[Array, Array, Array]:
@@ -155,31 +160,31 @@ def _shown(
     samples.
     """
     texts = [value for value in given if isinstance(value, str) and power > 2.0]
-    samples = [samples_of(text, at) for text in texts] or [
+    samples = [samples_of(text, variables_at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]
-    every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
-    sampled, switches = values(every), [np.empty((2, 0))]
+    fractions = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
+    sampled, switches = values(fractions), [np.empty((2, 0))]
     far = float(np.abs([side.start, side.end]).max()) / side.length
-    if len(every) > ARC_SAMPLES:
+    if len(fractions) > ARC_SAMPLES:
         for c, column in enumerate(sampled.T):
-            one = functools.partial(_component, values, c)
-            switches.append(np.stack(kinks(one, every, column, far)))
-    return np.concatenate(switches, axis=1), every, sampled
+            component = functools.partial(_component, values, c)
+            switches.append(np.stack(kinks(component, fractions, column, far)))
+    return np.concatenate(switches, axis=1), fractions, sampled
 
 
-def _component(values: Callable[[Array], Array], number: int, at: Array) -> Array:
-    return np.asarray(values(at)[:, number])
+def _component(values: Callable[[Array], Array], number: int, fractions: Array) -> Array:
+    return np.asarray(values(fractions)[:, number])
 
 
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
     """Return the fractions inside a side at which a gap has a kink, and at which it jumps."""
     if not (callable(gap) or isinstance(gap, str)) or gap == "geometry":
         return np.empty(0), np.empty(0)
-    at = functools.partial(variables, side, offset)
-    values = functools.partial(_values, [gap], "gap", at, False)
+    variables_at = functools.partial(variables, side, offset)
+    values = functools.partial(_values, [gap], "gap", variables_at, False)
     power = math.inf if side.curvature else degree(gap)
-    (fraction, power), *_ = _shown([gap], side, at, values, power)
+    (fraction, power), *_ = _shown([gap], side, variables_at, values, power)
     return fraction[power >= JUMP], fraction[power < JUMP]
 
 
@@ -195,52 +200,54 @@ def gap_edges(boundary: Any, part: str, gap: Value) -> Array:
 
 @gap_edges.register
 def _(boundary: Outline, part: str, gap: Value) -> Array:
-    found = [np.empty((0, 2))]
+    points = [np.empty((0, 2))]
     for number, (side, s) in enumerate(zip(boundary.sides, boundary.offsets, strict=True)):
         if side.part == part and gap != "geometry":
             bent, jumps = gap_switches(gap, side, s)
-            slopes = [gap_slope(gap, side, s, at, way) for at in bent for way in (-1.0, 1.0)]
+            slopes = [
+                gap_slope(gap, side, s, fraction, way) for fraction in bent for way in (-1.0, 1.0)
+            ]
             pressing = np.sum(np.reshape(slopes, (-1, 2)), axis=1) > SINGLE
             apex = [
                 float(end)
                 for k, end in boundary.axis_ends
                 if k == number and gap_slope(gap, side, s, end, 1.0 - 2.0 * end) > SINGLE
             ]
-            found.append(side.point(np.concatenate([jumps, bent[pressing], apex])))
-    return np.vstack(found)
+            points.append(side.point(np.concatenate([jumps, bent[pressing], apex])))
+    return np.vstack(points)
 
 
-def gap_slope(gap: Value, side: Side, offset: float, at: float, way: float) -> float:
+def gap_slope(gap: Value, side: Side, offset: float, fraction: float, way: float) -> float:
     """Return the slope of a gap from a fraction of a side on, forwards (1) or backwards (-1), over
     the largest gap per length.
 
     It is that of a parabola through three points, which is exact to fourth order for an even gap.
     """
-    here = functools.partial(variables, side, offset)
+    variables_at = functools.partial(variables, side, offset)
     # with this distance, errors by round-off and by the fourth-order term are 1e-9
     step = 1e-3
-    fractions = np.concatenate([at + way * step * np.arange(3), np.linspace(0.0, 1.0, 17)])
-    values = _values([gap], "gap", here, False, fractions)[:, 0]
+    fractions = np.concatenate([fraction + way * step * np.arange(3), np.linspace(0.0, 1.0, 17)])
+    values = _values([gap], "gap", variables_at, False, fractions)[:, 0]
     slope = (-3.0 * values[0] + 4.0 * values[1] - values[2]) / (2.0 * step)
     return float(slope / (np.abs(values).max() or 1.0))
 
 
-def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
+def variables(side: Side, offset: float, fractions: Array) -> dict[str, Array]:
     """Return the variables of expressions at fractions (n,) of a side."""
-    (x, y), (nx, ny) = side.point(at).T, _normals(side, at).T
-    return {"x": x, "y": y, "nx": nx, "ny": ny, "s": offset + side.length * at}
+    (x, y), (nx, ny) = side.point(fractions).T, _normals(side, fractions).T
+    return {"x": x, "y": y, "nx": nx, "ny": ny, "s": offset + side.length * fractions}
 
 
-def _normals(side: Side, at: Array) -> Array:
+def _normals(side: Side, fractions: Array) -> Array:
     straight = side.curvature == 0.0
     normal = on_arcs(
-        side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * at - 1.0
+        side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * fractions - 1.0
     )[1]
-    return np.broadcast_to(normal, (len(at), 2)) if straight else normal
+    return np.broadcast_to(normal, (len(fractions), 2)) if straight else normal
 
 
 def _conditions(
-    problem: Problem, side: Side, at: Callable[[Array], dict[str, Array]]
+    problem: Problem, side: Side, variables_at: Callable[[Array], dict[str, Array]]
 ) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
     """Yield kind, components and values of the given data on a side.
 
@@ -252,14 +259,18 @@ def _conditions(
         key = f"boundary[{number}] ({condition.part})"
         for kind, given, normal in given_data(condition):
             if not any(isinstance(value, tuple) for value in given):
-                yield kind, given, functools.partial(_values, given, key, at, normal and side)
+                yield (
+                    kind,
+                    given,
+                    functools.partial(_values, given, key, variables_at, normal and side),
+                )
     # the tractions of a particular solution are about as rough as its load
     for key, given in _in_volume(problem.loads):
         yield (
             key,
             given,
             functools.partial(
-                _values, given, key, lambda s: {name: at(s)[name] for name in "xy"}, False
+                _values, given, key, lambda s: {name: variables_at(s)[name] for name in "xy"}, False
             ),
         )
 
@@ -267,14 +278,14 @@ def _conditions(
 def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
     """Yield keys and components of loads that vary in the volume."""
     if loads is not None:
-        every = [
+        loads_by_key = [
             ("temperature", (loads.temperature,)),
             ("force", loads.force or ()),
             ("acceleration", loads.acceleration or ()),
         ]
         yield from (
             (f"loads.{key}", list(given))
-            for key, given in every
+            for key, given in loads_by_key
             if any(isinstance(v, str) for v in given)
         )
 
@@ -306,7 +317,7 @@ def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
 def _values(
     given: list[Value],
     key: str,
-    at: Callable[[Array], dict[str, Array]],
+    variables_at: Callable[[Array], dict[str, Array]],
     along_normal: Side | Literal[False],
     fractions: Array,
 ) -> Array:
@@ -314,7 +325,7 @@ def _values(
 
     They are multiplied by the side's normal if `along_normal` is given.
     """
-    names = at(fractions)
+    names = variables_at(fractions)
     columns = [evaluate(value, names, len(fractions), key, otherwise=0.0) for value in given]
     values = np.column_stack(columns or [np.zeros(len(fractions))])
     return (

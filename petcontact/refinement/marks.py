@@ -236,9 +236,9 @@ class Body:
 
         marks = marks_for(self, level.grading, level.resolved, shown)
         closing = {
-            k: [(s, TOUCH * self.outline.sides[k].length) for s in places]
-            for k, places in enumerate(self.touching)
-            if len(places)
+            k: [(s, TOUCH * self.outline.sides[k].length) for s in arcs]
+            for k, arcs in enumerate(self.touching)
+            if len(arcs)
         }
         for side, inner in {**closing, **(edges or {})}.items():
             marks[side] = _with_points(marks[side], inner, level.grading)
@@ -297,19 +297,23 @@ def marks_for(
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
         ends = body.end_sizes(k, resolved)
-        every = [(0.0, ends[0]), *_marks_inside(body, k, resolved, line), (side.length, ends[1])]
-        every.sort(key=operator.itemgetter(0))
+        candidates = [
+            (0.0, ends[0]),
+            *_marks_inside(body, k, resolved, line),
+            (side.length, ends[1]),
+        ]
+        candidates.sort(key=operator.itemgetter(0))
         kept = [
             mark
-            for mark, after in itertools.pairwise([*every, (math.inf, 0.0)])
+            for mark, after in itertools.pairwise([*candidates, (math.inf, 0.0)])
             if after[0] - mark[0] > body.closest
         ]
         points, sizes = (np.array(values) for values in zip(*kept, strict=True))
         points[0] = 0.0
-        for place, singular in zip((0, -1), body.singular[k], strict=True):
-            given = line is None and (0.0, side.length)[place] in body.given[k]
-            sizes[place] = (
-                min(sizes[place], _at_end(body, k, line, place)) if singular or given else np.inf
+        for end, singular in zip((0, -1), body.singular[k], strict=True):
+            given = line is None and (0.0, side.length)[end] in body.given[k]
+            sizes[end] = (
+                min(sizes[end], _at_end(body, k, line, end)) if singular or given else np.inf
             )
         powers = body.powers[k] if body.powers else (0.0, 0.0)
         marks.append(balanced(Marks(points, sizes, powers), grading, share))
@@ -342,10 +346,10 @@ def _marks_inside(
     yield from ((s, at_transition) for s in kinks.tolist())
 
 
-def _at_end(body: Body, number: int, line: ContactLine | None, place: int) -> float:
+def _at_end(body: Body, number: int, line: ContactLine | None, end: int) -> float:
     """Return the largest accepted size of elements at a singular end of a side [length]."""
     if line is not None:
-        return 0.3 * slip_at_end(line, place == -1)
+        return 0.3 * slip_at_end(line, end == -1)
     # the elements resolve the growth of the traction towards the end
     return 0.015 * body.scale if body.contact[number] else np.inf
 

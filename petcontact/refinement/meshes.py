@@ -143,14 +143,14 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
 
     They are linear unless the file gives another order.
     """
-    at, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
+    points, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
     if surface.dim == 3:
         corners, middles = (
             np.where(numbers[..., None] >= 0, surface.points[numbers], np.nan)
             for numbers in (surface.elements, surface.middles)
         )
         return SurfaceMesh(corners, surface.order, surface.part, surface.parts, middles)
-    start, end = at[:, 0], at[:, 1]
+    start, end = points[:, 0], points[:, 1]
     length, along = np.linalg.norm(end - start, axis=1), np.zeros(count)
     for part in range(len(surface.parts)):
         on_part = surface.part == part

@@ -91,8 +91,8 @@ def torsion_exponent(
     held = [
         {not _is_free(condition)[2]}
         if isinstance(condition, Displacement)
-        else {kind == CLAMPED for kind in each}
-        for condition, each in zip(given, kinds, strict=True)
+        else {kind == CLAMPED for kind in sides}
+        for condition, sides in zip(given, kinds, strict=True)
     ]
     return min(shear_exponent(angle, *pair) for pair in itertools.product(*held))
 

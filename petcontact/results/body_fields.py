@@ -100,7 +100,9 @@ class BodyFields:
     @functools.cached_property
     def loads(self) -> InsideLoads:
         """The displacement and the stress that volume loads add."""
-        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
+        return InsideLoads.from_problem(
+            self.problem, self.number, self.mesh, self.volume, self.shares
+        )
 
     @functools.cached_property
     def data(self) -> tuple[Array, Array]:
@@ -186,7 +188,7 @@ def states_at(
     _next_to_boundary(increments, x, stress)
     result = []
     for s, each in enumerate(increments):
-        within = each.whole(x, u[..., s], stress[..., s], each.loads.at(x))
+        within = each.whole(x, u[..., s], stress[..., s], each.loads.values_at(x))
         if len(on):
             rim = each.on_boundary(element[on], place[on])
             within = StressState(

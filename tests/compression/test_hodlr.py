@@ -83,7 +83,7 @@ def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
     matrix = compressed(
         operator, tol, threads=threads, serve=(both, [operator.col_offsets, beside.col_offsets])
     )
-    other = matrix.beside(beside, beside.col_offsets)
+    other = matrix.with_columns(beside, beside.col_offsets)
     exact = np.hstack([dense(operator), dense(beside)])
     wrong = (
         np.hstack([matrix @ np.eye(len(exact)), other @ np.eye(exact.shape[1] - len(exact))])

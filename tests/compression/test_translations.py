@@ -101,7 +101,7 @@ def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
             Stretch(i * PER_SIDE, (i + 1) * PER_SIDE, beside=alike or i > 0) for i in range(4)
         ],
     )
-    other = matrix.beside(beside, beside.col_offsets)
+    other = matrix.with_columns(beside, beside.col_offsets)
     on_first = [
         c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE
     ]

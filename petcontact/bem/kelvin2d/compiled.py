@@ -101,9 +101,9 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         ]
     )
     for p in np.unique(order[curved]).tolist():
-        mine = np.flatnonzero(order[curved] == p)
-        some = arcs.take(mine)
-        rows = result[curved[mine]]
+        numbers = np.flatnonzero(order[curved] == p)
+        some = arcs.take(numbers)
+        rows = result[curved[numbers]]
         rows[:, 9] = some.reach(RULES[p].far_radius) ** 2
         bound = np.minimum(np.ceil(STEPS * np.abs(some.angle)) / STEPS, 0.5 * np.pi)
         rows[:, 10:13] = [counts(p, angle) for angle in bound.tolist()]
@@ -112,7 +112,7 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         s, product = product_weights(p, POINTS)
         wave = np.exp(-1j * np.multiply.outer(some.angle, s)) @ product.T
         rows[:, 13 : 14 + p], rows[:, 13 + NODES : 14 + NODES + p] = wave.real, wave.imag
-        result[curved[mine]] = rows
+        result[curved[numbers]] = rows
     return result
 
 

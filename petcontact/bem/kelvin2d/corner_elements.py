@@ -60,14 +60,14 @@ def corner_columns(
         # the force next to the corner, whose centroid is closer to it than any node
         stress[0] = 0.0
         force = own * float(mesh.length[number]) * (ends[1] / own) ** power / power
-        place = ends[1] * power / (1.0 + power)
-        at = mesh.on_element(number, np.array([_xi(mesh, number, place)]))[0]
+        share = ends[1] * power / (1.0 + power)
+        points = mesh.on_element(number, np.array([_xi(mesh, number, share)]))[0]
         gain_g = np.einsum("ijkm,k->ijm", shaped_g, stress.ravel()) - constant_g[:, :, 0]
         for j, unit in enumerate(np.eye(kernel.dim)):
             gain_g[:, j] += kernel.point_displacement(
                 targets.point,
-                at,
-                (kernel.traction_scale * force * kernel.measure(at))[:, None] * unit,
+                points,
+                (kernel.traction_scale * force * kernel.measure(points))[:, None] * unit,
             ).T
         yield (
             int(mesh.first_node[number]),

@@ -65,7 +65,7 @@ class Expansion:
             np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < 2.5 * self.radius
         )
 
-    def at(self, points: Array) -> tuple[Array, Array, Array]:
+    def fields_at(self, points: Array) -> tuple[Array, Array, Array]:
         """Return displacement (m, 2), stress over `traction_scale` (m, 3), and how often the group
         winds round each point (m,)."""
         z: Complex = (points[:, 0] + 1j * points[:, 1] - self.centre) / self.radius
@@ -77,12 +77,12 @@ class Expansion:
         # the antiderivatives but for their logarithms, and the derivative of φ'
         integral = [-np.append(series[1:] / k[1:], 0.0) for series in (self.rate, self.other)]
         columns = np.stack([self.rate, self.other, self.winding, *integral, -(k + 1) * self.rate])
-        rate, other, winding, phi, chi, second = columns @ powers
+        rate, conjugate_part, winding, phi, chi, second = columns @ powers
         log = np.log(np.abs(self.radius * z))
         u = self.radius * (self.factor * phi - z * rate.conj() - chi.conj()) + self.constant
         u += 2.0 * self.radius * self.factor * self.rate[0] * log
         mean = 2.0 * rate.real
-        deviator = -(z.conj() * powers[0] * second + other)
+        deviator = -(z.conj() * powers[0] * second + conjugate_part)
         stress = np.stack([mean + deviator.real, mean - deviator.real, -deviator.imag], axis=1)
         return (
             np.stack([u.real, u.imag], axis=1),
@@ -154,9 +154,9 @@ def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> 
         return np.concatenate([[0.0, 0.0], -0.5 * k[1:-1] * k[2:] * series[:-2]])
 
     rate = -0.5 * scale * single - 0.5j * scale * squared(double) / radius
-    other = 0.5 * scale * (factor * conjugate - squared(lifted))
-    other = other - 0.5j * scale * (squared(other_double) - 2.0 * cubed(lifted_double)) / radius
+    second = 0.5 * scale * (factor * conjugate - squared(lifted))
+    second = second - 0.5j * scale * (squared(other_double) - 2.0 * cubed(lifted_double)) / radius
     constant = scale * radius * single[0] * (factor * np.log(kernel.unit_length) + 0.5)
     return Expansion(
-        centre, radius, rate, other, -winding, complex(constant), factor, kernel.unit_length
+        centre, radius, rate, second, -winding, complex(constant), factor, kernel.unit_length
     )

@@ -55,13 +55,13 @@ def stress_integrals(
     """
     order, n, m = elements.order, len(elements.index), len(points)
     nodes = order + 1
-    found = np.empty((4, n, nodes, m), dtype=np.complex128)
+    integrals = np.empty((4, n, nodes, m), dtype=np.complex128)
     point: Complex = points[:, 0] + 1j * points[:, 1]
     curved = elements.curved
     for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
         if len(chosen) and m:
-            _fill(found, chosen, shape_of(elements.take(chosen)), order, point)
-    line, bent, double, triple = found.reshape(4, n * nodes, m)
+            _fill(integrals, chosen, shape_of(elements.take(chosen)), order, point)
+    line, bent, double, triple = integrals.reshape(4, n * nodes, m)
     scale = 1.0 / (4.0 * np.pi * (1.0 - poisson_ratio))
     factor = 3.0 - 4.0 * poisson_ratio
     kernel_d, kernel_s = np.empty((3, 2, n * nodes, m)), np.empty((3, 2, n * nodes, m))
@@ -79,13 +79,13 @@ def _stress(out: Array, mean: Array, conjugate_deviator: AnyArray) -> None:
     np.negative(conjugate_deviator.imag, out=out[2])
 
 
-def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point: Complex) -> None:
-    """Fill the four integrals of elements `place`, (n, p+1, m), by Gauss quadrature, and those that
-    are not far by closed forms."""
+def _fill(out: Complex, numbers: Index, shape: Segments | Arcs, order: int, point: Complex) -> None:
+    """Fill the four integrals of elements `numbers`, (n, p+1, m), by Gauss quadrature, and those
+    that are not far by closed forms."""
     points = shape.far_points(order) + FAR
     step = max(1, (1 << 17) // (points * len(point)))
-    for first in range(0, len(place), step):
-        rows = slice(first, min(first + step, len(place)))
+    for first in range(0, len(numbers), step):
+        rows = slice(first, min(first + step, len(numbers)))
         some = shape.take(rows)
         x, dx = some.nodes(points)
         with np.errstate(
@@ -95,7 +95,7 @@ def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point:
                 order, x.T[:, :, None], dx.T[:, :, None], some.half[:, None, None], point
             )
         for whole, part in zip(out, values, strict=True):
-            whole[place[rows]] = part
+            whole[numbers[rows]] = part
         element, column = np.nonzero(
             np.abs(point - some.middle[:, None]) < some.reach(FAR_RADIUS)[:, None]
         )
@@ -105,12 +105,12 @@ def _fill(out: Complex, place: Index, shape: Segments | Arcs, order: int, point:
         chosen = np.flatnonzero(is_close)
         if len(chosen):
             values = _closed_form(near.take(chosen), order, left[chosen], right[chosen], h[chosen])
-            _scatter(out, place[rows][element[chosen]], column[chosen], values)
+            _scatter(out, numbers[rows][element[chosen]], column[chosen], values)
         chosen = np.flatnonzero(~is_close)
         if len(chosen):
             x, dx = near.take(chosen).nodes(MIDDLE)
             values = _quadrature(order, x, dx, near.half[chosen], point[column[chosen]])
-            _scatter(out, place[rows][element[chosen]], column[chosen], values)
+            _scatter(out, numbers[rows][element[chosen]], column[chosen], values)
 
 
 def _scatter(out: Complex, element: Index, column: Index, values: Integrals) -> None:

@@ -35,7 +35,7 @@ class Edges:
     w: Array
 
     @classmethod
-    def of(cls, polygon: Array, origin: Array, w: Array) -> Edges:
+    def from_polygon(cls, polygon: Array, origin: Array, w: Array) -> Edges:
         """Return the edges of counter-clockwise polygons (n, c, 2) as origins (n, 2) at heights w
         (n,) see them."""
         corner = (polygon - origin[:, None]).transpose(1, 2, 0)
@@ -72,13 +72,13 @@ class Edges:
         result = [first]
         for k in exponents[1:]:
             lower = result[-1]
-            here: Array = np.empty_like(first)
-            here[0] = _inverse_power(k, t_1, t_2, r_1, r_2, square, same)
+            integrals: Array = np.empty_like(first)
+            integrals[0] = _inverse_power(k, t_1, t_2, r_1, r_2, square, same)
             if degree:
-                here[1] = np.asarray((r_1 ** (2 - k) - r_2 ** (2 - k)) / (k - 2))
+                integrals[1] = np.asarray((r_1 ** (2 - k) - r_2 ** (2 - k)) / (k - 2))
             for j in range(2, degree + 1):
-                here[j] = np.asarray(lower[j - 2] - square * here[j - 2])
-            result.append(here)
+                integrals[j] = np.asarray(lower[j - 2] - square * integrals[j - 2])
+            result.append(integrals)
         return result
 
     def tables(self, powers: Array, highest: int, degree: int) -> tuple[Table, Table, Table]:

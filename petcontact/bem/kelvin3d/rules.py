@@ -114,10 +114,10 @@ def _least_places(panels: CurvedPanels, tolerance: float) -> Index:
     exact, result = _moments(panels, EXACT), np.full(len(panels.index), COUNTS.index(EXACT))
     allowed = tolerance * (AFAR if tolerance >= TOLERANCE[CurvedPanels] else 1.0)
     size, left = np.abs(exact).max(axis=(1, 2)), np.arange(len(panels.index))
-    for place, count in enumerate(COUNTS[: COUNTS.index(EXACT)]):
+    for index, count in enumerate(COUNTS[: COUNTS.index(EXACT)]):
         apart = np.abs(_moments(panels.take(left), count) - exact[left]).max(axis=(1, 2))
         holds = apart <= allowed * size[left]
-        result[left[holds]], left = place, left[~holds]
+        result[left[holds]], left = index, left[~holds]
         if not len(left):
             return result
     # more points than a rule for afar has: such panels are near everywhere

@@ -68,11 +68,11 @@ def _contracted(
         table = np.array([moments[k][a + first, b + second] for a, b in exponents.tolist()])
         return np.asarray(np.einsum("qan,qn->an", data[which], table))
 
-    def of(which: int, component: int, k: int, *indices: int) -> Array:
+    def moment(which: int, component: int, k: int, *indices: int) -> Array:
         values = planar(which, k, indices.count(0), indices.count(1))[component]
         return np.asarray(values * w ** indices.count(2))
 
-    force, jump = functools.partial(of, 0), functools.partial(of, 1)
+    force, jump = functools.partial(moment, 0), functools.partial(moment, 1)
     bulk_force = sum(force(k, 3, k) for k in axes)
     bulk_jump = sum(jump(k, 5, k, 2) for k in axes)
     bend = [sum(jump(k, 5, j, k) for k in axes) for j in axes]
@@ -82,9 +82,9 @@ def _contracted(
         )
         moved = 3.0 * one_2nu * jump(2, 5, i, j) + 3.0 * nu * (jump(i, 5, j, 2) + jump(j, 5, i, 2))
         moved = moved - 15.0 * sum(jump(k, 7, i, j, k, 2) for k in axes)
-        for one, other in ((i, j), (j, i)):
-            if one == 2:  # along the normal
-                moved = moved + 3.0 * nu * bend[other] + one_2nu * jump(other, 3)
+        for row, column in ((i, j), (j, i)):
+            if row == 2:  # along the normal
+                moved = moved + 3.0 * nu * bend[column] + one_2nu * jump(column, 3)
         if i == j:
             pushed = pushed - one_2nu * bulk_force
             moved = moved + 3.0 * one_2nu * bulk_jump - (1.0 - 4.0 * nu) * jump(2, 3)
@@ -141,7 +141,7 @@ def _moments(
     polygon: Array, origin: Array, w: Array, highest: int, degree: int
 ) -> dict[int, Table]:
     """Return M_3, M_5 and M_7 off the polygons, for a, b <= highest and a + b <= degree."""
-    edges = Edges.of(polygon, origin, w)
+    edges = Edges.from_polygon(polygon, origin, w)
     powers = edges.powers((1, 3, 5, 7), degree)
     tables = {
         k: edges.tables(power, highest, degree) for k, power in zip((1, 3, 5), powers, strict=False)

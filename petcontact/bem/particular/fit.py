@@ -44,8 +44,8 @@ def _wound(mesh: BoundaryMesh, x: Array) -> Array:
     """The part of the full angle under which the boundary, of a half section with its image, is
     seen from x, by the weights of the nodes: 1 inside."""
     seen = np.zeros(len(x))
-    for place in mesh.images(x):
-        away = mesh.x - place[:, None]
+    for image in mesh.images(x):
+        away = mesh.x - image[:, None]
         distance = np.maximum(np.linalg.norm(away, axis=2), 1e-300)
         seen += np.einsum("mnd,nd->mn", away, mesh.normal) / distance**mesh.dim @ mesh.measure
     return seen / (2.0 * np.pi * (mesh.dim - 1))
@@ -68,7 +68,7 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
     wanted, d = function(points), points.shape[1]
     size = float(np.abs(wanted).max(initial=0.0)) or 1.0
     xi = np.clip(box.local(points), -1.0, 1.0)
-    along = [chebyshev.chebvander(one, TRIED[d][-1]) for one in xi.T]
+    along = [chebyshev.chebvander(coordinate, TRIED[d][-1]) for coordinate in xi.T]
     mixed = np.random.default_rng(2019).permutation(len(points))
     best, error = np.zeros((1,) * d), np.inf
     for degree in filter(box.highest.__ge__, TRIED[d]):

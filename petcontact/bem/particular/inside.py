@@ -28,7 +28,7 @@ class InsideLoads:
     shares: dict[int, float]
 
     @classmethod
-    def of(
+    def from_problem(
         cls,
         problem: Problem,
         number: int,
@@ -53,12 +53,12 @@ class InsideLoads:
         `at` to be added inside."""
         if self.volume is None:
             return u, traction
-        u_p, stress, _ = self.volume.at(self.mesh.x, self.shares)
+        u_p, stress, _ = self.volume.values_at(self.mesh.x, self.shares)
         t_p = np.einsum("nij,nj->ni", stress, self.mesh.normal)
         count = self.mesh.components
         return u - lifted(u_p, count), traction - lifted(t_p, count)
 
-    def at(self, x: Array) -> tuple[Array, Array, Array]:
+    def values_at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what
         temperature adds to ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
         (u, stress, normal), (pushed, stressed) = self.volume_at(x), self.points_at(x)
@@ -79,7 +79,7 @@ class InsideLoads:
         m, d = len(x), self.mesh.components
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:
-            u, whole, heat = self.volume.at(x, self.shares)
+            u, whole, heat = self.volume.values_at(x, self.shares)
             u, whole = lifted(u, d), lifted(lifted(whole, d).swapaxes(1, 2), d)
             i, j = np.triu_indices(d, 1)
             stress = np.hstack([np.einsum("mii->mi", whole), whole[:, i, j]])

@@ -109,8 +109,8 @@ class BodyBox:
     def grid(self, line: Array) -> Array:
         """Points (n^d, d) of the box by n places in [-1, 1] along each axis."""
         d = len(self.half)
-        places = np.stack(np.meshgrid(*[line] * d, indexing="ij"), axis=-1).reshape(-1, d)
-        return np.asarray(self.centre + (places * self.half) @ self.axes)
+        points = np.stack(np.meshgrid(*[line] * d, indexing="ij"), axis=-1).reshape(-1, d)
+        return np.asarray(self.centre + (points * self.half) @ self.axes)
 
     def local(self, x: Array) -> Array:
         """ξ (m, d) at x (m, d)."""
@@ -151,15 +151,15 @@ class BodyBox:
         n + 2."""
         d, unit = len(self.half), self.half.min()
         half = self.half / unit
-        given, found = total_degrees(n, d), total_degrees(n + 2, d)
+        given, wanted = total_degrees(n, d), total_degrees(n + 2, d)
         slope = np.pad(chebyshev.chebder(np.eye(n + 3)), ((0, 1), (0, 0)))
         tables = [chebyshev.chebvander(xi, n + 2) for xi in self.nodes.T]
-        size = 1.0 / (1.0 + np.sum((found / half[:, None]) ** 2, axis=0))
-        laplacian = np.zeros((given.shape[1], found.shape[1]))
+        size = 1.0 / (1.0 + np.sum((wanted / half[:, None]) ** 2, axis=0))
+        laplacian = np.zeros((given.shape[1], wanted.shape[1]))
         for axis, h in enumerate(half):
             others = [k for k in range(d) if k != axis]
-            same = np.all(given[others][:, :, None] == found[others][:, None], axis=0)
-            laplacian += same * (slope @ slope)[np.ix_(given[axis], found[axis])] / h**2
+            same = np.all(given[others][:, :, None] == wanted[others][:, None], axis=0)
+            laplacian += same * (slope @ slope)[np.ix_(given[axis], wanted[axis])] / h**2
         # the mean of q, which derivatives leave open; all derivatives of an order together turn
         # with the axes
         rows = list[Array]()
@@ -168,7 +168,7 @@ class BodyBox:
                 continue
             along = [
                 (table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
-                for table, k, h, number in zip(tables, times, half, found, strict=True)
+                for table, k, h, number in zip(tables, times, half, wanted, strict=True)
             ]
             at_nodes = np.prod(along, axis=0)
             ways = math.factorial(order) / math.prod(map(math.factorial, times))
@@ -201,10 +201,10 @@ class BodyBox:
         x = np.stack(np.meshgrid(*(h * line for h in self.half), indexing="ij"))
         slopes, u = [self.derivative(p, axis) for axis in range(d)], np.zeros_like(x)
         for s, weight in zip(*legendre.leggauss(m // 2 + 2), strict=True):
-            at = chebyshev.chebvander(0.5 * (1.0 + s) * line, len(p) - 1)
-            slope = np.stack([_along_axes(at, component) for component in slopes])
+            basis = chebyshev.chebvander(0.5 * (1.0 + s) * line, len(p) - 1)
+            slope = np.stack([_along_axes(basis, component) for component in slopes])
             turned = np.sum(x * slope, axis=0) * x - np.sum(x * x, axis=0) * slope
-            u += 0.5 * weight * (_along_axes(at, p) * x + 0.5 * (1.0 - s) * turned)
+            u += 0.5 * weight * (_along_axes(basis, p) * x + 0.5 * (1.0 - s) * turned)
         # coefficients from values at the points where Chebyshev polynomials are orthogonal
         back = chebyshev.chebvander(line, m + 1).T / (0.5 * (m + 2))
         back[0] *= 0.5

@@ -61,8 +61,8 @@ class RingBox:
 
     def grid(self, line: Array) -> Array:
         """Points (n², 2) of the box by n places in [-1, 1] along each axis."""
-        places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-        return np.asarray(self.low + 0.5 * (1.0 + places) * (self.high - self.low))
+        points = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        return np.asarray(self.low + 0.5 * (1.0 + points) * (self.high - self.low))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +80,11 @@ class RingSolution(ParticularSolution):
         trace = rr + zz + _over_r(self.u[0]) / size
         even = 2.0 * mu * nu / (1.0 - 2.0 * nu) * trace
         even = even - self.material.thermal_stress * self.straining
-        found = np.empty((len(x), 2, 2))
-        found[:, 0, 0] = self._at(x, 2.0 * mu * rr + even)
-        found[:, 1, 1] = self._at(x, 2.0 * mu * zz + even)
-        found[:, 0, 1] = found[:, 1, 0] = self._at(x, mu * (rz + zr))
-        return found
+        stress = np.empty((len(x), 2, 2))
+        stress[:, 0, 0] = self._at(x, 2.0 * mu * rr + even)
+        stress[:, 1, 1] = self._at(x, 2.0 * mu * zz + even)
+        stress[:, 0, 1] = stress[:, 1, 0] = self._at(x, mu * (rz + zr))
+        return stress
 
     def thermal_stress(self, x: Array) -> Array:
         """βT at points (m, 2), (m,) [stress]."""
@@ -139,11 +139,11 @@ def _powers(p: Array, size: int) -> Array:
     result = np.zeros((size, size))
     for (i, j), value in np.ndenumerate(p):
         if value != 0.0:
-            one, other = (
+            power_r, power_z = (
                 chebyshev.cheb2poly(np.eye(i + 1)[i]),
                 chebyshev.cheb2poly(np.eye(j + 1)[j]),
             )
-            result[: i + 1, : j + 1] += value * np.multiply.outer(one, other)
+            result[: i + 1, : j + 1] += value * np.multiply.outer(power_r, power_z)
     return result
 
 
@@ -170,8 +170,8 @@ def _inverse(p: Array, k: int) -> Array:
     left, q = p.copy(), np.zeros_like(p)
     power = np.arange(2, len(p))
     for n in range(len(p) - 1, -1, -1):
-        found = left[:-2, n] / (power**2 - k**2)
-        q[2:, n] += found
+        coefficients = left[:-2, n] / (power**2 - k**2)
+        q[2:, n] += coefficients
         if n > 1:
-            left[2:, n - 2] -= n * (n - 1) * found
+            left[2:, n - 2] -= n * (n - 1) * coefficients
     return q

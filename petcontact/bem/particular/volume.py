@@ -44,23 +44,23 @@ class VolumeSolution:
     forces: tuple[ParticularSolution | None, ...]
     notes: tuple[str, ...]
 
-    def on(self, mesh: BoundaryMesh) -> Array:
+    def nodal_values(self, mesh: BoundaryMesh) -> Array:
         """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3,
         K, n, d)."""
-        known: dict[ParticularSolution | None, Array] = {
+        nodal: dict[ParticularSolution | None, Array] = {
             None: np.zeros((2, mesh.n_nodes, mesh.components))
         }
         for state in {*self.states, *self.forces} - {None}:
             assert state is not None
             traction = np.einsum("nij,nj->ni", state.stress(mesh.x), mesh.normal)
             moved = np.array([state.displacement(mesh.x), traction])
-            known[state] = lifted(moved, mesh.components)
+            nodal[state] = lifted(moved, mesh.components)
         pairs = zip(self.states, self.forces, strict=True)
         return np.stack(
-            [np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1
+            [np.concatenate([nodal[state], nodal[force][1:]]) for state, force in pairs], axis=1
         )
 
-    def at(self, points: Array, shares: dict[int, float]) -> tuple[Array, Array, Array]:
+    def values_at(self, points: Array, shares: dict[int, float]) -> tuple[Array, Array, Array]:
         """At points (m, d), with shares of states by their number: u (m, d), σ (m, d, d), and βT
         (m,) [stress]."""
         m, d = points.shape
@@ -87,8 +87,8 @@ def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> Volume
         return None
     posed, cold = _Posed(f"body {body.name!r}: loads", body.material, mesh), {"temperature": 0.0}
     states, forces = (
-        [None, *map(posed.solution, each)]
-        for each in (steps, [s.model_copy(update=cold) for s in steps])
+        [None, *map(posed.solution, loads_of_steps)]
+        for loads_of_steps in (steps, [s.model_copy(update=cold) for s in steps])
     )
     return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes))
 

@@ -131,25 +131,25 @@ def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Arra
     return _fill("petcontact_ring_stress", targets, elements, curve, (len(STRESSES),))
 
 
-def ring_forces(x: Array, at: Array, nu: float) -> tuple[Array, Array]:
+def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     """2µ u (5, m) and stress (10, m) at points (m, 2) by forces 1 on the ring through a point (2,),
     rows by `LOADS` and `STRESSES`."""
     result = np.empty((len(LOADS) + len(STRESSES), len(x)))
     forces = native.function("petcontact_ring_forces", "ipdddp")
     assert forces is not None
     points = native.contiguous(x)
-    forces(len(x), native.pointer(points), *at.tolist(), nu, native.pointer(result))
+    forces(len(x), native.pointer(points), *source.tolist(), nu, native.pointer(result))
     result /= 16.0 * np.pi**2 * (1.0 - nu)
     return result[: len(LOADS)], result[len(LOADS) :]
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller:
     """The compiled filler of columns for a kernel of rings."""
-    every = np.arange(mesh.n_elements)
+    elements = np.arange(mesh.n_elements)
     return CompiledFiller(
         "petcontact_ring_columns",
         [
-            *_curve(mesh, every, kernel),
+            *_curve(mesh, elements, kernel),
             *point_members(mesh.targets(slice(None))),
             native.contiguous(mesh.first_node, np.int64),
         ],

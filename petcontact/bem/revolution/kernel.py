@@ -59,9 +59,9 @@ class RingKernel(KelvinSolution):
         """-ln(r/ℓ): that of the plane, which is the ring's from near."""
         return np.asarray(-np.log(distance / self.unit_length))
 
-    def measure(self, at: Array) -> Array:
+    def measure(self, points: Array) -> Array:
         """As in `Kernel`: 2πr."""
-        return np.asarray(2.0 * np.pi * at[:, 0])
+        return np.asarray(2.0 * np.pi * points[:, 0])
 
     def corner_columns(
         self, mesh: CurveMesh, rows: Index, nodes: Index
@@ -76,10 +76,10 @@ class RingKernel(KelvinSolution):
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """D and S, (components, d, k, m) as of `Kelvin2D`, the components those of
         `stress_components`."""
-        found = ring_stress(self, targets, elements)
-        shape = len(self.stress_components), self.dim, *found[0].shape[1:]
+        integrals = ring_stress(self, targets, elements)
+        shape = len(self.stress_components), self.dim, *integrals[0].shape[1:]
         kernel_d, kernel_s = np.zeros(shape), np.zeros(shape)
-        for whole, rows in zip((kernel_d, kernel_s), found, strict=True):
+        for whole, rows in zip((kernel_d, kernel_s), integrals, strict=True):
             for (component, load), row in zip(STRESSES, rows, strict=True):
                 if load < self.dim:
                     whole[component, load] = row
@@ -97,23 +97,23 @@ class RingKernel(KelvinSolution):
         wound = np.where(targets.point[:, 0] < 0.0, 0.0, -kernel_h[1, 1].sum(axis=0))
         return moved, stress, wound
 
-    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+    def point_displacement(self, x: Array, points: Array, force: Array) -> Array:
         """u (n, d) [length] at points (n, 2) for whole forces (f, d) of rings through (f, 2)."""
-        return self._of_forces(x, at, force)[0]
+        return self._of_forces(x, points, force)[0]
 
-    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+    def point_stress(self, x: Array, points: Array, force: Array) -> Array:
         """Stress (n, d(d+1)/2) of the same forces [stress]."""
-        return self._of_forces(x, at, force)[1][:, list(self.in_fields)]
+        return self._of_forces(x, points, force)[1][:, list(self.in_fields)]
 
-    def _of_forces(self, x: Array, at: Array, force: Array) -> tuple[Array, Array]:
+    def _of_forces(self, x: Array, sources: Array, force: Array) -> tuple[Array, Array]:
         u, stress = np.zeros((len(x), self.dim)), np.zeros((len(x), len(self.stress_components)))
-        for place, load in zip(at, force, strict=True):
-            distance = np.hypot(*(x - place).T)
+        for source, load in zip(sources, force, strict=True):
+            distance = np.hypot(*(x - source).T)
             nearest = max(APART * float(distance.max(initial=0.0)), 1e-150)
-            points = np.where((distance < nearest)[:, None], place + np.array([0.0, nearest]), x)
+            moved = np.where((distance < nearest)[:, None], source + np.array([0.0, nearest]), x)
             for whole, rows, kinds in zip(
                 (u, stress),
-                ring_forces(points, place, self.poisson_ratio),
+                ring_forces(moved, source, self.poisson_ratio),
                 (LOADS, STRESSES),
                 strict=True,
             ):

@@ -165,7 +165,7 @@ class CompressedOperators:
             stretches=stretches_of(mesh, operators, apart),
         )
         self._spare()
-        outer = system.beside(operators.outer_entries, single)
+        outer = system.with_columns(operators.outer_entries, single)
         errors = [
             matrix.error_estimate(entries, np.random.default_rng(2019))
             for matrix, entries in ((system, system_entries), (outer, operators.outer_entries))

@@ -42,8 +42,8 @@ class Clusters:
     @property
     def leaves(self) -> Index:
         """The numbers of clusters without children, in the order of their nodes."""
-        found = np.flatnonzero(self.children[:, 0] < 0)
-        return found[np.argsort(self.first[found])]
+        leaves = np.flatnonzero(self.children[:, 0] < 0)
+        return leaves[np.argsort(self.first[leaves])]
 
     def cut(self, most: int) -> Index:
         """Return the largest clusters with at most `most` nodes, or leaves. Together they hold
@@ -52,8 +52,8 @@ class Clusters:
         parent = np.full(len(self.first), -1)
         inner = np.flatnonzero(self.children[:, 0] >= 0)
         parent[self.children[inner]] = inner[:, None]
-        found = np.flatnonzero(small & ~((parent >= 0) & small[parent]))
-        return found[np.argsort(self.first[found])]
+        clusters = np.flatnonzero(small & ~((parent >= 0) & small[parent]))
+        return clusters[np.argsort(self.first[clusters])]
 
 
 def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
@@ -74,16 +74,16 @@ def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
     while waiting:
         number = waiting.pop()
         start, stop = ranges[number]
-        mine = order[start:stop]
-        sizes = np.cumsum(nodes[mine])
+        members = order[start:stop]
+        sizes = np.cumsum(nodes[members])
         if sizes[-1] <= leaf or stop - start == 1:
             continue
-        axis = int(np.argmax(high[mine].max(axis=0) - low[mine].min(axis=0)))
-        mine = mine[np.argsort(middle[mine, axis], kind="stable")]
-        order[start:stop] = mine
+        axis = int(np.argmax(high[members].max(axis=0) - low[members].min(axis=0)))
+        members = members[np.argsort(middle[members, axis], kind="stable")]
+        order[start:stop] = members
         half = int(
             np.clip(
-                np.searchsorted(np.cumsum(nodes[mine]), 0.5 * sizes[-1]) + 1, 1, stop - start - 1
+                np.searchsorted(np.cumsum(nodes[members]), 0.5 * sizes[-1]) + 1, 1, stop - start - 1
             )
         )
         for part in ((start, start + half), (start + half, stop)):
@@ -133,14 +133,14 @@ def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask
 def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
     """Return the blocks between all pairs of nodes, ordered by their rows."""
     root = np.zeros(1, dtype=np.int64)
-    blocks, found, leaf = Blocks(root, root, root > 0), list[Blocks](), tree.children[:, 0] < 0
+    blocks, finished, leaf = Blocks(root, root, root > 0), list[Blocks](), tree.children[:, 0] < 0
     while len(blocks.row):
         far = are_far(tree, blocks.row, blocks.column, eta)
         blocks = Blocks(blocks.row, blocks.column, far)
         done = far | (leaf[blocks.row] & leaf[blocks.column])
-        found.append(blocks.take(done))
+        finished.append(blocks.take(done))
         blocks = divided(tree, blocks.take(~done))
-    all_ = joined(found)
+    all_ = joined(finished)
     return all_.take(np.lexsort((tree.first[all_.column], tree.first[all_.row])))
 
 
@@ -156,11 +156,11 @@ def divided(tree: Clusters, blocks: Blocks) -> Blocks:
     for a, b in itertools.product(range(2), repeat=2):
         # a leaf stands for its own first half
         keep = ~((a == 1) & leaf[row]) & ~((b == 1) & leaf[column])
-        one, other = row[keep], column[keep]
+        row_cluster, column_cluster = row[keep], column[keep]
         parts.append(
             Blocks(
-                np.where(leaf[one], one, tree.children[one, a]),
-                np.where(leaf[other], other, tree.children[other, b]),
+                np.where(leaf[row_cluster], row_cluster, tree.children[row_cluster, a]),
+                np.where(leaf[column_cluster], column_cluster, tree.children[column_cluster, b]),
                 far[keep],
             )
         )

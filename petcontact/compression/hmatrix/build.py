@@ -116,11 +116,11 @@ def _built(
     ended = threading.Event()
 
     def task(piece: Index) -> tuple[list[Chunk], Index]:
-        made, failed, at = list[Chunk](), [np.empty(0, dtype=np.int64)], 0
-        while at < len(piece) and not ended.is_set():
-            chunk = work(tiles[piece[at:]])
-            failed.append(piece[at : at + len(chunk.ranks)][chunk.ranks == -2])
-            at += len(chunk.ranks)
+        made, failed, position = list[Chunk](), [np.empty(0, dtype=np.int64)], 0
+        while position < len(piece) and not ended.is_set():
+            chunk = work(tiles[piece[position:]])
+            failed.append(piece[position : position + len(chunk.ranks)][chunk.ranks == -2])
+            position += len(chunk.ranks)
             with lock:
                 done[0] += float((chunk.blocks[:, 1] * chunk.blocks[:, 3]).sum())
                 progress(done[0] / total)
@@ -180,14 +180,14 @@ class _Builder:
         some = max(1, int(np.searchsorted(np.cumsum(limit), 4 * CHUNK)))
         tiles, m, n, limit = (np.ascontiguousarray(a[:some]) for a in (tiles, m, n, limit))
         capacity = max(CHUNK, int(limit.max()))
-        known = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
+        sizes = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
         crossed = np.where(tiles[:, 4] > 0, most, 0)
         values: Any = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
         operator = native.Record(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
         work = native.Record(
             *self._work(
-                known.max(),
+                sizes.max(),
                 (crossed * m).max(),
                 (crossed * n).max(),
                 most**2,
@@ -221,9 +221,9 @@ class _Builder:
     def _work(self, *sizes: int) -> list[Array]:
         """Return this thread's working memory. It is kept, because new memory costs a page fault
         each time that it is touched."""
-        found: list[Array] = getattr(self._local, "work", [np.empty(0)] * len(sizes))
+        arrays: list[Array] = getattr(self._local, "work", [np.empty(0)] * len(sizes))
         self._local.work = [
             old if len(old) >= size else np.empty(size)
-            for old, size in zip(found, sizes, strict=True)
+            for old, size in zip(arrays, sizes, strict=True)
         ]
         return self._local.work  # type: ignore[no-any-return]

@@ -210,10 +210,10 @@ def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components
     m, n = (tree.last[side] - tree.first[side] for side in (blocks.row, blocks.column))
     # far blocks have a mean rank of 5 for each digit: to share out rows and to foretell memory
     rank = -5.0 * np.log10(tolerance)
-    each = np.where(blocks.far, rank * components * (m + n), components**2 * m * n) / m
+    entries = np.where(blocks.far, rank * components * (m + n), components**2 * m * n) / m
     change = np.zeros(int(tree.last[0]) + 1)
-    np.add.at(change, tree.first[blocks.row], each)
-    np.add.at(change, tree.last[blocks.row], -each)
+    np.add.at(change, tree.first[blocks.row], entries)
+    np.add.at(change, tree.last[blocks.row], -entries)
     return np.asarray(np.dtype(number_type(tolerance)).itemsize * np.cumsum(change[:-1]))
 
 

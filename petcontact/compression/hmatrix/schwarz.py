@@ -84,7 +84,9 @@ class Factored:
     expansion: list[scipy.sparse.csr_array]
 
     @classmethod
-    def of(cls, columns: Single, own: Index, expansion: list[scipy.sparse.csr_array]) -> Factored:
+    def from_columns(
+        cls, columns: Single, own: Index, expansion: list[scipy.sparse.csr_array]
+    ) -> Factored:
         """Factor a matrix (columns, n) in place. A singular matrix raises LinAlgError."""
         lu, pivots, zero_pivot = lapack.sgetrf(columns.T, overwrite_a=True)
         if zero_pivot:
@@ -107,9 +109,9 @@ class Factored:
     def rows(self, columns: Index, change: Single) -> Single:
         """Return the own rows of the inverse after some columns have changed by (changed, n), by
         Woodbury's formula."""
-        known = _rows(self.lu, self.pivots, columns)
-        core = np.eye(len(columns), dtype=np.float32) + known @ change.T
-        return np.asarray(self.own - np.linalg.solve(core.T, change @ self.own.T).T @ known)
+        inverse_rows = _rows(self.lu, self.pivots, columns)
+        core = np.eye(len(columns), dtype=np.float32) + inverse_rows @ change.T
+        return np.asarray(self.own - np.linalg.solve(core.T, change @ self.own.T).T @ inverse_rows)
 
 
 def _rows(lu: Single, pivots: Index, which: Index) -> Single:
@@ -153,19 +155,21 @@ class LocalSolves:
 
     def copy(self) -> LocalSolves:
         """Return an independent copy that shares unchanged arrays."""
-        other = copy.copy(self)
-        other._inverse, other._factored, other._table = (
+        result = copy.copy(self)
+        result._inverse, result._factored, result._table = (
             list(self._inverse),
             dict(self._factored),
             self._table.copy(),
         )
-        return other
+        return result
 
     @property
     def nbytes(self) -> int:
         """Memory of inverses, factors and exact entries [bytes]."""
         kept = sum(values.nbytes for blocks in self._kept.values() for values, _ in blocks)
-        whole = sum(each.lu.nbytes + each.own.nbytes for each in self._factored.values())
+        whole = sum(
+            factored.lu.nbytes + factored.own.nbytes for factored in self._factored.values()
+        )
         return kept + whole + sum(inverse.nbytes for inverse in self._inverse)
 
     def update(self, expansion: scipy.sparse.csr_array, moved: Mask) -> tuple[int, int]:
@@ -177,17 +181,17 @@ class LocalSolves:
         inverted, corrected : int
             Patches that were inverted, and those whose inverses were corrected by low rank.
         """
-        place, counts = np.full(expansion.shape[1], -1), [0, 0]
+        position, counts = np.full(expansion.shape[1], -1), [0, 0]
         for number, patch in enumerate(self._patches):
             if not moved[patch.unknowns].any():
                 continue
-            place[patch.unknowns] = np.arange(len(patch.unknowns))
+            position[patch.unknowns] = np.arange(len(patch.unknowns))
             entries = self._entries(number)
             local = [
-                _restricted(expansion[columns], place, len(patch.unknowns))
+                _restricted(expansion[columns], position, len(patch.unknowns))
                 for _, columns in entries
             ]
-            place[patch.unknowns] = -1
+            position[patch.unknowns] = -1
             counts[self._corrected(number, entries, local)] += 1
         return counts[0], counts[1]
 
@@ -202,7 +206,7 @@ class LocalSolves:
             if len(columns) <= FEW * n:
                 self._put(number, before.rows(columns, _combined(change, entries)))
                 return True
-        factored = Factored.of(_combined(local, entries), patch.own, local)
+        factored = Factored.from_columns(_combined(local, entries), patch.own, local)
         if self._inverse[number].size:
             self._factored[number] = factored
         self._put(number, factored.own)
@@ -212,16 +216,16 @@ class LocalSolves:
         """Return the exact entries of a patch by sources, stored if they are needed again."""
         if number in self._kept:
             return self._kept[number]
-        found = list[tuple[Single, Index]]()
+        blocks = list[tuple[Single, Index]]()
         for source, first, nodes in zip(
             self._sources, self._first, self._patches[number].nodes, strict=False
         ):
             if len(nodes):
                 values, columns = source.block(nodes)
-                found.append((values.astype(np.float32), first + columns))
+                blocks.append((values.astype(np.float32), first + columns))
         if self._patches[number].coupled:
-            self._kept[number] = found
-        return found
+            self._kept[number] = blocks
+        return blocks
 
     def _put(self, number: int, rows: Single) -> None:
         patch = self._patches[number]
@@ -246,9 +250,9 @@ class LocalSolves:
         return result
 
 
-def _restricted(rows: scipy.sparse.csr_array, place: Index, n: int) -> scipy.sparse.csr_array:
+def _restricted(rows: scipy.sparse.csr_array, position: Index, n: int) -> scipy.sparse.csr_array:
     """Return the columns of some rows of P that have a place, (c, n), in single precision."""
-    local = place[rows.indices]
+    local = position[rows.indices]
     kept = local >= 0
     ends = np.concatenate([[0], np.cumsum(kept)])[rows.indptr]
     return scipy.sparse.csr_array(

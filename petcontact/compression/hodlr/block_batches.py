@@ -144,8 +144,8 @@ class Batches:
             return
         if others:
             work = np.empty(self._entries[:, 2].max())
-            at = [native.pointer(array) for array in (self._entries, x, y, work)]
-            _multiply(len(self._entries), *at[:3], sign, at[3])
+            pointers = [native.pointer(array) for array in (self._entries, x, y, work)]
+            _multiply(len(self._entries), *pointers[:3], sign, pointers[3])
         x_flat, y_flat = x.ravel(), y.ravel()
         for stack in shared:
             # the same block times many vectors is one product

@@ -168,15 +168,15 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
     inverses, forths, backs, wait_rows, wait_columns = [], [], [], [], []
     start = kept = passed = 0
     waiting = n + 1
-    known: dict[int, _Eliminated] = {}
+    by_leader: dict[int, _Eliminated] = {}
     for i, cluster in enumerate(level.clusters):
         size = len(cluster.rows)
         # clusters with one leader are equal, and so is what the clusters under them left
-        done = known.get(id(cluster.leader)) if cluster.leader is not None else None
+        done = by_leader.get(id(cluster.leader)) if cluster.leader is not None else None
         if done is None:
             done = _eliminated(cluster, below[2 * i : 2 * i + 2])
             if cluster.leader is not None:
-                known[id(cluster.leader)] = done
+                by_leader[id(cluster.leader)] = done
         extra, late = done.size - size, len(done.late_rows)
         own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + extra)])
         above = np.concatenate(
@@ -242,8 +242,8 @@ def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
             np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]]),
         )
     forth = inverse @ f
-    places = rows[row], columns[column], rows[late_row], columns[late_column]
-    return _Eliminated(len(block), Schur(kept, d - g @ forth), inverse, forth, g, *places)
+    active = rows[row], columns[column], rows[late_row], columns[late_column]
+    return _Eliminated(len(block), Schur(kept, d - g @ forth), inverse, forth, g, *active)
 
 
 def _assemble(cluster: Cluster, children: list[Schur]) -> Array:
@@ -339,9 +339,9 @@ def _inverse(block: Array, or_direction: bool) -> Array:
     if not len(block):
         return block
     # LAPACK sees the transpose, whose inverse is the transpose of ours
-    lu, places, info = scipy.linalg.lapack.dgetrf(block.T)
+    lu, pivots, info = scipy.linalg.lapack.dgetrf(block.T)
     if info == 0:
-        inverse, info = scipy.linalg.lapack.dgetri(lu, places, overwrite_lu=1)
+        inverse, info = scipy.linalg.lapack.dgetri(lu, pivots, overwrite_lu=1)
     if info == 0:
         return np.asarray(inverse.T)
     if not or_direction:

@@ -35,14 +35,16 @@ class PivotedQR:
     def interpolation(self, rank: int) -> tuple[Index, Index, Array]:
         """Return the kept (k,) and the other (n-k,) columns, both increasing, and Z (k, n-k) with
         block[:, other] ≈ block[:, kept] Z."""
-        kept, other = self.pivots[:rank], self.pivots[rank:]
+        kept, dropped = self.pivots[:rank], self.pivots[rank:]
         # Columns kept beyond the numerical rank take no part: what they would contribute is noise
         # over noise.
-        z, known = np.zeros((rank, len(other))), min(rank, self.rank)
-        if known and len(other):
-            z[:known], _ = scipy.linalg.lapack.dtrtrs(self.r[:known, :known], self.r[:known, rank:])
-        by_kept, by_other = np.argsort(kept), np.argsort(other)
-        return kept[by_kept], other[by_other], np.ascontiguousarray(z[by_kept][:, by_other])
+        z, factored = np.zeros((rank, len(dropped))), min(rank, self.rank)
+        if factored and len(dropped):
+            z[:factored], _ = scipy.linalg.lapack.dtrtrs(
+                self.r[:factored, :factored], self.r[:factored, rank:]
+            )
+        by_kept, by_other = np.argsort(kept), np.argsort(dropped)
+        return kept[by_kept], dropped[by_other], np.ascontiguousarray(z[by_kept][:, by_other])
 
 
 def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> PivotedQR:

@@ -180,9 +180,9 @@ def build_part(
         int(axis.offsets[stop] - axis.offsets[start])
         for axis in (operator.row_axis, operator.column_axis)
     ]
-    known: dict[Hashable, Cluster] = {}
+    by_key: dict[Hashable, Cluster] = {}
     return _climb(
-        operator, *_made(lambda ends: operator.leaf(*ends, known), leaves, *sizes), whole, like
+        operator, *_made(lambda ends: operator.leaf(*ends, by_key), leaves, *sizes), whole, like
     )
 
 
@@ -213,5 +213,5 @@ def _merged(operator: Operator, clusters: list[Cluster]) -> tuple[list[Cluster],
     rows = sum(len(c.row_basis.kept) for c in clusters if c.row_basis)
     columns = sum(len(c.column_basis.kept) for c in clusters if c.column_basis)
     pairs = [clusters[i : i + 2] for i in range(0, len(clusters), 2)]
-    known: dict[Hashable, Cluster] = {}
-    return _made(lambda pair: operator.merge(pair, known), pairs, rows, columns)
+    by_key: dict[Hashable, Cluster] = {}
+    return _made(lambda pair: operator.merge(pair, by_key), pairs, rows, columns)

@@ -74,7 +74,7 @@ class HODLR:
 
     __matmul__ = mult
 
-    def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
+    def with_columns(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
         """Compress an operator with the same rows. Its columns are those that this operator was
         prepared for by `serve`. Collective.
 
@@ -86,7 +86,7 @@ class HODLR:
         col_offsets : (n+1,) int array
             As for `compress`.
         """
-        operator = self.operator.beside(entries, np.asarray(col_offsets, dtype=np.int64))
+        operator = self.operator.with_columns(entries, np.asarray(col_offsets, dtype=np.int64))
         return _build(operator, self.workers, self.split, self)
 
     @property
@@ -118,21 +118,21 @@ class HODLR:
                 rng.standard_normal((self.shape[1], probes)),
             )
         )
-        rows, own = rows_of.of(nodes), rows_of.offsets[[self.first_node, self.last_node]]
-        mine = x[columns_of.offsets[self.first_node] : columns_of.offsets[self.last_node]]
+        rows, own = rows_of.freedoms(nodes), rows_of.offsets[[self.first_node, self.last_node]]
+        own_x = x[columns_of.offsets[self.first_node] : columns_of.offsets[self.last_node]]
         del x
         product, squares = np.zeros((len(rows), probes)), np.zeros(len(rows))
         # rows of a large operator are long: some columns at a time
         cuts = [*range(self.first_node, self.last_node, PROBED), self.last_node]
-        places = columns_of.offsets[cuts] - columns_of.offsets[self.first_node]
+        offsets = columns_of.offsets[cuts] - columns_of.offsets[self.first_node]
         for (first, last), (a, b) in zip(
-            itertools.pairwise(cuts), itertools.pairwise(places), strict=True
+            itertools.pairwise(cuts), itertools.pairwise(offsets), strict=True
         ):
             exact = entries(nodes, np.arange(first, last))
-            product += exact @ mine[a:b]
+            product += exact @ own_x[a:b]
             squares += np.einsum("ij,ij->i", exact, exact)
-        here = (rows >= own[0]) & (rows < own[1])
-        product[here] -= self.mult(mine)[rows[here] - own[0]]
+        is_own = (rows >= own[0]) & (rows < own[1])
+        product[is_own] -= self.mult(own_x)[rows[is_own] - own[0]]
         error = np.square(sum(self.workers.gather([product]))).mean(axis=1).max(initial=0.0)
         scale = np.max(sum(self.workers.gather([squares])), initial=0.0)
         return float(np.sqrt(error / max(float(scale), float(np.finfo(np.float64).tiny))))
@@ -180,7 +180,7 @@ def compress(
         Nodes are split over its ranks as PETSc splits them.
     serve : (entries, list of col_offsets) or None
         All columns, this operator's among them, that the bases of rows are to serve, for
-        `HODLR.beside`: entries gives a list of arrays, one for each of the offsets.
+        `HODLR.with_columns`: entries gives a list of arrays, one for each of the offsets.
     stretches : sequence of Stretch
         Where clusters that are translates of one another may share blocks and bases.
 

@@ -132,16 +132,16 @@ class Sampler:
         self, position: Index, weight: Array, probe: Index, drawn: Array, whole: bool
     ) -> Sample:
         """Return a sample of nodes at positions and of probes, with the weights of both."""
-        places = np.unique(np.concatenate([position, probe]))
-        weights, at_random = np.zeros(len(places)), np.zeros(len(places))
-        weights[np.searchsorted(places, position)] = weight
-        at_random[np.searchsorted(places, probe)] = drawn
-        return Sample(self.carriers[places], weights, at_random, whole)
+        positions = np.unique(np.concatenate([position, probe]))
+        weights, at_random = np.zeros(len(positions)), np.zeros(len(positions))
+        weights[np.searchsorted(positions, position)] = weight
+        at_random[np.searchsorted(positions, probe)] = drawn
+        return Sample(self.carriers[positions], weights, at_random, whole)
 
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
         """Return the cells outside each cluster. They are small near the cluster and large far
         away."""
-        found: list[_Cells] = []
+        parts: list[_Cells] = []
         own_first, own_last = (
             np.searchsorted(self.carriers, start),
             np.searchsorted(self.carriers, stop),
@@ -152,9 +152,14 @@ class Sampler:
             first, last = bounds[cell], bounds[cell + 1]
             outside = (first >= own_last[owner]) | (last <= own_first[owner])
             inside = (first >= own_first[owner]) & (last <= own_last[owner])
-            one, two = self._points[first], self._points[last - 1]
-            chord, path = np.hypot(*(two - one).T), self._path[last - 1] - self._path[first]
-            focal = boxes.least(owner, (one, one), (two, two)) / np.maximum(path, _TINY)
+            start_points, end_points = self._points[first], self._points[last - 1]
+            chord, path = (
+                np.hypot(*(end_points - start_points).T),
+                self._path[last - 1] - self._path[first],
+            )
+            focal = boxes.least(
+                owner, (start_points, start_points), (end_points, end_points)
+            ) / np.maximum(path, _TINY)
             # straight: at most so much longer than the chord, or as far away as four lengths
             straight = (path <= 1.15 * chord) | (focal >= 4.0)
             # sampled, not split, where the kernel is analytic on the cell inside this Bernstein
@@ -170,15 +175,15 @@ class Sampler:
             nodes = np.minimum(
                 _nodes(_ellipse(focal[done])), 0.7 * _nodes(aside + np.sqrt(1.0 + aside * aside))
             )
-            found.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
-            found.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
+            parts.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
+            parts.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
             deeper = ~(done | inside)
             owner = np.repeat(owner[deeper], 2)
             cell = np.repeat(2 * cell[deeper], 2)
             cell[1::2] += 1
         cells = _Cells(
             *(
-                np.concatenate([getattr(c, name) for c in found])
+                np.concatenate([getattr(c, name) for c in parts])
                 for name in ("owner", "first", "last", "nodes")
             )
         )
@@ -193,12 +198,12 @@ class Sampler:
         pieces[pieces > 8] = 1
         source, rank = _ranks(pieces)
         padded = np.concatenate([[0], self._breaks, [0]])
-        at = begin[source] + rank
-        first = np.where(rank == 0, cells.first[source], padded[at])
+        index = begin[source] + rank
+        first = np.where(rank == 0, cells.first[source], padded[index])
         last = np.where(
             rank == pieces[source] - 1,
             cells.last[source],
-            padded[np.minimum(at + 1, len(padded) - 1)],
+            padded[np.minimum(index + 1, len(padded) - 1)],
         )
         return _Cells(cells.owner[source], first, last, cells.nodes[source])
 
@@ -230,17 +235,19 @@ class Sampler:
     def _uneven(self, first: Index, last: Index, quarters: int) -> Array:
         """Return the share of length minus the share of nodes, at some quarter of the nodes of
         cells [-]."""
-        at = first + (last - first) * quarters // 4
-        along = (self._length[at] - self._length[first]) / (
+        middle = first + (last - first) * quarters // 4
+        along = (self._length[middle] - self._length[first]) / (
             self._length[last] - self._length[first]
         )
-        return np.asarray(along - (at - first) / (last - first))
+        return np.asarray(along - (middle - first) / (last - first))
 
-    def _coordinate(self, first: Index, last: Index, at: Index) -> Array:
-        along = (self._length[at] - self._length[first]) / (
+    def _coordinate(self, first: Index, last: Index, position: Index) -> Array:
+        along = (self._length[position] - self._length[first]) / (
             self._length[last] - self._length[first]
         )
-        return np.asarray(np.clip(0.5 * along + 0.5 * (at - first) / (last - first), 0.0, 1.0))
+        return np.asarray(
+            np.clip(0.5 * along + 0.5 * (position - first) / (last - first), 0.0, 1.0)
+        )
 
 
 _TINY = np.finfo(np.float64).tiny
@@ -275,14 +282,16 @@ def _between(
     padded = np.append(position, 0)
     below = np.where(gap == 0, cells.first - 1, padded[end - count + gap - 1])
     above = np.where(gap == count, cells.last, padded[end - count + np.minimum(gap, count - 1)])
-    place = (below + above) // 2
-    return place, (place > below) & (place < above)
+    middle = (below + above) // 2
+    return middle, (middle > below) & (middle < above)
 
 
 def _choose(cells: Index, near: Mask, count: int, rng: np.random.Generator) -> tuple[Index, Array]:
     """Return the near cells and a few of the others, and how many cells each stands for."""
-    every, others = cells[near], cells[~near]
+    chosen_near, others = cells[near], cells[~near]
     few = rng.permutation(others)[:count]
-    chosen = np.concatenate([every, few])
-    share = np.concatenate([np.ones(len(every)), np.full(len(few), len(others) / max(1, len(few)))])
+    chosen = np.concatenate([chosen_near, few])
+    share = np.concatenate(
+        [np.ones(len(chosen_near)), np.full(len(few), len(others) / max(1, len(few)))]
+    )
     return chosen, share

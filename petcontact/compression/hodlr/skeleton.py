@@ -50,7 +50,7 @@ class Axis:
         """Return the degrees of freedom of nodes start..stop."""
         return np.arange(int(self.offsets[start]), int(self.offsets[stop]))
 
-    def of(self, nodes: Index) -> Index:
+    def freedoms(self, nodes: Index) -> Index:
         """Return the degrees of freedom of some nodes."""
         spans = [self.span(int(node), int(node) + 1) for node in nodes]
         return np.concatenate([np.empty(0, dtype=np.int64), *spans])
@@ -120,37 +120,41 @@ class Operator:
         self.column_axis = (
             self.row_axis if self.square else Axis(column_offsets, self.curves, breaks)
         )
-        self._served_entries: ManyEntries = lambda rows, columns: [self.between(rows, columns)]
+        self._served_entries: ManyEntries = lambda rows, columns: [
+            self.exact_entries(rows, columns)
+        ]
         self._served = [self.column_axis]
         if served is not None:
             self._served_entries = served[0]
             self._served = [Axis(offsets, self.curves, breaks) for offsets in served[1]]
 
-    def beside(self, entries: Entries, column_offsets: Index) -> Operator:
+    def with_columns(self, entries: Entries, column_offsets: Index) -> Operator:
         """Return another operator with the same rows."""
-        places = self.curves.points, self.row_axis.offsets, column_offsets, self.breaks
-        return Operator(entries, *places, self.tolerance, self.translations.beside())
+        arguments = self.curves.points, self.row_axis.offsets, column_offsets, self.breaks
+        return Operator(entries, *arguments, self.tolerance, self.translations.shared())
 
     def block(self, rows: Index, columns: Index) -> Array:
         """Return the entries of some rows and columns."""
         row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
-        values = self.between(row_nodes, column_nodes)
+        values = self.exact_entries(row_nodes, column_nodes)
         # columns first: entries lie column by column
         picked = values[:, self.column_axis.places(column_nodes, columns)]
         return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
-    def leaf(self, start: int, stop: int, known: dict[Hashable, Cluster]) -> Cluster:
+    def leaf(self, start: int, stop: int, by_key: dict[Hashable, Cluster]) -> Cluster:
         """Return a cluster with all rows and columns active and with its dense diagonal block. The
         block is that of a known translate, if there is one."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
         key = self.translations.key(start, stop)
-        if key in known:
-            return Cluster(start, stop, rows, columns, known[key].near, key=key)
-        values = self.between(self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns))
+        if key in by_key:
+            return Cluster(start, stop, rows, columns, by_key[key].near, key=key)
+        values = self.exact_entries(
+            self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
+        )
         near = Block(np.arange(len(rows)), np.arange(len(columns)), values)
-        return noted(Cluster(start, stop, rows, columns, [near], key=key), known)
+        return noted(Cluster(start, stop, rows, columns, [near], key=key), by_key)
 
-    def merge(self, children: list[Cluster], known: dict[Hashable, Cluster]) -> Cluster:
+    def merge(self, children: list[Cluster], by_key: dict[Hashable, Cluster]) -> Cluster:
         """Return the union of one or two compressed neighbours: the rows and columns that they
         kept, and the blocks between them."""
         key = (
@@ -164,8 +168,8 @@ class Operator:
         j = np.split(np.arange(sum(map(len, columns))), [len(columns[0])])
         pairs = [(0, 1), (1, 0)] if len(children) == 2 else []
         near = (
-            known[key].near
-            if key in known
+            by_key[key].near
+            if key in by_key
             else [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
         )
         merged = Cluster(
@@ -176,7 +180,7 @@ class Operator:
             near,
             key=key,
         )
-        return noted(merged, known)
+        return noted(merged, by_key)
 
     def compress(self, clusters: list[Cluster], usual: int = 0) -> int:
         """Find the bases of adjacent clusters of one level.
@@ -245,7 +249,9 @@ class Operator:
         """Return a cluster's active columns at the rows of a sample."""
         nodes = self.column_axis.nodes_of(cluster.columns)
         return np.asarray(
-            self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)]
+            self.exact_entries(sample.nodes, nodes)[
+                :, self.column_axis.places(nodes, cluster.columns)
+            ]
         )
 
     def _seen(self, cluster: Cluster, sample: Sample) -> Array:
@@ -255,9 +261,9 @@ class Operator:
             return np.zeros(
                 (sum(axis.count(sample.nodes) for axis in self._served), len(cluster.rows))
             )
-        places = self.row_axis.places(nodes, cluster.rows)
+        rows = self.row_axis.places(nodes, cluster.rows)
         return np.concatenate(
-            [block[places].T for block in self._served_entries(nodes, sample.nodes)]
+            [block[rows].T for block in self._served_entries(nodes, sample.nodes)]
         )
 
     def _factored(self, values: Array, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
@@ -314,7 +320,7 @@ class Operator:
         ]
         return fits[0], fits[1]
 
-    def between(self, row_nodes: Index, column_nodes: Index) -> Array:
+    def exact_entries(self, row_nodes: Index, column_nodes: Index) -> Array:
         """Return the entries of all rows of some nodes and all columns of others."""
         if len(row_nodes) and len(column_nodes):
             return self.entries(row_nodes, column_nodes)

@@ -105,7 +105,7 @@ class Translations:
         self.stretches = sorted(stretches, key=lambda stretch: stretch.start)
         self._starts = np.array([s.start for s in self.stretches], dtype=np.int64)
 
-    def beside(self) -> Translations:
+    def shared(self) -> Translations:
         """Return the translations of operators that share the rows of this one."""
         return Translations([s for s in self.stretches if s.beside], self._points)
 
@@ -152,14 +152,14 @@ class Translations:
         nearest = (
             np.full(len(clusters), np.inf) if self._rest is None else self._rest.query(middle)[0]
         )
-        for number, other in enumerate(self.stretches):
+        for number, stretch in enumerate(self.stretches):
             if number != own:
-                one, two = self._points[other.start], self._points[other.stop - 1]
+                begin, end = self._points[stretch.start], self._points[stretch.stop - 1]
                 along = np.clip(
-                    (middle - one) @ (two - one) / ((two - one) @ (two - one)), 0.0, 1.0
+                    (middle - begin) @ (end - begin) / ((end - begin) @ (end - begin)), 0.0, 1.0
                 )
                 nearest = np.minimum(
-                    nearest, np.hypot(*(one + along[:, None] * (two - one) - middle).T)
+                    nearest, np.hypot(*(begin + along[:, None] * (end - begin) - middle).T)
                 )
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
         inside = np.minimum(start - self.stretches[own].start, self.stretches[own].stop - stop) / (
@@ -179,7 +179,7 @@ class Translations:
     def leaders(self, clusters: Sequence[Cluster]) -> list[int | None]:
         """Return, for each cluster of a level, the place of the cluster whose bases it shares, or
         None."""
-        found: list[int | None] = [None] * len(clusters)
+        leaders: list[int | None] = [None] * len(clusters)
         alike: dict[Hashable, list[int]] = {}
         for i, cluster in enumerate(clusters):
             if cluster.key is not None:
@@ -192,14 +192,14 @@ class Translations:
             if len(sharing) > 1:
                 leader = members[int(sharing[np.argmin(clear[sharing])])]
                 for k in sharing:
-                    found[members[k]] = leader
-        return found
+                    leaders[members[k]] = leader
+        return leaders
 
 
-def noted(cluster: Cluster, known: dict[Hashable, Cluster]) -> Cluster:
+def noted(cluster: Cluster, by_key: dict[Hashable, Cluster]) -> Cluster:
     """Return the cluster, after it is stored under its key."""
     if cluster.key is not None:
-        known[cluster.key] = cluster
+        by_key[cluster.key] = cluster
     return cluster
 
 
@@ -216,7 +216,9 @@ def follow(clusters: list[Cluster]) -> None:
 def adjacent(clusters: list[Cluster]) -> Iterator[list[Cluster]]:
     """Yield a few neighbouring clusters at a time."""
     apart = [
-        i for i, (one, two) in enumerate(itertools.pairwise(clusters), 1) if one.stop != two.start
+        i
+        for i, (before, after) in enumerate(itertools.pairwise(clusters), 1)
+        if before.stop != after.start
     ]
     for first, last in itertools.pairwise([0, *apart, len(clusters)]):
         yield from (clusters[i : min(i + TOGETHER, last)] for i in range(first, last, TOGETHER))

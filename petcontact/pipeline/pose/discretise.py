@@ -288,7 +288,7 @@ def _with_volume_loads(
             volume, at_nodes = like.volumes[b], like.data[b].volume
         else:
             volume = volume_solution(problem, b, mesh)
-            at_nodes = None if volume is None else volume.on(mesh)
+            at_nodes = None if volume is None else volume.nodal_values(mesh)
         volumes.append(volume)
         posed = mesh_data if at_nodes is None else replace(mesh_data, volume=at_nodes)
         complete.append(like.data[b] if like is not None and posed.equals(like.data[b]) else posed)

@@ -67,7 +67,7 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
     result, names = [np.empty(0) for _ in range(12)], list(BOX_PARTS)
     for condition in problem.boundary:
         number = names.index(condition.part)
-        given = itertools.chain.from_iterable(each for _, each, _ in given_data(condition))
+        given = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
         varying = [v for v in given if callable(v) or isinstance(v, str)]
         for k, value in itertools.product((0, 1), varying):
             far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
@@ -78,19 +78,19 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
     return result
 
 
-def _across(value: Value, at: functools.partial[dict[str, Array]], far: float) -> Array:
+def _across(value: Value, names: functools.partial[dict[str, Array]], far: float) -> Array:
     """Return the fractions of an axis with a kink or a jump on at least two lines along it."""
     shares = uniform()
 
     def values(share: float, fractions: Array) -> Array:
-        return evaluate(value, at(share, fractions), len(fractions), "", otherwise=0.0)
+        return evaluate(value, names(share, fractions), len(fractions), "", otherwise=0.0)
 
     # multiples of the golden section: only a line across has equal kinks at two of them
-    every = [
+    by_line = [
         kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
-    ends = np.sort(np.concatenate([np.unique(each) for each in every]))
+    ends = np.sort(np.concatenate([np.unique(line) for line in by_line]))
     twice = ends[1:][np.diff(ends) < TOLERANCE]
     lines = distinct(twice, TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
@@ -103,9 +103,13 @@ def _variables(
     """Return the variables of expressions at fractions (n,) of an axis of a face, at one share of
     the other axis."""
     across, side = BOX_PARTS[part]
-    axes, at = face_axes(across, side), np.empty((len(fractions), 3))
-    at[:, axes[axis]], at[:, axes[1 - axis]], at[:, across] = fractions, share, float(side)
-    normal = np.zeros_like(at)
+    axes, shares = face_axes(across, side), np.empty((len(fractions), 3))
+    shares[:, axes[axis]], shares[:, axes[1 - axis]], shares[:, across] = (
+        fractions,
+        share,
+        float(side),
+    )
+    normal = np.zeros_like(shares)
     normal[:, across] = 2 * side - 1
-    x = box.lower + at * (box.upper - box.lower)
+    x = box.lower + shares * (box.upper - box.lower)
     return dict(zip(("x", "y", "z", "nx", "ny", "nz"), (*x.T, *normal.T), strict=True))

@@ -35,7 +35,7 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     On an exact surface they are then as far off as that side. The boundary is closed, which rigid
     motions need.
     """
-    return _moved(mesh, lambda panel, first, last, place: place)
+    return _moved(mesh, lambda panel, first, last, middle: middle)
 
 
 def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
@@ -48,10 +48,10 @@ def apart(mesh: SurfaceMesh, surface: Boundary) -> SurfaceMesh:
     length. A side through equidistant points leaves it by the fourth power.
     """
 
-    def half_way(panel: int, first: Array, last: Array, place: Array) -> Array:
+    def half_way(panel: int, first: Array, last: Array, middle: Array) -> Array:
         part = mesh.part[panel : panel + 1]
         return np.asarray(
-            centred(surface, part, first[None, None], last[None, None], place[None, None])[0, 0]
+            centred(surface, part, first[None, None], last[None, None], middle[None, None])[0, 0]
         )
 
     return with_half_way_middles(_moved(mesh, half_way), surface)
@@ -96,13 +96,13 @@ def centred(surface: Boundary, part: Index, first: Array, last: Array, middle: A
     ]
 
 
-def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
-    """Return the mesh with hanging points moved to the positions that `place` returns."""
+def _moved(mesh: SurfaceMesh, moved_to: Place) -> SurfaceMesh:
+    """Return the mesh with hanging points moved to the positions that `moved_to` returns."""
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved):
         return mesh
     panel, k, (start, stop, middle) = mesh.sides_of(curved)
-    sides = _Sides(start, stop, middle, panel, place)
+    sides = _Sides(start, stop, middle, panel, moved_to)
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
@@ -133,14 +133,14 @@ def bent(mesh: SurfaceMesh, surface: Boundary, places: Array, share: float, most
         return result
     panel, k, points = mesh.sides_of(curved)
     length = np.linalg.norm(points[1] - points[0], axis=1)
-    first, last, at = numbered(points.reshape(-1, 3)).reshape(3, -1)
-    short = np.full(1 + max(first.max(), last.max(), at.max()), np.inf)
+    first, last, centre = numbered(points.reshape(-1, 3)).reshape(3, -1)
+    short = np.full(1 + max(first.max(), last.max(), centre.max()), np.inf)
     for ends in (first, last):
         np.minimum.at(short, ends, length)
     asked = scipy.spatial.cKDTree(places).query(points[2])[0] <= length
     panel, k = panel[asked], k[asked]
     off = _off(surface, mesh.part[panel], *points[:, asked])
-    over = off > np.minimum(share * short[at[asked]], most)
+    over = off > np.minimum(share * short[centre[asked]], most)
     result[panel[over], k[over] % 2] = True
     return result
 
@@ -176,9 +176,9 @@ class _Sides:
     """
 
     def __init__(
-        self, start: Array, stop: Array, middle: Array, panel: Index, place: Place
+        self, start: Array, stop: Array, middle: Array, panel: Index, moved_to: Place
     ) -> None:
-        self._place = place
+        self._place = moved_to
         points = np.concatenate([start, stop, middle])
         numbers = numbered(points)
         self.numbers = numbers.reshape(3, -1)

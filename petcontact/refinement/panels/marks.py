@@ -49,8 +49,8 @@ Part = tuple[BoundaryMesh, str]
 
 def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Index, Index]:
     """Return the numbers of elements of two parts that face one another, (k,) and (k,)."""
-    (one, part), (two, primary_part) = secondary, primary
-    (elements, own), (primaries, opposite) = one.faces(part), two.faces(primary_part)
+    (mesh, part), (primary_mesh, primary_part) = secondary, primary
+    (elements, own), (primaries, opposite) = mesh.faces(part), primary_mesh.faces(primary_part)
     # one point on each piece is enough
     pieces = own.segments(opposite, np.zeros_like(elements), np.zeros_like(primaries), direction)
     couples = np.unique(np.column_stack([elements[pieces.face], primaries[pieces.other]]), axis=0)

@@ -105,7 +105,7 @@ def _rectangle(
     """Yield a patch on the face of a box: a rectangle, with rectangles around it."""
     number = mesh.part_names.index(part)
     on_face = mesh.part == number
-    low, high = (each[on_face] for each in mesh.boxes)
+    low, high = (corner[on_face] for corner in mesh.boxes)
     low, high, normal = (
         low.min(axis=0),
         high.max(axis=0),
@@ -224,7 +224,7 @@ def _panels_around(
         away[on_part] = _distance(zone, panels, on_part)
         if np.count_nonzero(away < AROUND[0]) > MOST:
             return
-        for near in (away < each for each in AROUND):
+        for near in (away < limit for limit in AROUND):
             if _rim(zone, panels, np.flatnonzero(near), sector) is not None:
                 graded, near = _graded(panels, near, number, zone.centre, surface)
                 rim, rest = (

@@ -147,9 +147,9 @@ def _widths(lines: Array, reach: Array) -> Array:
 
 def _outside(patch: Patch, edge: Array, share: Array) -> Array:
     """Return lines (2n, 2s, 3) from the edge (2s, 3) to the rim, with lines half-way between."""
-    every = np.repeat(share, 2)[1:-2]
-    every[::2] = 0.5 * (share[1:] + share[:-1])
-    between = edge + every[:, None, None] * (patch.rim - edge)
+    shares = np.repeat(share, 2)[1:-2]
+    shares[::2] = 0.5 * (share[1:] + share[:-1])
+    between = edge + shares[:, None, None] * (patch.rim - edge)
     return np.append(
         patch.onto(between.reshape(-1, 3)).reshape(between.shape), patch.rim[None], axis=0
     )

@@ -170,8 +170,10 @@ def _parabola(
     near = np.argsort(distance)[:NEIGHBOURS]
     plane = np.linalg.svd(normal[None])[2][1:]
     z, size = (x[near] - centre) @ plane.T, float(distance[near[-1]])
-    one, two = z.T / size
-    terms = np.column_stack([np.ones_like(one), one, two, 0.5 * one**2, one * two, 0.5 * two**2])
+    first, second = z.T / size
+    terms = np.column_stack(
+        [np.ones_like(first), first, second, 0.5 * first**2, first * second, 0.5 * second**2]
+    )
     coefficients = np.linalg.lstsq(terms, gap[near], rcond=None)[0]
     curvatures, vectors = np.linalg.eigh(
         np.array([[coefficients[3], coefficients[4]], [coefficients[4], coefficients[5]]]) / size**2

@@ -109,8 +109,10 @@ class Tails:
         element, (n_elements,)."""
         square = np.zeros(len(self._area))
         for members, element, left in self._lower:
-            each = left[less - 1] @ values[members].reshape(len(element), -1, values.shape[1])
-            square[element] = np.einsum("enc,enc->e", each, each)
+            coefficients = left[less - 1] @ values[members].reshape(
+                len(element), -1, values.shape[1]
+            )
+            square[element] = np.einsum("enc,enc->e", coefficients, coefficients)
         if len(self._constant):
             gradient = self._slope @ (values[self._near] - values[self._constant, None])
             square[self._element[self._constant]] = np.sum(gradient**2, axis=(1, 2))

@@ -51,13 +51,13 @@ class Zone:
         high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
         return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
 
-    def apart(self, other: Zone) -> float:
+    def apart(self, zone: Zone) -> float:
         """Return the difference of centre and axes from those of another zone, over the axes [-].
 
         Both zones must have their axes in the same order.
         """
-        square = np.sum((self.centre - other.centre) ** 2) + np.sum(
-            (self.axes @ self.axes.T - other.axes @ other.axes.T) ** 2
+        square = np.sum((self.centre - zone.centre) ** 2) + np.sum(
+            (self.axes @ self.axes.T - zone.axes @ zone.axes.T) ** 2
         ) / np.sum(self.axes**2)
         return float(np.sqrt(square / np.sum(self.axes**2)))
 
