@@ -111,9 +111,9 @@ and were ten times the difference."""
 CONTACT_LADDER = Ladder(
     CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3)
 )
-"""Levels for p and q. On the milder level the errors of 108 random problems were at most 0.032 for
-a wanted 5e-2. 50, 90 and 99 % of them were below 0.40, 0.90 and 1.44 times the difference, which
-counts twice."""
+"""Levels for p and q. For a wanted 5e-2 the errors of 105 random bodies of revolution were at most
+0.020. 50, 90 and 99 % of them were below 0.21, 0.56 and 0.92 times the estimate, in which the only
+difference counts twice."""
 
 
 def first_level(accuracy: float) -> int:

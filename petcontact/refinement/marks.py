@@ -138,7 +138,7 @@ class Body:
     def after(self, mesh: CurveMesh) -> Body:
         """Return the body whose next meshes have smaller elements at corners than a mesh."""
         ends = np.cumsum(mesh.length)
-        starts, last = ends - mesh.length, []
+        starts, last = ends - mesh.length, list[tuple[float, float]]()
         sides = np.array([side.length for side in self.outline.sides])
         for length, end in zip(sides, np.cumsum(sides), strict=True):
             nearest = np.abs(starts - (end - length)).argmin(), np.abs(ends - end).argmin()
