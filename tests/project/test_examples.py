@@ -4,6 +4,7 @@ Jupyter."""
 from __future__ import annotations
 
 import json
+import re
 import runpy
 from pathlib import Path
 
@@ -45,6 +46,11 @@ def test_an_example_gives_its_number(name, capsys):
     assert 10 <= len((EXAMPLES / f"{name}.py").read_text().splitlines()) <= 64
 
 
+def resolved(text):
+    """What is printed, but for times and round-off."""
+    return re.sub(r"(time \[s\]|elastic ).*", r"\1", text)
+
+
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_a_notebook_runs(name, capsys, monkeypatch):
     monkeypatch.setattr(matplotlib.rcParams, "backend", "agg", raising=False)
@@ -54,6 +60,9 @@ def test_a_notebook_runs(name, capsys, monkeypatch):
         if cell["cell_type"] == "code":
             assert bool(cell["outputs"]) == name.startswith("lesson")  # only these are read unrun
             exec(compile("".join(cell["source"]), f"{name}.ipynb", "exec"), names)
+            stored = [line for out in cell["outputs"] for line in out.get("text", ())]
+            printed = capsys.readouterr().out if stored else ""
+            assert resolved(printed) == resolved("".join(stored))  # as it is read unrun
     assert NOTEBOOKS[name](names)
     matplotlib.pyplot.close("all")
 
