@@ -194,9 +194,9 @@ def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
     nodal : (m, c) array
         Values of the function there.
     """
-    every = np.zeros((samples.mesh.n_nodes, nodal.shape[1]))
-    every[nodes] = nodal
-    return samples.projected(nodes) if samples.misses(every) else nodal
+    on_mesh = np.zeros((samples.mesh.n_nodes, nodal.shape[1]))
+    on_mesh[nodes] = nodal
+    return samples.projected(nodes) if samples.misses(on_mesh) else nodal
 
 
 @frozen
@@ -243,8 +243,8 @@ class Cells:
     def integrals(self) -> Array:
         """Integrals of the function, its size and its square, (k, c + 2)."""
         size = np.linalg.norm(self.values, axis=2)[..., None]
-        every = np.concatenate([self.values, size, size**2], axis=2)
-        return np.asarray(np.einsum("kq,kqc->kc", self.weight, every))
+        fields = np.concatenate([self.values, size, size**2], axis=2)
+        return np.asarray(np.einsum("kq,kqc->kc", self.weight, fields))
 
 
 def _halved(cells: Cells, rule: Callable[..., Any], scale: float) -> tuple[Cells, Array]:

@@ -96,9 +96,9 @@ def best_slopes(order: int) -> Array:
     """
     last = np.eye(order + 2)[order + 1]
     zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))
-    found: Array = np.sort(np.real(zeros))
-    found.setflags(write=False)
-    return found
+    roots: Array = np.sort(np.real(zeros))
+    roots.setflags(write=False)
+    return roots
 
 
 @functools.cache

@@ -277,9 +277,12 @@ class CurveMesh(BoundaryMesh):
 
     def on_elements(self, numbers: Index, xi: Array) -> tuple[Array, Array]:
         """Return points (m, k, 2) of m elements at k values of ξ, and outward normals there."""
-        each, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
+        elements, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
         points, normals = on_arcs(
-            self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers))
+            self.start[elements],
+            self.end[elements],
+            self.half_angle[elements],
+            np.tile(xi, len(numbers)),
         )
         return points.reshape(shape), normals.reshape(shape)
 

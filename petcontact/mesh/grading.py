@@ -160,7 +160,7 @@ def _split(points: Array, largest: float) -> Array:
 
 def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
     """Return the fractions of the graded points on each side, 0 and 1 at its ends."""
-    found: list[list[float]] = [[] for _ in outline.sides]
+    by_side: list[list[float]] = [[] for _ in outline.sides]
     within = TOLERANCE * outline.diameter
     for point in options.graded_points:
         projections = [_project(side, np.array(point)) for side in outline.sides]
@@ -169,12 +169,12 @@ def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
             raise InputError(
                 f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary"
             )
-        for fractions, (distance, fraction) in zip(found, projections, strict=True):
+        for fractions, (distance, fraction) in zip(by_side, projections, strict=True):
             if distance <= nearest + within:
                 fractions.append(fraction)
     return [
         distinct(np.array(fractions), within / side.length, 1.0)
-        for fractions, side in zip(found, outline.sides, strict=True)
+        for fractions, side in zip(by_side, outline.sides, strict=True)
     ]
 
 

@@ -268,11 +268,11 @@ def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, afte
             k = min(4 * k, len(cloud))
             near = tree.query(points[left], k=k)[1].reshape(len(left), k)
             own = side[left][:, None]
-            other = (
+            is_far = (
                 (owner[near] != own) & (owner[near] != before[own]) & (owner[near] != after[own])
             )
-            seen = other.any(axis=1)
-            away = points[left[seen]] - cloud[near[seen, np.argmax(other[seen], axis=1)]]
+            seen = is_far.any(axis=1)
+            away = points[left[seen]] - cloud[near[seen, np.argmax(is_far[seen], axis=1)]]
             limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
             left = left[~seen] if k < len(cloud) else left[:0]
     return limits

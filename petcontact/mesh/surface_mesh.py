@@ -73,19 +73,19 @@ class SurfaceMesh(BoundaryMesh):
         x, normal, weight = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
         groups: dict[int, Panels | CurvedPanels] = {}
         for number in np.unique(kind).tolist():
-            mine = np.flatnonzero(kind == number)
+            members = np.flatnonzero(kind == number)
             corners = 3 if number & TRIANGLE else 4
-            nodes = first[mine][:, None] + np.arange(counts[mine[0]])
+            nodes = first[members][:, None] + np.arange(counts[members[0]])
             if number & CURVED:
                 points = np.concatenate(
-                    [self.corners[mine, :corners], middles[mine, : 2 * corners - 3]], axis=1
+                    [self.corners[members, :corners], middles[members, : 2 * corners - 3]], axis=1
                 )
                 groups[number], x[nodes], weight[nodes], normal[nodes] = make_curved_panels(
-                    points, number % TRIANGLE, mine
+                    points, number % TRIANGLE, members
                 )
             else:
                 flat, x[nodes], weight[nodes] = make_panels(
-                    self.corners[mine, :corners], number % TRIANGLE, mine
+                    self.corners[members, :corners], number % TRIANGLE, members
                 )
                 groups[number], normal[nodes] = flat, flat.frame[:, None, 2]
         element = np.repeat(np.arange(len(counts)), counts)
@@ -107,8 +107,8 @@ class SurfaceMesh(BoundaryMesh):
         """As in `BoundaryMesh`; on curved panels they are those of `smooth_normals`, (n, 3)."""
         normal = self.normal.copy()
         curved = [group for group in self._groups.values() if isinstance(group, CurvedPanels)]
-        for group, found in zip(curved, smooth_normals(curved), strict=True):
-            normal[self.first_node[group.index][:, None] + np.arange(group.n_nodes)] = found
+        for group, unit in zip(curved, smooth_normals(curved), strict=True):
+            normal[self.first_node[group.index][:, None] + np.arange(group.n_nodes)] = unit
         return normal
 
     @property
@@ -183,8 +183,8 @@ class SurfaceMesh(BoundaryMesh):
         """Local coordinates of all nodes on their panels, (n, 2) [-]."""
         result = np.empty((self.n_nodes, 2))
         for panels in self._groups.values():
-            here = self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)
-            result[here.ravel()] = panels.nodes.reshape(-1, 2)
+            nodes = self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)
+            result[nodes.ravel()] = panels.nodes.reshape(-1, 2)
         return result
 
     def batches(self) -> list[Batch]:

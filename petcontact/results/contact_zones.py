@@ -38,7 +38,7 @@ def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -
     order = order[np.isfinite(pair.gap[order])]
     order, s, period = _from_an_open_place(pair, order)
     way = main_direction(pair.sigma_t)
-    found = edges(
+    all_edges = edges(
         s,
         pair.pressure[order],
         signed(pair.sigma_t[order], way),
@@ -49,7 +49,7 @@ def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -
         smallest,
         finest,
     )
-    back = [replace(edge, s=edge.s - period) if edge.s >= period else edge for edge in found]
+    back = [replace(edge, s=edge.s - period) if edge.s >= period else edge for edge in all_edges]
     return sorted(back, key=lambda edge: edge.s)
 
 

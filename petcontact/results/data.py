@@ -213,15 +213,15 @@ class SolutionData(Evaluated):
         mesh = self.meshes[self.only_body("zones")]
         if self.accuracy.zones is not None:  # as an adaptive solve places their ends
             return [Zone(*zone) for zone in self.accuracy.zones]
-        found: list[Zone] = []
+        zones: list[Zone] = []
         for name, pair in sorted(
             self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))
         ):
             along = main_direction(pair.sigma_t)
             slips, pulls = (signed(x, along) for x in (pair.slip_increment, pair.sigma_t))
             way = np.sign(slips - 1e-300 * pulls)
-            found += zones_of(mesh, self.nodes[name], np.where(pair.state == SLIP, way, pair.state))
-        return [zone for zone in found if zone.sign != OPEN]
+            zones += zones_of(mesh, self.nodes[name], np.where(pair.state == SLIP, way, pair.state))
+        return [zone for zone in zones if zone.sign != OPEN]
 
     @property
     def tension_share(self) -> float:
@@ -239,14 +239,14 @@ class SolutionData(Evaluated):
         dict
             Arrays by part; of several bodies such a dict by body. Their sum is of the mesh's error.
         """
-        found: dict[str, dict[str, Array]] = {}
+        resultants: dict[str, dict[str, Array]] = {}
         for name, mesh in self.meshes.items():
             forces = mesh.weight[:, None] * self.increment(step).bodies[name].traction
-            found[name] = {
+            resultants[name] = {
                 part: forces[mesh.node_part == k].sum(axis=0)
                 for k, part in enumerate(mesh.part_names)
             }
-        return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
+        return dict(resultants) if len(resultants) > 1 else dict(next(iter(resultants.values())))
 
     def until(self, number: int) -> Self:
         """The same up to an increment, by its number from 1 on, which is the last one then."""

@@ -214,11 +214,11 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
     place.attrs.update(known)
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
-        here = _ordered(place, f"contact/{name}")
+        folder = _ordered(place, f"contact/{name}")
         still = {key: group[f"pairs/{name}/{key}"] for key in STILL}
-        _put(here, still | _values(pair, (*MOVING, *ERRORS, "wear")))
+        _put(folder, still | _values(pair, (*MOVING, *ERRORS, "wear")))
         worn = ("worn_volume", "worn_depth") if pair.wear is not None else ()
-        _put(here.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
+        _put(folder.attrs, _values(pair, (*RESULTANTS, "area", "imbalance", *worn)))
     for name, body in step.bodies.items():
         still = {key: group[f"bodies/{name}/{key}"] for key in ("x", "normal", "weight", "part")}
         inside = solution.body_fields(name, step).known
@@ -254,10 +254,10 @@ def _contact(solution: SolutionData) -> dict[str, Any]:
     """Return the columns of /contact in the order of the nodes."""
     columns = solution.columns()
     order = np.argsort(columns["nodes"], kind="stable")
-    found = {key: columns[key][order] for key in ONE_BODY}
-    if found["tangent"].shape[1] == 1:  # a single tangent has no axis of its own
-        found["tangent"] = found["tangent"][:, 0]
-    return found
+    fields = {key: columns[key][order] for key in ONE_BODY}
+    if fields["tangent"].shape[1] == 1:  # a single tangent has no axis of its own
+        fields["tangent"] = fields["tangent"][:, 0]
+    return fields
 
 
 def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
@@ -281,9 +281,9 @@ def describe(item: Any, path: str, units: Units) -> None:
     The unit has the user's name if the problem gives one.
     """
     *_, folder, name = f"/{path}".split("/")
-    known = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
-    if known and isinstance(item, h5py.Dataset):
-        unit, meaning = known
+    entry = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
+    if entry and isinstance(item, h5py.Dataset):
+        unit, meaning = entry
         names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
         for key, text in (("unit", names.get(unit) or unit), ("description", meaning)):
             # half of the time of writing a small result, by h5py's own attrs, which are ready to
@@ -359,7 +359,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
             )
         for name, pair in step.pairs.items():
             check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
-    found = SolutionData(
+    solution = SolutionData(
         problem,
         meshes,
         nodes,
@@ -374,18 +374,18 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
         written=read_numbers(group, source),
     )
     if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
-        _check_one_body(group, found, source)
-    return found
+        _check_one_body(group, solution, source)
+    return solution
 
 
 def _read_history(rows: dict[str, Any], increment: int) -> History:
     """Return the iterations of one increment; files of 0.2.0 have none."""
     if "increment" not in rows:
         return History()
-    mine = rows["increment"] == increment
-    exchanged = rows["exchanged"][mine] if "exchanged" in rows else np.empty(0, dtype=int)
+    rows_of = rows["increment"] == increment
+    exchanged = rows["exchanged"][rows_of] if "exchanged" in rows else np.empty(0, dtype=int)
     return History(
-        **{key: rows[key][mine].tolist() for key in COLUMNS},
+        **{key: rows[key][rows_of].tolist() for key in COLUMNS},
         exchanged=exchanged[exchanged >= 0].tolist(),
     )
 
@@ -394,22 +394,22 @@ def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
         name: PairResult(
-            **{key: here[key][()] for key in (*STILL, *MOVING)},
-            **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
-            wear=here["wear"][()] if "wear" in here else None,
-            errors=functools.partial(tuple, [here[key][()] for key in ERRORS])
-            if ERRORS[0] in here
+            **{key: folder[key][()] for key in (*STILL, *MOVING)},
+            **{key: folder.attrs[key] for key in RESULTANTS if key in folder.attrs},
+            wear=folder["wear"][()] if "wear" in folder else None,
+            errors=functools.partial(tuple, [folder[key][()] for key in ERRORS])
+            if ERRORS[0] in folder
             else None,
         )
-        for name, here in place.get("contact", {}).items()
+        for name, folder in place.get("contact", {}).items()
     }
     bodies = {
-        name: BodyResult(here["u"][()], here["traction"][()])
-        for name, here in place.get("body", {}).items()
+        name: BodyResult(folder["u"][()], folder["traction"][()])
+        for name, folder in place.get("body", {}).items()
     }
     obstacles = {
-        name: ObstacleResult(*(here.attrs[key] for key in PLACES))
-        for name, here in place.get("obstacle", {}).items()
+        name: ObstacleResult(*(folder.attrs[key] for key in PLACES))
+        for name, folder in place.get("obstacle", {}).items()
     }
     residuals = {
         key: float(facts.get(f"residual_{key}", np.nan)) for key in (*RESIDUALS, *MEASURES)

@@ -103,7 +103,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         for each, share in _coarser(solution)
     ]
     single = len(others) == 1 and not solution.accuracy.estimates
-    found = list[Number]()
+    result = list[Number]()
     for number in numbers:
         error = number.error
         for other, share, there in others:
@@ -116,8 +116,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         if number.name == "dissipated energy":
             # a product of what is known to this share in L2, where two meshes agree by chance
             alone = np.fmax(0.0, min(solution.accuracy.error, 1.0) * number.size)
-        found.append(number.known_to(float(np.maximum(error, alone))))
-    return _balanced(found)
+        result.append(number.known_to(float(np.maximum(error, alone))))
+    return _balanced(result)
 
 
 def _balanced(numbers: Sequence[Number]) -> list[Number]:
@@ -216,8 +216,8 @@ def _carried(solution: Evaluated, name: str, values: Array, x: Array) -> Array:
     element, place = located(mesh, x, part, within=sizes(mesh))
     whole, result = np.zeros(mesh.n_nodes), np.full(len(x), np.nan)
     whole[solution.nodes[name]] = values
-    found = element >= 0
-    result[found] = mesh.basis_at(element[found], place[found]) @ whole
+    on_part = element >= 0
+    result[on_part] = mesh.basis_at(element[on_part], place[on_part]) @ whole
     return result
 
 
@@ -257,7 +257,10 @@ class _Stresses:
 
 def _stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, _Stresses]:
     """Return the stress around each largest stress that has a place."""
-    found, unbounded = dict[Key, _Stresses](), dict[tuple[int, int], dict[str, list[Unbounded]]]()
+    stresses, unbounded = (
+        dict[Key, _Stresses](),
+        dict[tuple[int, int], dict[str, list[Unbounded]]](),
+    )
     for number in numbers:
         place = number.place if stress_name(number) and number.size != 0.0 else None
         if place is None or np.isinf(number.error):
@@ -271,8 +274,8 @@ def _stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, 
         away = np.linalg.norm(corners.x - place, axis=1)
         at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
         values = _stress_at(solution, number, x, parts)
-        found[number.key] = _Stresses(x, parts, values, count, bool(number.part and at_corner))
-    return found
+        stresses[number.key] = _Stresses(x, parts, values, count, bool(number.part and at_corner))
+    return stresses
 
 
 def _stress_change(
@@ -340,13 +343,13 @@ def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Arr
     fields = solution.body_fields(number.of, _end(solution, number))
     if not number.part:
         return np.asarray(getattr(fields.at(x, outside=np.nan), key))
-    found = np.full(len(x), np.nan)
+    stress = np.full(len(x), np.nan)
     for part in np.unique(parts).tolist():
         rows = np.flatnonzero(parts == part)
         element, place = located(mesh, x[rows], part, within=sizes(mesh))
         on = element >= 0
-        found[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
-    return found
+        stress[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
+    return stress
 
 
 def _by_tails(solution: Evaluated, number: Number) -> Number:
@@ -371,6 +374,6 @@ def _by_tails(solution: Evaluated, number: Number) -> Number:
 
 def _acting(pairs: dict[str, PairResult], number: Number) -> float:
     """Return the sum of all that acts on the pairs of a number, or its size if that is larger."""
-    mine = [pairs[number.of]] if number.of in pairs else list(pairs.values())
-    force, moment = np.sum([(0.0, 0.0), *map(resultant, mine)], axis=0).tolist()
+    acting = [pairs[number.of]] if number.of in pairs else list(pairs.values())
+    force, moment = np.sum([(0.0, 0.0), *map(resultant, acting)], axis=0).tolist()
     return float(max({"force": force, "moment": moment}.get(number.unit, 0.0), number.size))

@@ -111,8 +111,8 @@ def stress_peaks(
             for step, of_bodies in ends
             for body, places in of_bodies.items()
         ]
-        found = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
-    return {name: peaks for name, peaks in found.items() if peaks != Peaks(None, None, [])}
+        by_name = {name: _largest(samples, key) for name, key in QUANTITIES.items()}
+    return {name: peaks for name, peaks in by_name.items() if peaks != Peaks(None, None, [])}
 
 
 def _largest(samples: Sequence[_Samples], key: str) -> Peaks:
@@ -286,7 +286,7 @@ class _Samples:
         reached = np.zeros(len(values), dtype=bool)
         reached[self._seeds] = True
         # what elements at such a place say of a stress without a bound is chance
-        known = np.where(reached | ~np.isfinite(values), np.inf, values)
+        finite = np.where(reached | ~np.isfinite(values), np.inf, values)
         for place in self._places:
             away = np.linalg.norm(self._x - place.x, axis=1)
             rows = np.flatnonzero(away < self._reach)
@@ -294,7 +294,7 @@ class _Samples:
             distances = away[rows]  # 0 of a sample on the place itself
             first = np.searchsorted(distances, 0.5 * distances)
             end = np.searchsorted(distances, 2.0 * distances, side="right")
-            around = [known[rows[a:b]].max() for a, b in zip(first, end, strict=True)]
+            around = [finite[rows[a:b]].max() for a, b in zip(first, end, strict=True)]
             least = np.minimum.accumulate(around)
             reached[rows[values[rows] <= (1.0 + UPHILL) * least]] = True
         return reached

@@ -70,7 +70,7 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
     stress."""
     parts: list[Table] = []
     for name, mesh in solution.meshes.items():
-        found, stress = step.bodies[name], solution.stress_on_boundary(name, step)
+        result, stress = step.bodies[name], solution.stress_on_boundary(name, step)
         parts.append(
             {
                 "body": np.full(mesh.n_nodes, name),
@@ -79,8 +79,8 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
                 **named("", mesh.x),
                 **named("n", mesh.normal),
                 "weight": mesh.weight,
-                **named("u", found.u),
-                **named("t", found.traction),
+                **named("u", result.u),
+                **named("t", result.traction),
                 **{f"sigma_{c}": s for c, s in zip(mesh.stresses, stress.T, strict=True)},
             }
         )
@@ -126,7 +126,7 @@ def obstacles_table(solution: SolutionData, step: StepResult) -> Table:
     """Of each obstacle: displacement and rotation, and the force and moment that act on it from
     outside."""
     obstacles = step.obstacles
-    found: Table = {"obstacle": np.array(list(obstacles))}
+    columns: Table = {"obstacle": np.array(list(obstacles))}
     for name, key in (
         ("u", "displacement"),
         ("rotation", "rotation"),
@@ -136,8 +136,8 @@ def obstacles_table(solution: SolutionData, step: StepResult) -> Table:
         values = np.array(
             [np.atleast_1d(getattr(obstacle, key)) for obstacle in obstacles.values()]
         )
-        found |= named(name, values) if values.shape[1:] != (1,) else {name: values.ravel()}
-    return found
+        columns |= named(name, values) if values.shape[1:] != (1,) else {name: values.ravel()}
+    return columns
 
 
 def increments_table(solution: SolutionData, step: StepResult) -> Table:
@@ -200,7 +200,7 @@ def csv_text(columns: Mapping[str, Any]) -> str:
 
 def with_units(columns: Mapping[str, Any], solution: SolutionData) -> Table:
     """The same columns with the names of units that the problem gives: "pressure [MPa]"."""
-    power, units, found = (
+    power, units, named_columns = (
         next(iter(solution.meshes.values())).weight_power,
         solution.problem.units,
         {},
@@ -208,8 +208,8 @@ def with_units(columns: Mapping[str, Any], solution: SolutionData) -> Table:
     for name, values in columns.items():
         kind = next((kind for kind, names in UNITS if re.fullmatch(names, name)), "")
         unit = unit_of(kind, units, power) if kind else ""
-        found[f"{name} [{unit}]" if unit else name] = values
-    return found
+        named_columns[f"{name} [{unit}]" if unit else name] = values
+    return named_columns
 
 
 def write_tables(

@@ -77,17 +77,19 @@ def _local(panels: CurvedPanels, x: Array) -> Array:
     )
 
 
-def _through(at: Array) -> Array:
+def _through(points: Array) -> Array:
     """Return coefficients (n, 6) of quadratic heights through points (n, q, 3), by least
     squares."""
     return np.asarray(
-        np.einsum("ncq,nq->nc", np.linalg.pinv(monomials(at[..., :2], QUADRATIC)), at[..., 2])
+        np.einsum(
+            "ncq,nq->nc", np.linalg.pinv(monomials(points[..., :2], QUADRATIC)), points[..., 2]
+        )
     )
 
 
-def _normals(panels: CurvedPanels, at: Array, height: Array, exponents: Array) -> Array:
+def _normals(panels: CurvedPanels, points: Array, height: Array, exponents: Array) -> Array:
     """Return unit normals (n, q, 3) at points of heights with coefficients (n, c)."""
-    slope = np.einsum("nc,nqci->nqi", height, monomial_slopes(at[..., :2], exponents))
+    slope = np.einsum("nc,nqci->nqi", height, monomial_slopes(points[..., :2], exponents))
     local = np.concatenate([-slope, np.ones_like(slope[..., :1])], axis=2)
     return np.asarray(
         np.einsum(
@@ -125,16 +127,19 @@ def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Ind
     return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
 
 
-def _height(panels: CurvedPanels, at: Array, normal: Array) -> Array:
+def _height(panels: CurvedPanels, points: Array, normal: Array) -> Array:
     """Return coefficients (n, c) of the heights with given points (n, q, 3) and normals, by least
     squares."""
     local = np.einsum("nij,nqj->nqi", panels.chord.frame, normal)
     # two panels meet in the middle of a side only: it weighs less than corners
-    weight = np.where(np.arange(at.shape[1]) < panels.n_corners, 1.0, 0.3)
+    weight = np.where(np.arange(points.shape[1]) < panels.n_corners, 1.0, 0.3)
     slope = -local[..., :2] / np.maximum(local[..., 2:], 0.1)
-    rows = [monomials(at[..., :2], HEIGHT)]
+    rows = [monomials(points[..., :2], HEIGHT)]
     rows += [
-        weight[:, None] * each for each in np.moveaxis(monomial_slopes(at[..., :2], HEIGHT), -1, 0)
+        weight[:, None] * each
+        for each in np.moveaxis(monomial_slopes(points[..., :2], HEIGHT), -1, 0)
     ]
-    wanted = np.concatenate([at[..., 2], weight * slope[..., 0], weight * slope[..., 1]], axis=1)
+    wanted = np.concatenate(
+        [points[..., 2], weight * slope[..., 0], weight * slope[..., 1]], axis=1
+    )
     return np.asarray(np.einsum("ncq,nq->nc", np.linalg.pinv(np.concatenate(rows, axis=1)), wanted))

@@ -77,17 +77,19 @@ def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
     >>> [round(float(sign @ area(polygon)), 9) for _, polygon, sign in parts]
     [1.0, -0.05]
     """
-    found = list[tuple[Index, Array, Array]]()
+    pieces = list[tuple[Index, Array, Array]]()
     for own, sign in _straight_and_slivers(subject):
-        for other, opposite in _straight_and_slivers(clipper):
+        for triangle, opposite in _straight_and_slivers(clipper):
             signs = sign * opposite
-            apart = (own.max(axis=1) <= other.min(axis=1)) | (other.max(axis=1) <= own.min(axis=1))
+            apart = (own.max(axis=1) <= triangle.min(axis=1)) | (
+                triangle.max(axis=1) <= own.min(axis=1)
+            )
             near = np.flatnonzero((signs != 0.0) & ~apart.any(axis=1))
-            polygon = clip(own[near], other[near])
+            polygon = clip(own[near], triangle[near])
             kept = area(polygon) > ROUNDED
-            if kept.any() or not found:
-                found.append((near[kept], polygon[kept], signs[near[kept]]))
-    return found
+            if kept.any() or not pieces:
+                pieces.append((near[kept], polygon[kept], signs[near[kept]]))
+    return pieces
 
 
 def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
@@ -96,14 +98,14 @@ def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
 
     The slivers have signs, 0 for none.
     """
-    found = [(lines[:, :, 0], np.ones(len(lines)))]
+    polygons = [(lines[:, :, 0], np.ones(len(lines)))]
     for side in range(lines.shape[1]):
         sliver = lines[:, side]
         size = area(sliver)
         if (np.abs(size) > ROUNDED).any():
             ordered = np.where((size < 0.0)[:, None, None], sliver[:, ::-1], sliver)
-            found.append((ordered, np.where(np.abs(size) > ROUNDED, np.sign(size), 0.0)))
-    return found
+            polygons.append((ordered, np.where(np.abs(size) > ROUNDED, np.sign(size), 0.0)))
+    return polygons
 
 
 def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:

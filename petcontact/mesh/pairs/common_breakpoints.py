@@ -183,8 +183,8 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
         met, fractions = pair.to_secondary(k, 0.5 * (mesh.breaks[1:] + mesh.breaks[:-1]))
         order = mesh.order.copy()
         for number in np.unique(met[met >= 0]):
-            mine = met == number
-            order[mine] = _orders_at(meshes[a][a_sides[number]], fractions[mine])
+            facing = met == number
+            order[facing] = _orders_at(meshes[a][a_sides[number]], fractions[facing])
         meshes[b][side] = SideMesh(mesh.breaks, order, mesh.within)
 
 

@@ -86,10 +86,10 @@ class Curves(Faces):
             # the same point at the end of two curves belongs to the one that holds it better
             rank = np.where(met, np.abs(distance) + 1e-14 * np.abs(fraction - 0.5), np.inf)
             best, row = np.argmin(rank, axis=1), np.arange(len(distance))
-            here = met[row, best]
-            face[k + row[here]] = number[best[here]]
-            place[k + row[here]] = np.clip(fraction[row, best][here], 0.0, 1.0)
-            far[k + row[here]] = distance[row, best][here]
+            hit = met[row, best]
+            face[k + row[hit]] = number[best[hit]]
+            place[k + row[hit]] = np.clip(fraction[row, best][hit], 0.0, 1.0)
+            far[k + row[hit]] = distance[row, best][hit]
         return Hits(face, place, far)
 
     def _met(

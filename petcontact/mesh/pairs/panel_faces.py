@@ -135,15 +135,17 @@ class PanelFaces(Faces):
     ) -> Segments:
         """See `Faces.segments`: opposite panels, projected onto the plane of each panel, clip
         it."""
-        found = self._clipped(other, order, opposite, direction)
-        found = self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
-        x, normal = self.at(found.face, found.place)
+        segments = self._clipped(other, order, opposite, direction)
+        segments = self._nearest_only(
+            other, segments, along(direction, self.frame[:, 2]), direction
+        )
+        x, normal = self.at(segments.face, segments.place)
         normal = along(direction, normal)
-        distance = np.sum((other.at(found.other, found.opposite)[0] - x) * normal, axis=1)
+        distance = np.sum((other.at(segments.other, segments.opposite)[0] - x) * normal, axis=1)
         # no other face lies between, up to an overlap of a twentieth of a panel
-        kept = distance >= -0.05 * self.size[found.face]
+        kept = distance >= -0.05 * self.size[segments.face]
         kept[~kept] = ~other.beyond(x[~kept], normal[~kept], distance[~kept])
-        return found.take(kept)
+        return segments.take(kept)
 
     def _clipped(
         self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
@@ -174,19 +176,19 @@ class PanelFaces(Faces):
         for number, polygon, sign in shared(sides, shadow):
             rule = count[number] if len(parts) == 1 else np.full(len(number), THIN)
             for points in np.unique(rule).tolist():
-                mine = np.flatnonzero(rule == points)
-                local, weight = fan_rule(polygon[mine], points)
+                rows = np.flatnonzero(rule == points)
+                local, weight = fan_rule(polygon[rows], points)
                 chosen = weight > 0.0
                 face, seen = (
-                    np.broadcast_to(k[number[mine], None], weight.shape)[chosen] for k in (i, j)
+                    np.broadcast_to(k[number[rows], None], weight.shape)[chosen] for k in (i, j)
                 )
                 place, weights = self._lifted(
-                    face, local[chosen], (sign[mine, None] * weight)[chosen]
+                    face, local[chosen], (sign[rows, None] * weight)[chosen]
                 )
                 x, outward = self.at(face, place)
                 opposite_place = other._met(seen, x, along(direction, outward))[0]
-                found = np.all(np.isfinite(opposite_place), axis=1)
-                parts.append(Segments(face, place, seen, opposite_place, weights).take(found))
+                met = np.all(np.isfinite(opposite_place), axis=1)
+                parts.append(Segments(face, place, seen, opposite_place, weights).take(met))
         return Segments.joined(parts)
 
     def _rim(self, pieces: int) -> Array:
@@ -287,7 +289,7 @@ class PanelFaces(Faces):
 
         The lines pass through points (m, 3) and have a thickness, with radii (m,).
         """
-        found = [(np.empty(0, dtype=np.int64),) * 2]
+        pairs = [(np.empty(0, dtype=np.int64),) * 2]
         step = max(1, TOGETHER // max(1, len(self)))
         middle = self.centre.mean(axis=0)
         c, x = self.centre - middle, x - middle
@@ -305,8 +307,8 @@ class PanelFaces(Faces):
             # the squares cancel to round-off of the farthest
             i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
             outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -WRITTEN)
-            found.append((k + i[outside], j[outside]))
-        i, j = (np.concatenate(values) for values in zip(*found, strict=True))
+            pairs.append((k + i[outside], j[outside]))
+        i, j = (np.concatenate(values) for values in zip(*pairs, strict=True))
         return i, j
 
     @functools.cached_property

@@ -38,13 +38,13 @@ def translated_sides(number: int, outline: Outline, part: str, partner: str) -> 
     InputError
         If one is not a translation of the other.
     """
-    own, other = (
+    own, opposite = (
         [k for k, side in enumerate(outline.sides) if side.part == name] for name in (part, partner)
     )
-    same = len(own) == len(other)
+    same = len(own) == len(opposite)
     if same:
         pairs = [
-            (outline.sides[a], outline.sides[b]) for a, b in zip(own, other[::-1], strict=True)
+            (outline.sides[a], outline.sides[b]) for a, b in zip(own, opposite[::-1], strict=True)
         ]
         length = sum(side.length for side, _ in pairs)
         ways = np.array([(b.end - a.start, b.start - a.end) for a, b in pairs]).reshape(-1, 2)
@@ -54,7 +54,7 @@ def translated_sides(number: int, outline: Outline, part: str, partner: str) -> 
         raise InputError(
             f"part {partner!r} is not part {part!r} moved along, side by side; periodic parts are"
         )
-    return TranslatedSides((number, np.array(own)), (number, np.array(other)))
+    return TranslatedSides((number, np.array(own)), (number, np.array(opposite)))
 
 
 def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
@@ -62,8 +62,8 @@ def partner_nodes(mesh: BoundaryMesh, part: str, partner: str) -> Index:
 
     The partner has the same elements, in reverse order.
     """
-    own, other = mesh.nodes_of(part), mesh.nodes_of(partner)
-    order = np.argsort(mesh.variables(own)["s"]), np.argsort(-mesh.variables(other)["s"])
+    own, opposite = mesh.nodes_of(part), mesh.nodes_of(partner)
+    order = np.argsort(mesh.variables(own)["s"]), np.argsort(-mesh.variables(opposite)["s"])
     result = np.empty_like(own)
-    result[order[0]] = other[order[1]]
+    result[order[0]] = opposite[order[1]]
     return result

@@ -40,15 +40,15 @@ def check_group(group: Any, source: str) -> None:
     """
     waiting, seen = [group], set()
     while waiting:
-        here = waiting.pop()
-        for name in here:
+        folder = waiting.pop()
+        for name in folder:
             refuse(
-                not isinstance(here.get(name, getlink=True), h5py.HardLink),
-                f"{source}: {here.name}/{name} refers to another place, results hold all their "
+                not isinstance(folder.get(name, getlink=True), h5py.HardLink),
+                f"{source}: {folder.name}/{name} refers to another place, results hold all their "
                 f"data",
                 ResultError,
             )
-            item = here[name]
+            item = folder[name]
             place = h5py.h5o.get_info(item.id).addr
             if place in seen:
                 continue  # a second name of what was looked at; groups may even hold themselves
@@ -95,14 +95,14 @@ def _fits(dtype: Any, name: str) -> bool:
 
 def check_link(file: Any, path: str, source: str) -> None:
     """Refuse the path of a group that leads through links to elsewhere."""
-    here = file
+    folder = file
     for name in filter(None, path.split("/")):
         refuse(
-            not isinstance(here.get(name, getlink=True), h5py.HardLink),
+            not isinstance(folder.get(name, getlink=True), h5py.HardLink),
             f"{source}: {path} refers to another place",
             ResultError,
         )
-        here = here[name]
+        folder = folder[name]
 
 
 def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> None:
@@ -133,8 +133,8 @@ def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -
     demand_range(contact["nodes"], mesh.n_nodes, f"{source}: contact/nodes")
     demand_range(contact["state"], 3, f"{source}: contact/state")
     demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
-    known = set(contact["part"].tolist()) <= set(mesh.part_names)
-    demand(known, f"{source}: contact/part names parts that the mesh has not")
+    are_parts = set(contact["part"].tolist()) <= set(mesh.part_names)
+    demand(are_parts, f"{source}: contact/part names parts that the mesh has not")
 
 
 def check_history(columns: Mapping[str, Any], source: str) -> None:

@@ -63,12 +63,12 @@ def _check_seal(path: Path) -> None:
         if not (cut or tail.startswith(SEAL)):
             return
         file.seek(0)
-        found, left = hashlib.sha256(), size
+        digest, left = hashlib.sha256(), size
         while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
-            found.update(block)
+            digest.update(block)
             left -= len(block)
     refuse(
-        cut or found.digest() != tail[len(SEAL) :],
+        cut or digest.digest() != tail[len(SEAL) :],
         f"{path}: damaged (its bytes are not those that were written)",
         ResultError,
     )

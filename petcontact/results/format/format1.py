@@ -52,7 +52,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     )
     check_history(vars(history), source)
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
-    found = {
+    pairs = {
         name: _ground_pair(mesh, name, contact, fields["traction"])
         for name in dict.fromkeys(contact["part"].tolist())
     }
@@ -70,7 +70,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
             "balance": 0.0,
             "elastic": float(attributes["elastic_residual"]),
         },
-        {name: pair for name, (_, pair) in found.items()},
+        {name: pair for name, (_, pair) in pairs.items()},
         {ONE_BODY: BodyResult(**fields)},
         {},
         np.zeros(0),
@@ -87,8 +87,8 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     return SolutionData(
         problem,
         {ONE_BODY: mesh},
-        {name: found[name][0] for name in found},
-        {name: (ONE_BODY, name) for name in found},
+        {name: pairs[name][0] for name in pairs},
+        {name: (ONE_BODY, name) for name in pairs},
         [step] if status == "converged" else [],
         status,
         reason,
@@ -110,9 +110,9 @@ def _ground_pair(
 ) -> tuple[Index, PairResult]:
     """Nodes, and nodal fields after the only increment, of a contact part, as an interface with
     fixed ground."""
-    here = np.flatnonzero(mesh.node_part[contact["nodes"]] == mesh.part_names.index(part))
+    rows = np.flatnonzero(mesh.node_part[contact["nodes"]] == mesh.part_names.index(part))
     nodes, tangent, u_t, sigma_t, bound, state = (
-        contact[key][here]
+        contact[key][rows]
         for key in ("nodes", "tangent", "u_t", "sigma_t", "friction_bound", "state")
     )
     x, normal, weight, zero = (

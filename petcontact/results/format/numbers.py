@@ -44,19 +44,19 @@ def read_numbers(group: Any, source: str) -> tuple[Number, ...] | None:
 
 
 def _number(row: Any, source: str) -> Number:
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for each in fields(Number):
         value, kind = row[each.name], KINDS[str(each.type)]
         good = value is None or isinstance(value, (int, float) if kind is float else kind)
         demand(good and not isinstance(value, bool), f"{source}: numbers: {each.name} is {value!r}")
-        found[each.name] = value
+        values[each.name] = value
     known = ("value", "place")
-    found |= {key: None if found[key] is None else _array(found[key]) for key in known}
-    found["error"] = np.nan if found["error"] is None else float(found["error"])
+    values |= {key: None if values[key] is None else _array(values[key]) for key in known}
+    values["error"] = np.nan if values["error"] is None else float(values["error"])
     if not row["bounded"]:
-        found["error"] = np.inf
-    demand(found["value"] is not None, f"{source}: numbers: a value is missing")
-    return Number(**found)
+        values["error"] = np.inf
+    demand(values["value"] is not None, f"{source}: numbers: a value is missing")
+    return Number(**values)
 
 
 def _array(values: list[Any]) -> Any:

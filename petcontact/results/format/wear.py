@@ -17,9 +17,9 @@ def write_wear(group: Any, wear: WearHistory) -> None:
     place = group.create_group("wear", track_order=True)
     place["cycle"] = wear.cycle
     for name, depth in wear.depth.items():
-        here = place.create_group(f"contact/{name}", track_order=True)
-        here["pressure"], here["depth"] = wear.pressure[name], depth
-        here["volume"], here["largest_depth"] = (
+        folder = place.create_group(f"contact/{name}", track_order=True)
+        folder["pressure"], folder["depth"] = wear.pressure[name], depth
+        folder["volume"], folder["largest_depth"] = (
             depth @ group[f"pairs/{name}/weight"][()],
             depth.max(axis=1, initial=0.0),
         )
@@ -36,10 +36,11 @@ def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory 
     if "wear" not in group:
         return None
     cycle, places = group["wear/cycle"][()], group["wear"].get("contact", {})
-    found = {
-        key: {name: here[key][()] for name, here in places.items()} for key in ("pressure", "depth")
+    history = {
+        key: {name: folder[key][()] for name, folder in places.items()}
+        for key in ("pressure", "depth")
     }
-    for key, arrays in found.items():
+    for key, arrays in history.items():
         for name, values in arrays.items():
             wanted = len(cycle), len(nodes.get(name, ()))
             demand(
@@ -47,4 +48,4 @@ def read_wear(group: Any, nodes: Mapping[str, Any], source: str) -> WearHistory 
                 f"{source}: wear/contact/{name}/{key} has shape {values.shape}, not {wanted}",
             )
     demand(bool(np.all(np.diff(cycle) > 0)), f"{source}: wear/cycle does not increase")
-    return WearHistory(cycle, found["pressure"], found["depth"])
+    return WearHistory(cycle, history["pressure"], history["depth"])

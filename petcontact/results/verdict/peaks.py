@@ -20,9 +20,11 @@ def peak_lines(tell: Teller) -> list[str]:
     has no bound."""
     lines, unbounded = list[str](), dict[str, None]()
     for name in QUANTITIES:
-        mine = [each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")]
+        stresses = [
+            each for each in tell.numbers.values() if each.name.startswith(f"{name} stress ")
+        ]
         words = list[str]()
-        for number in mine:
+        for number in stresses:
             if np.isinf(number.error) and number.place is not None:
                 place = place_of(number.place, tell.size)
                 unbounded[f"{place} ({_named(number.of, printable(number.part))})"] = None

@@ -58,8 +58,8 @@ class Teller:
         unit = unit_of(number.unit, units, next(iter(meshes.values())).weight_power)
         text = told(number, unit, self.some)
         # what is not resolved has no place
-        known = number.place is not None and number.size > 0.0 and not number.size <= number.error
-        if number.place is None or not (known or np.isinf(number.error)):
+        located = number.place is not None and number.size > 0.0 and not number.size <= number.error
+        if number.place is None or not (located or np.isinf(number.error)):
             return text
         return f"{text} at {place_of(number.place, self.size)}"
 
@@ -69,8 +69,8 @@ class Teller:
 
     def is_told(self, step: StepResult, of: str, names: dict[str, str]) -> bool:
         """Whether one of some numbers is not 0."""
-        found = [self.get(step, of, name) for name in names]
-        return any(number is not None and number.size > 0.0 for number in found)
+        numbers = [self.get(step, of, name) for name in names]
+        return any(number is not None and number.size > 0.0 for number in numbers)
 
     def items(self, step: StepResult, of: str, names: dict[str, str]) -> Iterator[str]:
         """Those of some numbers that there are, by their names, each with the words before it."""
@@ -105,8 +105,8 @@ def step_lines(tell: Teller, increments: list[StepResult], laws: bool) -> list[s
         return lines
     if len(solved) < len(increments):
         lines.append(f"    at {solved[-1].load_factor:.4g}, the last solution:")
-    found = [*_pairs(tell, solved[-1], laws), *_obstacles(tell, solved[-1])]
-    return [*lines, *(line if single else f"  {line}" for line in found)]
+    texts = [*_pairs(tell, solved[-1], laws), *_obstacles(tell, solved[-1])]
+    return [*lines, *(line if single else f"  {line}" for line in texts)]
 
 
 def _pairs(tell: Teller, step: StepResult, laws: bool) -> Iterator[str]:
@@ -172,8 +172,8 @@ def _area(tell: Teller, step: StepResult, name: str, slides: bool) -> Iterator[s
     if slides and area.size > 0.0:
         share = 100.0 * slips.size / area.size
         part = {0.0: "nothing", 100.0: "all"}.get(share, f"{share:.3g} %")
-        known = slips.size == 0.0 or not slips.error >= slips.size
-        yield f"{part} of it slips" if known else "what slips is not resolved"
+        resolved = slips.size == 0.0 or not slips.error >= slips.size
+        yield f"{part} of it slips" if resolved else "what slips is not resolved"
         # of less friction three digits would show noise
         if (used := step.pairs[name].friction_used) > 0.005:
             yield f"|Q|/(mu N) {used:.3g}"

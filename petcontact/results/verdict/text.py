@@ -75,8 +75,8 @@ def rounded_up(error: float) -> str:
     ('0.02', '20', '1')
     """
     decade = 10.0 ** np.floor(np.log10(error))
-    found = np.ceil(error / decade * (1.0 - 1e-9)) * decade
-    return f"{found:.0f}" if 1.0 <= found < 10.0**EXACT else f"{found:.1g}"
+    rounded = np.ceil(error / decade * (1.0 - 1e-9)) * decade
+    return f"{rounded:.0f}" if 1.0 <= rounded < 10.0**EXACT else f"{rounded:.1g}"
 
 
 def place_of(x: Array, size: float) -> str:

@@ -96,14 +96,14 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an
     increment."""
-    mesh, found = solution.meshes[name], step.bodies[name]
+    mesh, result = solution.meshes[name], step.bodies[name]
     values = _Values(
-        found.u,
-        found.traction,
+        result.u,
+        result.traction,
         np.full(mesh.n_nodes, -1),
         np.zeros(mesh.n_nodes),
         solution.body_fields(name, step),
-        traction_error(mesh, found),
+        traction_error(mesh, result),
     )
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:

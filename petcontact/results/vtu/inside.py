@@ -173,10 +173,10 @@ def fields_inside(
 def _inside(state: StressState, cells: Index) -> Field:
     """A field on the cells whose points all lie inside the body. A grid is made by what stands for
     the boundary, straight or flat pieces; the integrals over it know what lies inside."""
-    known = np.isfinite(state.u).all(axis=1)
-    if known.all():
+    inside = np.isfinite(state.u).all(axis=1)
+    if inside.all():
         return Field(state.x, state.u, state.stress, state.sigma_zz, cells)
-    used, numbers = np.unique(cells[known[cells].all(axis=1)], return_inverse=True)
+    used, numbers = np.unique(cells[inside[cells].all(axis=1)], return_inverse=True)
     refuse(not len(used), NO_CELL)
     x, u, stress, across = (
         values[used] for values in (state.x, state.u, state.stress, state.sigma_zz)
