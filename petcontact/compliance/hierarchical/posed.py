@@ -42,6 +42,16 @@ class Balance:
             np.zeros(motions),
         )
 
+    def share(self, left: Array, scale: Array, rtol: float) -> float:
+        """Return by which share a residual (N + r,) must fall for forces to balance, at most 1.
+
+        They are to balance to `rtol` times the largest load on a motion. The residual has the rows
+        of motions at its end, times `scale` (r,).
+        """
+        forces = np.abs(left[len(left) - self.count :] / scale)[: len(self.load)]
+        lost, most = (float(np.abs(each).max(initial=0.0)) for each in (forces, self.load))
+        return min(1.0, rtol * most / lost) if most > 0.0 and lost > 0.0 else 1.0
+
     @property
     def count(self) -> int:
         """Number r of rigid motions."""
