@@ -43,7 +43,7 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     pair = found.last.pairs["pair"]
     assert not pair.pressure.any() and not pair.force.any() and pair.tension_share == 0.0
     assert not found.last.obstacles["socket"].force.any() and found.accuracy.unknown
-    assert "von Mises stress: 0\n" in found.verdict() and "TENSION" not in found.verdict()
+    assert "von Mises stress: 0\n" in found.verdict() and "PULLS" not in found.verdict()
 
 
 @pytest.mark.parametrize(

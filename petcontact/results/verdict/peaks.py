@@ -31,7 +31,8 @@ def peak_lines(tell: Teller) -> list[str]:
             else:
                 words.append(_words(number, tell))
         if words:
-            lines += wrapped(f"  largest {name} stress: ", [" and ".join(words)], separator=" ")
+            shown = [each for each in words if each != "0"] or ["0"]
+            lines += wrapped(f"  largest {name} stress: ", [" and ".join(shown)], separator=" ")
     if unbounded:
         left = len(unbounded) - LISTED
         more = [f"{left} more place{'s' * (left > 1)}"] * (left > 0)
@@ -41,9 +42,9 @@ def peak_lines(tell: Teller) -> list[str]:
 
 
 def _words(number: Number, tell: Teller) -> str:
-    where = "on the surface" if number.part else "inside"
     if number.size == 0.0:
-        return f"0 {where}"
+        return "0"
+    where = "on the surface" if number.part else "inside"
     name = _named(number.of, printable(number.part))
     text = f"{tell.number(number)} {where}" + (f" ({name})" if name else "")
     if len(tell.solution.problem.step) > 1:
