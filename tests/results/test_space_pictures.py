@@ -33,7 +33,7 @@ from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, beyond
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap
-from petcontact.results.figures.surface import best_view, draw_surface
+from petcontact.results.figures.surface import best_view, draw_surface, equal_corners
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
@@ -330,3 +330,11 @@ def test_titles_of_figures_in_space_stand_apart_from_axis_labels(solution):
     heights = figure.axes[0].get_tightbbox(canvas.get_renderer())
     assert figure.axes[0].get_title() == "" and "displacements" in figure._suptitle.get_text()
     assert figure._suptitle.get_window_extent().y0 >= heights.y1 - 1.0
+
+
+def test_polygons_are_drawn_with_equal_numbers_of_corners():
+    triangle, square = np.eye(3), np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    assert equal_corners([triangle, square]).tolist() == [
+        [*triangle.tolist(), triangle[-1].tolist()],
+        square.tolist(),
+    ]

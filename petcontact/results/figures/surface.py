@@ -212,9 +212,31 @@ def draw_bodies(
     widths = np.repeat([0.3, 0.35], [len(polygons), len(rims)])
     faces = np.concatenate([faces, np.zeros((len(rims), 4))])
     axes.add_collection3d(
-        Poly3DCollection(polygons + rims, facecolors=faces, edgecolors=edges, linewidths=widths)
+        Poly3DCollection(
+            equal_corners(polygons + rims), facecolors=faces, edgecolors=edges, linewidths=widths
+        )
     )
     return np.concatenate(moved)
+
+
+def equal_corners(polygons: Sequence[Array]) -> Array:
+    """Polygons with equal numbers of corners: the last corner is repeated where there are fewer.
+
+    Where the numbers differ, matplotlib 3.10 and later find the limits of axes from memory that
+    they have not written.
+
+    Parameters
+    ----------
+    polygons : sequence of (k, 3) arrays
+        The number of corners k may differ from polygon to polygon.
+
+    Returns
+    -------
+    (p, K, 3) array
+        K is the largest k.
+    """
+    corners = np.arange(max(map(len, polygons)))
+    return np.stack([one[np.minimum(corners, len(one) - 1)] for one in polygons])
 
 
 def contact_normals(solution: SolutionData, body: str) -> list[Array]:
