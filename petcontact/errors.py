@@ -20,32 +20,6 @@ class InputError(PetcontactError, ValueError):
     exit_status = 2
 
 
-def refuse(wrong: object, text: str, kind: type[PetcontactError] = InputError) -> None:
-    """Raise an error if something is wrong.
-
-    Parameters
-    ----------
-    wrong : object
-        The condition that must not hold.
-    text : str
-        The message, one line that says what is allowed. It is made in any case, so it must not
-        depend on the condition.
-    kind : type of PetcontactError
-        The class of the error.
-
-    Raises
-    ------
-    PetcontactError
-        Of the given class, if `wrong` is true.
-
-    Examples
-    --------
-    >>> refuse(2 > 3, "the world is upside down")
-    """
-    if wrong:
-        raise kind(text)
-
-
 @contextlib.contextmanager
 def in_file(path: object) -> Iterator[None]:
     """Mistakes found in the block name the file that holds them."""

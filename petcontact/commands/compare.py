@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..errors import refuse
+from ..errors import InputError
 from .options import option, options, real
 
 add_arguments = options(
@@ -50,10 +50,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     names = arguments.methods.split(",") if arguments.methods else None
     for name in names or ():
-        refuse(
-            name not in CONTENDERS,
-            f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}",
-        )
+        if name not in CONTENDERS:
+            raise InputError(
+                f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}"
+            )
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
     comm = world(petsc_words)
     cases = list(_cases(arguments))
@@ -96,9 +96,8 @@ def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Any]]:
 
 def _numbers(text: str | None, name: str) -> list[float]:
     values = [real(word) for word in text.split(",")] if text else []
-    refuse(any(map(math.isnan, values)), f"{name} {text}: expected numbers separated by commas")
-    refuse(
-        any(not 0.0 < value < float("inf") for value in values),
-        f"{name} {text}: numbers must be positive",
-    )
+    if any(map(math.isnan, values)):
+        raise InputError(f"{name} {text}: expected numbers separated by commas")
+    if any(not 0.0 < value < float("inf") for value in values):
+        raise InputError(f"{name} {text}: numbers must be positive")
     return values

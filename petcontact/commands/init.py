@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import refuse
+from ..errors import InputError
 from .options import option, options
 
 KINDS = {
@@ -50,10 +50,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Write the files; needs no PETSc."""
     from ..runtime.atomic_write import check_target, write_text
 
-    refuse(
-        arguments.source and arguments.kind,
-        "init: --kind is a starter's, --from takes the problem from a file; give one of them",
-    )
+    if arguments.source and arguments.kind:
+        raise InputError(
+            "init: --kind is a starter's, --from takes the problem from a file; give one of them"
+        )
     target = Path(arguments.name.removesuffix(".toml"))
     contents = (
         starter(arguments.kind or "block", target.name)
@@ -80,13 +80,12 @@ def _converted(source: str, target: Path) -> dict[str, str]:
     from ..model.case import parse_problem, parse_toml
     from .schema import schema_text
 
-    refuse(
-        not target.name, "init: a name is needed, for example petcontact init block --from part.inp"
-    )
-    refuse(
-        Path(source).suffix.lower() != ".inp",
-        f"--from {source}: a file of Abaqus or CalculiX ends in .inp",
-    )
+    if not target.name:
+        raise InputError(
+            "init: a name is needed, for example petcontact init block --from part.inp"
+        )
+    if Path(source).suffix.lower() != ".inp":
+        raise InputError(f"--from {source}: a file of Abaqus or CalculiX ends in .inp")
     found = convert_inp(source, target.name)
     parse_problem(parse_toml(found.toml, source), source, {}, target.parent)
     for note in found.notes:
@@ -108,7 +107,8 @@ def starter(kind: str, name: str) -> dict[str, str]:
     """
     from .schema import schema_text
 
-    refuse(not name, "init: a name is needed, for example petcontact init block")
+    if not name:
+        raise InputError("init: a name is needed, for example petcontact init block")
     result = {
         f"{name}.toml": _read(f"{kind}.toml", name),
         "petcontact.schema.json": schema_text("problem"),

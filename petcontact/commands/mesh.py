@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import refuse
+from ..errors import InputError
 from .options import option, options, real
 
 add_arguments = options(
@@ -49,17 +49,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.atomic_write import check_target, temporary_name
     from ..runtime.text_table import aligned
 
-    refuse(
-        not is_cad(arguments.file),
-        f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep",
-    )
+    if not is_cad(arguments.file):
+        raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
     size = None if arguments.size is None else real(arguments.size)
     target = arguments.output and Path(arguments.output)
-    refuse(
-        size is not None and not 0.0 < size < float("inf"),
-        f"--size {arguments.size}: must be a positive number",
-    )
-    refuse(target and target.suffix.lower() != ".msh", f"{target}: a mesh is written as .msh")
+    if size is not None and not 0.0 < size < float("inf"):
+        raise InputError(f"--size {arguments.size}: must be a positive number")
+    if target and target.suffix.lower() != ".msh":
+        raise InputError(f"{target}: a mesh is written as .msh")
     if target:
         check_target(target, replace=True, inputs=[arguments.file])
     solid = (
@@ -85,9 +82,7 @@ def _parts(words: list[str]) -> dict[str, tuple[int, ...]]:
     result: dict[str, tuple[int, ...]] = {}
     for word in words:
         name, _, numbers = word.partition("=")
-        refuse(
-            not name or not all(number.isdecimal() for number in numbers.split(",")),
-            f"--part {word}: expected NAME=N,N with the numbers of surfaces",
-        )
+        if not name or not all(number.isdecimal() for number in numbers.split(",")):
+            raise InputError(f"--part {word}: expected NAME=N,N with the numbers of surfaces")
         result[name] = (*result.get(name, ()), *map(int, numbers.split(",")))
     return result

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import refuse
+from ..errors import InputError
 from .options import option, options
 
 add_arguments = options(
@@ -64,15 +64,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..sweep.report.text import csv_text, markdown, write_parquet
     from ..sweep.store.case_table import read_case_table
 
-    refuse(
-        arguments.figures and not arguments.plot,
-        "--figures: is the folder of --plot, which is not given",
-    )
+    if arguments.figures and not arguments.plot:
+        raise InputError("--figures: is the folder of --plot, which is not given")
     for name in filter(None, (arguments.csv, arguments.html, arguments.parquet)):
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)
     plots = [parse_plot(word) for word in arguments.plot]
-    cells = names_in(arguments.cells) or asked_about(table)
+    cells = names_in(arguments.cells, asked_about(table))
     tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), cells)
     print(markdown(table, tables, cells), end="")
     if arguments.csv:

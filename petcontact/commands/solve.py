@@ -16,7 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, OutputError, in_file, refuse
+from ..errors import InputError, OutputError, in_file
 from ..runtime.signals import Interrupted, stopping
 from .options import option, options
 
@@ -73,10 +73,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..runtime.world import world
 
-    refuse(
-        arguments.no_figures and arguments.figures,
-        "--figures: --no-figures draws nothing; give one of them",
-    )
+    if arguments.no_figures and arguments.figures:
+        raise InputError("--figures: --no-figures draws nothing; give one of them")
     comm = world(petsc_words)
     with unused_reported(comm.getRank() == 0):
         return _run(arguments, comm)
@@ -144,10 +142,8 @@ def _targets(arguments: argparse.Namespace, case: Any) -> tuple[Path, Path]:
     again = is_replaced(arguments, output)
     check_target(output, replace=again, inputs=inputs, longest=longest)
     pictures = Path(arguments.figures) if arguments.figures else output.parent
-    refuse(
-        pictures.exists() and not pictures.is_dir(),
-        f"--figures {pictures}: is a file, and figures need a folder",
-    )
+    if pictures.exists() and not pictures.is_dir():
+        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
     return output, pictures
 
 
@@ -176,11 +172,10 @@ def saved_text(solution: Any, output: Path) -> str:
 def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
     """Whether the command line asks for an adaptive solve; the config may, too."""
     accuracy = arguments.accuracy
-    refuse(
-        accuracy is not None
-        and not (arguments.adapt or all(body.mesh.automatic for body in problem.body)),
-        "--accuracy: only an adaptive solve has one; add --adapt",
-    )
+    if accuracy is not None and not (
+        arguments.adapt or all(body.mesh.automatic for body in problem.body)
+    ):
+        raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
     return bool(arguments.adapt) or accuracy is not None
@@ -274,7 +269,8 @@ def overrides(words: list[str]) -> dict[str, Any]:
         except UnicodeDecodeError:
             raise InputError(f"--set {word!a}: not text in UTF-8") from None
         key, equals, value = word.partition("=")
-        refuse(not (key and equals and value), f"--set {word}: expected KEY=VALUE")
+        if not (key and equals and value):
+            raise InputError(f"--set {word}: expected KEY=VALUE")
         try:
             result[key] = parse_toml(f"v = {value}", "--set")["v"]
         except InputError:

@@ -12,7 +12,7 @@ import argparse
 import re
 from pathlib import Path
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..runtime.signals import Interrupted
 from .options import option, options
 
@@ -56,10 +56,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         for place in sweep.only(arguments.only):
             print(sweep.ids[place])
         return 0
-    refuse(
-        arguments.ranks_per_case < 1,
-        f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1",
-    )
+    if arguments.ranks_per_case < 1:
+        raise InputError(f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1")
     from ..runtime.petsc import initialise, petsc
     from ..runtime.terminal import say
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..errors import refuse
+from ..errors import InputError
 from ..round_off import WRITTEN
 from .inp_elements import count
 from .inp_file import CORNERS, FACES, Face, InpFile
@@ -202,17 +202,17 @@ class Body:
         """Return the [[body]] of the config."""
         reader = self.reader
         names = {reader.sections.get(number, "") for number in self.elements}
-        refuse(
-            len(names) > 1,
-            f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
-            f"has one",
-        )
+        if len(names) > 1:
+            raise InputError(
+                f"{reader.file.path}: a body of the materials {', '.join(sorted(names))}; a body "
+                f"has one"
+            )
         material: dict[str, Any] = dict(reader.materials.get(next(iter(names)), {}))
-        refuse(
-            "young_modulus" not in material,
-            f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
-            f"*ELASTIC material",
-        )
+        if "young_modulus" not in material:
+            raise InputError(
+                f"{reader.file.path}: element {self.elements[0]} has no *SOLID SECTION with an "
+                f"*ELASTIC material"
+            )
         conditions = [
             {
                 "part": says["part"],

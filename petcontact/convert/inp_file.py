@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..arrays import LARGEST_COORDINATE
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..frozen import frozen
 from ..model.base import regular_file
 
@@ -105,23 +105,23 @@ def read_inp(path: str | Path) -> InpFile:
     """
     found = InpFile(str(path))
     for keyword in _keywords(path):
-        refuse(
-            keyword.name in ("PART", "INSTANCE", "ASSEMBLY"),
-            f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
-            f"write a flat "
-            "file (in Abaqus/CAE an attribute of the model)",
-        )
-        refuse(
-            keyword.name == "INCLUDE" or "INPUT" in keyword.parameters,
-            f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them "
-            f"into this one",
-        )
-        refuse(
-            keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R",
-            f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
-            f"read; write "
-            "them along the axes",
-        )
+        if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; "
+                f"write a flat "
+                "file (in Abaqus/CAE an attribute of the model)"
+            )
+        if keyword.name == "INCLUDE" or "INPUT" in keyword.parameters:
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them "
+                f"into this one"
+            )
+        if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not "
+                f"read; write "
+                "them along the axes"
+            )
         try:
             _take(found, keyword)
         except InputError:
@@ -130,10 +130,8 @@ def read_inp(path: str | Path) -> InpFile:
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: a number was expected"
             ) from None
-    refuse(
-        not (found.nodes and found.elements),
-        f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}",
-    )
+    if not (found.nodes and found.elements):
+        raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
     for number, (_, nodes) in found.elements.items():
         if unknown := sorted({*nodes} - found.nodes.keys()):
             raise InputError(f"{path}: element {number}: there is no node {unknown[0]}")
@@ -186,11 +184,11 @@ def _generated(found: InpFile, keyword: Keyword, row: list[str]) -> range:
     """The numbers from one to another that a row stands for."""
     first, last, step = (int(word) for word in (*row, "1")[:3])
     numbers = range(first, last + 1, step)
-    refuse(
-        (last - first) // step > MOST,
-        f"{found.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
-        f"numbers than {MOST:.0e}",
-    )
+    if (last - first) // step > MOST:
+        raise InputError(
+            f"{found.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
+            f"numbers than {MOST:.0e}"
+        )
     return numbers
 
 
@@ -218,12 +216,12 @@ def _elements(found: InpFile, keyword: Keyword) -> list[int]:
     digits = "".join(c for c in kind[3:] if c.isdecimal())
     words = [int(word) for row in keyword.rows for word in row]
     width = 1 + int(digits)
-    refuse(
-        len(words) % width,
-        f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
-        f"{width}, "
-        f"the number of an element of type {kind} and its nodes",
-    )
+    if len(words) % width:
+        raise InputError(
+            f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
+            f"{width}, "
+            f"the number of an element of type {kind} and its nodes"
+        )
     numbers = words[::width]
     _new(found, keyword, found.elements, numbers)
     corners = CORNERS[kind]

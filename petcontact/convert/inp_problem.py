@@ -8,7 +8,7 @@ from typing import Any
 
 import tomli_w
 
-from ..errors import refuse
+from ..errors import InputError
 from .inp_body import Body, boundary_faces
 from .inp_elements import check_elements, count
 from .inp_file import read_inp
@@ -52,10 +52,10 @@ def convert_inp(path: str | Path, name: str) -> Converted:
     reader.notes += check_elements(reader.file)
     reader.read()
     bodies = _bodies(reader)
-    refuse(
-        len({body.kind == "CAX" for body in bodies}) > 1,
-        f"{path}: bodies of revolution (CAX) beside others; a problem has one kind",
-    )
+    if len({body.kind == "CAX" for body in bodies}) > 1:
+        raise InputError(
+            f"{path}: bodies of revolution (CAX) beside others; a problem has one kind"
+        )
     meshes = {f"{name}-{body.name}.msh": body for body in bodies}
     data: dict[str, Any] = {
         "title": Path(path).stem,

@@ -7,7 +7,7 @@ import scipy
 
 from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
-from ..errors import refuse
+from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
 from ..model.hints import among
@@ -57,7 +57,8 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
         first, last = cycle.first, cycle.last
     low = 1 if first is None else _step_number("--first", first, names)
     high = max(len(names), 1) if last is None else _step_number("--last", last, names)
-    refuse(low > high, f"--last: step {last!r} comes before step {first!r}")
+    if low > high:
+        raise InputError(f"--last: step {last!r} comes before step {first!r}")
     found: list[StepResult] = []
     for step in reversed(solution.steps):
         inside = low <= step.step <= high
@@ -65,17 +66,19 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
             break
         if inside:
             found.append(step)
-    refuse(
-        len(found) < 2,
-        f"--first, --last: a cycle has at least two increments, these steps have {len(found)}",
-    )
+    if len(found) < 2:
+        raise InputError(
+            f"--first, --last: a cycle has at least two increments, these steps have {len(found)}"
+        )
     return found[::-1]
 
 
 def _step_number(option: str, name: str, names: list[str]) -> int:
     """The number of the only step of a name, from 1."""
-    refuse(name not in names, f"{option}: no step {name!r}{among(name, names)}")
-    refuse(names.count(name) > 1, f"{option}: {names.count(name)} steps are called {name!r}")
+    if name not in names:
+        raise InputError(f"{option}: no step {name!r}{among(name, names)}")
+    if names.count(name) > 1:
+        raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
     return names.index(name) + 1
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..errors import refuse
+from ..errors import InputError
 from ..frozen import frozen
 from ..model.hints import among
 from ..results.data import SolutionData
@@ -109,7 +109,8 @@ def fatigue(
     _check(parameter, depth, sensitivity)
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
-        refuse(body not in names, f"no body {body!r}{among(body, names, 'bodies are')}")
+        if body not in names:
+            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
     chosen = _chosen_parts(solution, bodies or names, parts)
     found: list[Found] = []
     if parameter in RUIZ:
@@ -129,10 +130,12 @@ def fatigue(
                 )
                 damage = PARAMETERS[parameter][0](sites.stress, constants)
                 found.append(Found(sites, damage.value, damage.normal))
-    refuse(
-        not found,
-        "fatigue: none of these parts is in contact" if parts else "fatigue: nothing is in contact",
-    )
+    if not found:
+        raise InputError(
+            "fatigue: none of these parts is in contact"
+            if parts
+            else "fatigue: nothing is in contact"
+        )
     result = Fatigue(parameter, len(increments), tuple(found))
     return replace(result, error=_error(solution, result, sensitivity))
 
@@ -172,17 +175,19 @@ def _work(solution: SolutionData) -> float:
 
 def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
     """Whether there is such a parameter, and it has what is given."""
-    refuse(parameter not in NAMES, f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
-    refuse(not (np.isfinite(depth) and depth >= 0.0), f"depth: must be 0 or more, got {depth:g}")
-    refuse(
-        depth and parameter in RUIZ,
-        f"depth: {parameter} is of slip and shear on the surface, below it there is none",
-    )
+    if parameter not in NAMES:
+        raise InputError(f"parameter: no {parameter!r}{among(parameter, [*NAMES])}")
+    if not (np.isfinite(depth) and depth >= 0.0):
+        raise InputError(f"depth: must be 0 or more, got {depth:g}")
+    if depth and parameter in RUIZ:
+        raise InputError(
+            f"depth: {parameter} is of slip and shear on the surface, below it there is none"
+        )
     needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
-    refuse(
-        needed != (sensitivity is not None),
-        f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}",
-    )
+    if needed != (sensitivity is not None):
+        raise InputError(
+            f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}"
+        )
 
 
 def _chosen_parts(
@@ -198,7 +203,8 @@ def _chosen_parts(
         dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names)
     )
     for name in parts:
-        refuse(name not in every, f"no part {name!r}{among(name, every, 'parts are')}")
+        if name not in every:
+            raise InputError(f"no part {name!r}{among(name, every, 'parts are')}")
     return known
 
 
@@ -231,10 +237,8 @@ def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[floa
     1000000
     """
     strength, b, ductility, c = constants
-    refuse(
-        not (strength > 0.0 and b < 0.0 and ductility >= 0.0 and c < 0.0),
-        "life: σ_f' must be positive, b and c negative, ε_f' not negative",
-    )
+    if not (strength > 0.0 and b < 0.0 and ductility >= 0.0 and c < 0.0):
+        raise InputError("life: σ_f' must be positive, b and c negative, ε_f' not negative")
     if damage <= 0.0:
         return float("inf")
 

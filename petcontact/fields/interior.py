@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, shown
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
@@ -79,10 +79,10 @@ def points_in(points: Any, dim: int) -> Array:
         If the array has another shape, or a coordinate is not finite.
     """
     found: Array = np.atleast_2d(np.asarray(points, dtype=float))
-    refuse(
-        found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)),
-        f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}",
-    )
+    if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
+        raise InputError(
+            f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}"
+        )
     return found
 
 

@@ -8,7 +8,7 @@ import shapely
 from scipy.spatial import Delaunay
 
 from ..arrays import Array, Index
-from ..errors import refuse
+from ..errors import InputError
 from ..mesh.curve_mesh import CurveMesh
 
 KEPT_OFF = 0.45
@@ -36,15 +36,16 @@ def triangulate(
     InputError
         If the resolution is below 2 in a direction, or no part of the body is in the window.
     """
-    refuse(
-        min(resolution) < 2,
-        f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}",
-    )
+    if min(resolution) < 2:
+        raise InputError(
+            f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}"
+        )
     low, high = mesh.start.min(axis=0), mesh.start.max(axis=0)
     low, high = np.minimum(low, mesh.x.min(axis=0)), np.maximum(high, mesh.x.max(axis=0))
     if window is not None:
         low, high = np.maximum(low, window[0]), np.minimum(high, window[1])
-        refuse(np.any(low >= high), "--window: nothing of the body lies in it")
+        if np.any(low >= high):
+            raise InputError("--window: nothing of the body lies in it")
     step = (high - low) / np.array(resolution, dtype=float)
     spacing = float(step.min())
     rim = [_rim(mesh, loop, spacing) for loop in mesh.loops()]
@@ -60,7 +61,8 @@ def triangulate(
         points = points[np.all((points >= low) & (points <= high), axis=1)]
         body = body.intersection(shapely.box(*low, *high))
         shapely.prepare(body)
-        refuse(len(points) < 3, "--window: nothing of the body lies in it")
+        if len(points) < 3:
+            raise InputError("--window: nothing of the body lies in it")
     cells = np.asarray(Delaunay((points - low) / spacing).simplices, dtype=np.int64)
     a, b, c = (points[cells[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array
-from ..errors import refuse
+from ..errors import InputError
 from ..round_off import least_pieces
 
 
@@ -87,10 +87,8 @@ def turn_of_radius(start: Array, end: Array, radius: float) -> float:
     """
     chord = float(np.hypot(*(end - start)))
     ratio = chord / (2.0 * abs(radius))
-    refuse(
-        ratio > 1.0 + 1e-9,
-        f"radius {radius:g} is less than half the distance {chord:g} of its ends",
-    )
+    if ratio > 1.0 + 1e-9:
+        raise InputError(f"radius {radius:g} is less than half the distance {chord:g} of its ends")
     return math.copysign(math.asin(min(1.0, ratio)), radius)
 
 
@@ -106,7 +104,8 @@ def turn_through(start: Array, middle: Array, end: Array) -> float:
     a, b = middle - start, end - middle
     cross, dot = float(a[0] * b[1] - a[1] * b[0]), float(a @ b)
     if abs(cross) <= 1e-13 * (float(a @ a) + float(b @ b)):
-        refuse(dot <= 0.0, f"through = [{middle[0]:g}, {middle[1]:g}] makes no arc")
+        if dot <= 0.0:
+            raise InputError(f"through = [{middle[0]:g}, {middle[1]:g}] makes no arc")
         return 0.0
     # inscribed angle: the tangent turns by twice the angle between the two chords
     return math.atan2(cross, dot)
@@ -169,9 +168,9 @@ def check_digits(size: float, points: Sequence[Array], what: str) -> None:
     InputError
     """
     farthest = max(float(np.abs(point).max()) for point in points)
-    refuse(
-        not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE),
-        f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
-        f"little for 16 "
-        "digits, choose another origin or unit of length",
-    )
+    if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
+        raise InputError(
+            f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too "
+            f"little for 16 "
+            "digits, choose another origin or unit of length"
+        )

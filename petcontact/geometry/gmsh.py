@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array, shown
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..round_off import CHAINED, WRITTEN
 from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented
@@ -61,10 +61,8 @@ def read_msh(file: str) -> Any:
     InputError
         If there is no such file or it is no Gmsh mesh.
     """
-    refuse(
-        not Path(file).is_file(),
-        f"{file}: no such file (geometry.file is relative to the config's folder)",
-    )
+    if not Path(file).is_file():
+        raise InputError(f"{file}: no such file (geometry.file is relative to the config's folder)")
     import meshio
 
     try:
@@ -81,17 +79,15 @@ def read_msh(file: str) -> Any:
             f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 "
             f"without Mesh.SaveAll"
         ) from None
-    refuse(
-        mesh.points.dtype.kind != "f" or not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE),
-        f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}",
-    )
+    if mesh.points.dtype.kind != "f" or not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
+        raise InputError(
+            f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}"
+        )
     for block in mesh.cells:
         _demand_cells(file, block.type, np.asarray(block.data), len(mesh.points))
     for name in mesh.field_data:
-        refuse(
-            not str(name).isprintable(),
-            f"{file}: {str(name)[:40]!r} is no name of a physical group",
-        )
+        if not str(name).isprintable():
+            raise InputError(f"{file}: {str(name)[:40]!r} is no name of a physical group")
     return mesh
 
 
@@ -100,15 +96,11 @@ def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
     meshio a number from the end is one."""
     number = re.search(r"\d+$", kind)
     nodes = NODES.get(kind) if number is None else int(number.group())
-    refuse(
-        nodes is not None and cells.shape[1:] != (nodes,),
-        f"{file}: damaged (cells of type {kind} have no {nodes} nodes)",
-    )
+    if nodes is not None and cells.shape[1:] != (nodes,):
+        raise InputError(f"{file}: damaged (cells of type {kind} have no {nodes} nodes)")
     whole = cells.dtype.kind in "iu"
-    refuse(
-        not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count),
-        f"{file}: damaged (a cell has a node that is not there)",
-    )
+    if not whole or (cells.size and not 0 <= cells.min() <= cells.max() < count):
+        raise InputError(f"{file}: damaged (a cell has a node that is not there)")
 
 
 def _damage(file: str) -> str:
@@ -132,11 +124,11 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
     result: dict[tuple[int, int], Line] = {}
     for block, physical in zip(mesh.cells, tags, strict=True):
         if block.type not in ("line", "line3"):
-            refuse(
-                block.type.startswith("line"),
-                f"{file}: lines of type {block.type}; boundary lines of first or second order "
-                f"are read",
-            )
+            if block.type.startswith("line"):
+                raise InputError(
+                    f"{file}: lines of type {block.type}; boundary lines of first or second order "
+                    f"are read"
+                )
             continue
         for row, nodes in enumerate(block.data.tolist()):
             tag = 0 if physical is None else int(physical[row])
@@ -150,12 +142,12 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
                     f"{part!r}"
                 )
             result[edge] = (nodes[0], nodes[1], nodes[2] if len(nodes) == 3 else None, part)
-    refuse(
-        not result,
-        f"{file}: no line is in a physical group; physical line groups are the parts of the "
-        f"boundary "
-        "of a body whose nodes all lie in one plane z = const",
-    )
+    if not result:
+        raise InputError(
+            f"{file}: no line is in a physical group; physical line groups are the parts of the "
+            f"boundary "
+            "of a body whose nodes all lie in one plane z = const"
+        )
     return result
 
 

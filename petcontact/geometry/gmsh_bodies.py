@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Index, Mask
-from ..errors import InputError, refuse
+from ..errors import InputError
 from .gmsh_surface import is_surface
 
 FLAT = ("triangle", "quad")
@@ -47,10 +47,8 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
         raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {known}")
     inside = [np.asarray(tag) == groups[name] for tag in mesh.cell_data["gmsh:physical"]]
     inside = _around(mesh, inside) if in_space else inside
-    refuse(
-        not np.concatenate(inside).any(),
-        f"{file}: surface: nothing is in the physical {what} {name!r}",
-    )
+    if not np.concatenate(inside).any():
+        raise InputError(f"{file}: surface: nothing is in the physical {what} {name!r}")
     return _kept(
         mesh,
         [

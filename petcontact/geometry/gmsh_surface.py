@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..round_off import WRITTEN
 from .surface import FacetSurface, checked_surface
 
@@ -36,11 +36,11 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
         strict=True,
     ):
         if block.type not in _CELLS:
-            refuse(
-                block.type.startswith(("triangle", "quad")),
-                f"{file}: cells of type {block.type}; surface cells of first or second order "
-                f"are read",
-            )
+            if block.type.startswith(("triangle", "quad")):
+                raise InputError(
+                    f"{file}: cells of type {block.type}; surface cells of first or second order "
+                    f"are read"
+                )
             continue
         tag = (
             np.zeros(len(block.data), dtype=np.int64)
@@ -65,12 +65,12 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
             )
         cells.append(piece)
         parts.append(tag[tag != 0])
-    refuse(
-        not sum(map(len, cells)),
-        f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral "
-        f"is in a "
-        "physical surface; in space those are the parts of the boundary",
-    )
+    if not sum(map(len, cells)):
+        raise InputError(
+            f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral "
+            f"is in a "
+            "physical surface; in space those are the parts of the boundary"
+        )
     facets, owner = _divided(points, np.vstack(cells))
     numbers, part = np.unique(np.concatenate(parts)[owner], return_inverse=True)
     whole = FacetSurface(

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..arrays import Array, Index, shown
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..frozen import frozen
 from .arcs import (
     arc_lengths,
@@ -142,25 +142,25 @@ class Outline(Boundary):
     def __post_init__(self) -> None:
         for loop in self.loops:
             for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
-                refuse(
-                    not np.array_equal(side.end, following.start),
-                    f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}",
+                if not np.array_equal(side.end, following.start):
+                    raise InputError(
+                        f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}"
+                    )
+            if len(_ring(loop, 4)) < 3:
+                raise InputError(
+                    f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses "
+                    f"nothing"
                 )
-            refuse(
-                len(_ring(loop, 4)) < 3,
-                f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses "
-                f"nothing",
-            )
         # squares of lengths must not vanish, nor differences of coordinates lose the digits that
         # distinguish the sides
         check_digits(
             self.diameter, [end for side in self.sides for end in (side.start, side.end)], "outline"
         )
         for side in self.sides:
-            refuse(
-                side.length <= 1e-12 * self.diameter,
-                f"geometry: side {side.part!r} at {shown(side.start)} has no length",
-            )
+            if side.length <= 1e-12 * self.diameter:
+                raise InputError(
+                    f"geometry: side {side.part!r} at {shown(side.start)} has no length"
+                )
         self._check_simple()
 
     @functools.cached_property

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array, Index
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..frozen import frozen
 from ..round_off import SINGLE
 from ..stored import Stored, check_declared, checked, demand_unique, foreign
@@ -108,17 +108,18 @@ class CondensedSurface(Boundary):
             One line that names the file.
         """
         beyond = self.dim == 3 or self.points[:, 0].min() < 0.0
-        refuse(
-            self.axial != axial or (axial and beyond),
-            f"{self.source}: axial: "
-            + (
-                'with symmetry = "axial" it must be 1, and points (r, z) with r >= 0'
-                if axial
-                else 'this superelement is a body of revolution; write symmetry = "axial"'
-            ),
-        )
+        if self.axial != axial or (axial and beyond):
+            raise InputError(
+                f"{self.source}: axial: "
+                + (
+                    'with symmetry = "axial" it must be 1, and points (r, z) with r >= 0'
+                    if axial
+                    else 'this superelement is a body of revolution; write symmetry = "axial"'
+                )
+            )
 
-        refuse(twisted, f"{self.source}: a superelement of revolution has no torsion")
+        if twisted:
+            raise InputError(f"{self.source}: a superelement of revolution has no torsion")
 
     @property
     def diameter(self) -> float:
@@ -177,32 +178,30 @@ def read_superelement(path: str | Path) -> CondensedSurface:
         arrays = _loaded(Path(path))
     points, elements = arrays.pop("points"), arrays.pop("elements")
     (p, d), e = points.shape, len(elements)
-    refuse(
-        elements.shape[1] not in {2: (2,), 3: (3, 4)}.get(d, ()) or not e,
-        f"{path}: points must be (p, 2) or (p, 3) and elements (e, 2), in space (e, 3) or "
-        f"(e, 4), got {points.shape} and {elements.shape}",
-    )
+    if elements.shape[1] not in {2: (2,), 3: (3, 4)}.get(d, ()) or not e:
+        raise InputError(
+            f"{path}: points must be (p, 2) or (p, 3) and elements (e, 2), in space (e, 3) or "
+            f"(e, 4), got {points.shape} and {elements.shape}"
+        )
     if d == 3 and elements.shape[1] == 3:
         elements = np.column_stack([elements, np.full(e, -1)])
     real = elements[:, :2] if d == 2 else elements[:, :3]
-    refuse(
-        real.min() < 0 or elements.max() >= p,
-        f"{path}: elements: must be numbers of points, 0 to {p - 1}",
-    )
+    if real.min() < 0 or elements.max() >= p:
+        raise InputError(f"{path}: elements: must be numbers of points, 0 to {p - 1}")
     demand_unique(f"{path}: elements", np.sort(elements, axis=1))
     following = points[np.where(elements < 0, elements[:, :1], elements)]
     sides = np.linalg.norm(following - np.roll(following, -1, axis=1), axis=2)[elements >= 0]
-    refuse(not sides.min() >= 1.0 / LARGEST_COORDINATE, f"{path}: elements: a side has no length")
+    if not sides.min() >= 1.0 / LARGEST_COORDINATE:
+        raise InputError(f"{path}: elements: a side has no length")
     names = tuple(arrays.pop("part_names", np.array(["contact"])).tolist())
     demand_unique(f"{path}: part_names", np.array(names))
-    refuse(
-        any(map(NOT_IN_A_PART.search, names)), f"{path}: part_names: a name has no dot and no slash"
-    )
+    if any(map(NOT_IN_A_PART.search, names)):
+        raise InputError(f"{path}: part_names: a name has no dot and no slash")
     part = arrays.pop("part", np.zeros(e, dtype=np.int64))
-    refuse(
-        part.max() >= len(names),
-        f"{path}: part: must be {e} numbers of the {len(names)} names in part_names",
-    )
+    if part.max() >= len(names):
+        raise InputError(
+            f"{path}: part: must be {e} numbers of the {len(names)} names in part_names"
+        )
     surface = CondensedSurface(str(path), points, elements, part, names, arrays)
     if "stiffness" in arrays:
         _check_stiffness(surface)
@@ -217,20 +216,15 @@ def _check_compliance(surface: CondensedSurface, sides: Array) -> None:
     arrays, where = surface.arrays, surface.source
     if "compliance" not in arrays:
         return
-    refuse(
-        not np.all(np.diag(arrays["compliance"]) > 0.0),
-        f"{where}: compliance: must be positive on its diagonal",
-    )
+    if not np.all(np.diag(arrays["compliance"]) > 0.0):
+        raise InputError(f"{where}: compliance: must be positive on its diagonal")
     turn = np.abs(arrays.get("curvature", np.zeros(1))) * (sides[::2] if surface.dim == 2 else 0.0)
-    refuse(turn.max() > 2.0, f"{where}: curvature: a circle's radius is at least half of a chord")
-    refuse(
-        "modes" in arrays and not np.all(np.any(arrays["modes"], axis=(0, 1))),
-        f"{where}: modes: one moves nothing",
-    )
-    refuse(
-        "resultant" in arrays and "modes" not in arrays,
-        f"{where}: resultant: is along modes, which are not there",
-    )
+    if turn.max() > 2.0:
+        raise InputError(f"{where}: curvature: a circle's radius is at least half of a chord")
+    if "modes" in arrays and not np.all(np.any(arrays["modes"], axis=(0, 1))):
+        raise InputError(f"{where}: modes: one moves nothing")
+    if "resultant" in arrays and "modes" not in arrays:
+        raise InputError(f"{where}: resultant: is along modes, which are not there")
 
 
 def _check_middles(surface: CondensedSurface) -> None:
@@ -241,15 +235,17 @@ def _check_middles(surface: CondensedSurface) -> None:
         else np.zeros((1, 1), dtype=bool)
     )
     whole = np.array_equal(middles >= 0, sides & (middles[:, :1] >= 0))
-    refuse(
+    if (
         "stiffness" in surface.arrays
         or not whole
         or middles.dtype.kind not in "iu"
-        or middles.max() >= len(surface.points),
-        f"{surface.source}: middles: must be numbers of points, 3 of triangles and 5 of "
-        f"quadrilaterals, or "
-        "all -1, beside a compliance in space",
-    )
+        or middles.max() >= len(surface.points)
+    ):
+        raise InputError(
+            f"{surface.source}: middles: must be numbers of points, 3 of triangles and 5 of "
+            f"quadrilaterals, or "
+            "all -1, beside a compliance in space"
+        )
 
 
 def _loaded(path: Path) -> dict[str, Any]:
@@ -260,26 +256,23 @@ def _loaded(path: Path) -> dict[str, Any]:
         entries = archive.namelist()
         known = [name for name in SCHEMA if f"{name}.npy" in entries]
         for name in ("points", "elements"):
-            refuse(
-                name not in known,
-                f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}",
-            )
-        refuse(
-            ("stiffness" in known) == ("compliance" in known),
-            f"{path}: needs either an array 'stiffness' or an array 'compliance'",
-        )
+            if name not in known:
+                raise InputError(
+                    f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}"
+                )
+        if ("stiffness" in known) == ("compliance" in known):
+            raise InputError(f"{path}: needs either an array 'stiffness' or an array 'compliance'")
         for name in known:
             file, wanted = f"{name}.npy", SCHEMA[name]
-            refuse(entries.count(file) > 1, f"{path}: {name}: is there twice")
+            if entries.count(file) > 1:
+                raise InputError(f"{path}: {name}: is there twice")
             info = archive.getinfo(file)
             with archive.open(info) as stream:
                 shape, _, dtype = HEADERS[np.lib.format.read_magic(stream)](stream)
                 check_declared(f"{path}: {name}", shape, dtype.kind, wanted, sizes)
                 size = math.prod(shape) * dtype.itemsize
-                refuse(
-                    size != info.file_size - stream.tell() or size > LARGEST,
-                    f"{path}: damaged ({name} declares {size} bytes)",
-                )
+                if size != info.file_size - stream.tell() or size > LARGEST:
+                    raise InputError(f"{path}: damaged ({name} declares {size} bytes)")
             with archive.open(info) as stream:
                 values = np.lib.format.read_array(stream, allow_pickle=False)
                 arrays[name] = checked(f"{path}: {name}", values, wanted)
@@ -289,15 +282,15 @@ def _loaded(path: Path) -> dict[str, Any]:
 def _check_stiffness(surface: CondensedSurface) -> None:
     stiffness = surface.arrays["stiffness"]
     largest = float(np.abs(stiffness).max(initial=0.0))
-    refuse(
+    if (
         largest * LARGEST_COORDINATE < 1.0
-        or np.abs(stiffness - stiffness.T).max() > SINGLE * largest,
-        f"{surface.source}: stiffness must be symmetric and other than zero",
-    )
-    refuse(
-        np.diag(stiffness).min() < 0.0,
-        f"{surface.source}: stiffness must be positive semi-definite; its diagonal is not",
-    )
+        or np.abs(stiffness - stiffness.T).max() > SINGLE * largest
+    ):
+        raise InputError(f"{surface.source}: stiffness must be symmetric and other than zero")
+    if np.diag(stiffness).min() < 0.0:
+        raise InputError(
+            f"{surface.source}: stiffness must be positive semi-definite; its diagonal is not"
+        )
     used = surface.elements[surface.elements >= 0]
     loose = np.setdiff1d(np.arange(len(surface.points)), used)
     if len(loose):

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index, Mask, shown
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..frozen import frozen
 from ..round_off import CHAINED
 from .arcs import check_digits
@@ -171,7 +171,8 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     used, cells = np.unique(cells, return_inverse=True)
     first = int(used[0] < 0)
     points, cells = surface.points[used[first:]], cells.reshape(-1, 9) - first
-    refuse(not np.all(np.isfinite(points)), f"{source}: coordinates that are not finite")
+    if not np.all(np.isfinite(points)):
+        raise InputError(f"{source}: coordinates that are not finite")
     _check_points(points, source)
     _check_shapes(points, cells, source)
     flip = _orientation(points, cells, source)
@@ -207,12 +208,12 @@ def _check_shapes(points: Array, cells: Index, source: str) -> None:
     a, b, c = points[triangles].transpose(1, 0, 2)
     height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / longest[owner]
     worst = int(np.argmin(height / longest[owner]))
-    refuse(
-        not height[worst] > SLIVER * longest[owner[worst]],
-        f"{source}: the facet at {shown(points[triangles[worst]].mean(axis=0))} is a sliver, "
-        f"its height "
-        f"below {SLIVER:g} of its longest edge",
-    )
+    if not height[worst] > SLIVER * longest[owner[worst]]:
+        raise InputError(
+            f"{source}: the facet at {shown(points[triangles[worst]].mean(axis=0))} is a sliver, "
+            f"its height "
+            f"below {SLIVER:g} of its longest edge"
+        )
     folded = folded_cells(points, cells)
     if len(folded):
         raise InputError(

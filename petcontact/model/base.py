@@ -15,7 +15,7 @@ import pydantic
 import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
-from ..errors import InputError, refuse
+from ..errors import InputError
 from .hints import among, nearest
 
 if TYPE_CHECKING:
@@ -25,10 +25,8 @@ else:
 
 
 def _not_too_large(value: float) -> float:
-    refuse(
-        abs(value) > LARGEST_NUMBER,
-        f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}",
-    )
+    if abs(value) > LARGEST_NUMBER:
+        raise InputError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
     return value
 
 
@@ -90,10 +88,8 @@ def _in_file(value: Any) -> Any:
 
 
 def _something(value: tuple[float, ...]) -> tuple[float, ...]:
-    refuse(
-        not 1e-300 < sum(component**2 for component in value) < 1e300,
-        "must be a vector other than zero",
-    )
+    if not 1e-300 < sum(component**2 for component in value) < 1e300:
+        raise InputError("must be a vector other than zero")
     return value
 
 
@@ -110,7 +106,8 @@ def whole_or_auto(most: int) -> pydantic.BeforeValidator:
 
     def check(value: Any) -> Any:
         whole = isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= most
-        refuse(not whole and value != "auto", f'must be a whole number from 1 to {most}, or "auto"')
+        if not whole and value != "auto":
+            raise InputError(f'must be a whole number from 1 to {most}, or "auto"')
         return value
 
     return pydantic.BeforeValidator(check)
@@ -206,12 +203,12 @@ class _OneLine(ModelMetaclass):
         if not values:
             return {}
         names = [name for name, field in cls.model_fields.items() if not field.kw_only]
-        refuse(
-            len(values) > len(names),
-            f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values",
-        )
-        for name in names[: len(values)]:
-            refuse(name in named, f"{cls.__name__}: {name} is given twice")
+        if len(values) > len(names):
+            raise InputError(
+                f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values"
+            )
+        if twice := [name for name in names[: len(values)] if name in named]:
+            raise InputError(f"{cls.__name__}: {twice[0]} is given twice")
         return dict(zip(names, values, strict=False))
 
 
@@ -287,11 +284,10 @@ def regular_file(path: str | Path, largest: int) -> Path:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:  # a null byte, which no file name has
         raise InputError(f"{str(path)!r}: is no file name") from None
-    refuse(not stat.S_ISREG(state.st_mode), f"{path}: not a regular file")
-    refuse(
-        state.st_size > largest,
-        f"{path}: {state.st_size} bytes, larger than the {largest} that are read",
-    )
+    if not stat.S_ISREG(state.st_mode):
+        raise InputError(f"{path}: not a regular file")
+    if state.st_size > largest:
+        raise InputError(f"{path}: {state.st_size} bytes, larger than the {largest} that are read")
     return Path(path)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from ..errors import refuse
+from ..errors import InputError
 from .base import Directed, Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector
 from .loads import PointForce, VolumeLoads
 from .shapes.files import Gmsh, Superelement
@@ -169,10 +169,10 @@ class Displacement(Model):
                 f"{len(self.traction)}"
             )
         for c, (value, load) in enumerate(zip(self.value, self.traction or (), strict=False)):
-            refuse(
-                value != "free" and load != 0.0,
-                f'traction[{c}]: must be 0 where value[{c}] is not "free", got {load!r}',
-            )
+            if value != "free" and load != 0.0:
+                raise InputError(
+                    f'traction[{c}]: must be 0 where value[{c}] is not "free", got {load!r}'
+                )
         return self
 
     @property
@@ -290,16 +290,17 @@ def check_law(law: Contact | Pair) -> None:
         One line that names the key.
     """
     coefficient, bonded = law.friction_coefficient, law.normal == "bonded"
-    refuse(
-        bonded and not (coefficient is None and law.friction_bound is None),
-        f"friction_{'bound' if coefficient is None else 'coefficient'}: bonded parts do not slip; "
-        'leave it out, or take normal = "bilateral"',
-    )
-    refuse(
-        law.wear_coefficient is not None and law.normal != "unilateral",
-        f"wear_coefficient: wear opens a gap, and {law.normal} parts have none; take normal = "
-        f'"unilateral"',
-    )
+    if bonded and not (coefficient is None and law.friction_bound is None):
+        raise InputError(
+            f"friction_{'bound' if coefficient is None else 'coefficient'}: "
+            "bonded parts do not slip; "
+            'leave it out, or take normal = "bilateral"'
+        )
+    if law.wear_coefficient is not None and law.normal != "unilateral":
+        raise InputError(
+            f"wear_coefficient: wear opens a gap, and {law.normal} parts have none; take normal = "
+            f'"unilateral"'
+        )
 
 
 class Contact(Model):
@@ -349,11 +350,11 @@ class Contact(Model):
 
     @pydantic.model_validator(mode="after")
     def _keys_fit_normal(self) -> Contact:
-        refuse(
-            "normal" not in self.model_fields_set and not self.plain,
-            "normal: this key is required beside a gap or a friction coefficient; "
-            '"unilateral" contact may open, "bilateral" contact stays closed',
-        )
+        if "normal" not in self.model_fields_set and not self.plain:
+            raise InputError(
+                "normal: this key is required beside a gap or a friction coefficient; "
+                '"unilateral" contact may open, "bilateral" contact stays closed'
+            )
         check_law(self)
         return self
 

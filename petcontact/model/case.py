@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..runtime.file_kinds import known_kind
 from .base import Model, parse
 from .problem import OneBody, Problem
@@ -40,11 +40,10 @@ def read_toml(path: str | Path) -> dict[str, Any]:
             path, "rb"
         ) as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
-        refuse((kind := known_kind(path, ".toml")), f"{path}: {kind}")
-        refuse(
-            len(content) > LARGEST_FILE,
-            f"{path}: larger than {LARGEST_FILE} bytes, this is no config",
-        )
+        if kind := known_kind(path, ".toml"):
+            raise InputError(f"{path}: {kind}")
+        if len(content) > LARGEST_FILE:
+            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
         return parse_toml(content.decode("utf-8-sig"), f"{path}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
@@ -71,10 +70,8 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
             [(c in "[{") - (c in "]}") for c in re.findall(r"[\[\]{}]", plain)], dtype=np.int64
         )
     )
-    refuse(
-        LONG_KEY.search(plain) or depth.max(initial=0) > DEEPEST,
-        f"{source}: nested deeper than {DEEPEST} levels, this is no config",
-    )
+    if LONG_KEY.search(plain) or depth.max(initial=0) > DEEPEST:
+        raise InputError(f"{source}: nested deeper than {DEEPEST} levels, this is no config")
     try:
         return tomllib.loads(text)
     except (RecursionError, ValueError) as error:
@@ -156,7 +153,8 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
     """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in
     `boundary.0.value`."""
     *tables, last = key.split(".")
-    refuse(len(tables) > DEEPEST, f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
+    if len(tables) > DEEPEST:
+        raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
     here: Any = data
     for name in tables:
         if isinstance(here, list):
@@ -172,8 +170,8 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
 
 
 def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
-    refuse(
-        not (name.isdecimal() and int(name) < len(entries)),
-        f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}",
-    )
+    if not (name.isdecimal() and int(name) < len(entries)):
+        raise InputError(
+            f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}"
+        )
     return int(name)

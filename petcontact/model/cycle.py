@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..errors import refuse
+from ..errors import InputError
 from .base import Model, Positive, whole_or_auto
 from .hints import among
 from .load_steps import changed_obstacle
@@ -74,27 +74,28 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
             )
             raise ValueError(f"cycle.{key}: {trouble}")
     steps = cycle_steps(problem)
-    refuse(not steps, f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
+    if not steps:
+        raise InputError(f"cycle.last: step {cycle.last!r} comes before step {cycle.first!r}")
     laws = [*problem.contact, *(condition for body in problem.body for condition in body.boundary)]
-    refuse(
-        all(getattr(law, "wear_coefficient", None) is None for law in laws),
-        "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient",
-    )
+    if all(getattr(law, "wear_coefficient", None) is None for law in laws):
+        raise InputError(
+            "cycle: nothing changes from cycle to cycle; give a contact a wear_coefficient"
+        )
     again = problem.step[steps[0] - 1 : steps[-1]]
     ends = _ends(problem.model_copy(update={"step": problem.step[: steps[-1]] + again}))
     for k, number in enumerate(steps):
-        refuse(
-            ends[steps[-1] + k] != ends[number - 1],
-            f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
-            f"time; all that "
-            "steps of a cycle change has to be brought back by its other steps",
+        if ends[steps[-1] + k] != ends[number - 1]:
+            raise InputError(
+                f"cycle: does not close: step {names[number - 1]!r} ends elsewhere the second "
+                f"time; all that "
+                "steps of a cycle change has to be brought back by its other steps"
+            )
+    if all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]):
+        raise InputError(
+            f"cycle: does not close: from the second time on nothing moves in step "
+            f"{names[steps[0] - 1]!r}; "
+            "a cycle has a step to and one back"
         )
-    refuse(
-        all(end == ends[-1] for end in ends[steps[0] - 1 : steps[-1]]),
-        f"cycle: does not close: from the second time on nothing moves in step "
-        f"{names[steps[0] - 1]!r}; "
-        "a cycle has a step to and one back",
-    )
 
 
 def _ends(problem: Any) -> list[Any]:

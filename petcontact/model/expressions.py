@@ -14,7 +14,7 @@ import numpy as np
 import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
-from ..errors import InputError, refuse
+from ..errors import InputError
 from .base import unit_refused
 
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
@@ -105,20 +105,22 @@ def parse_expression(text: str) -> ast.expr:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         raise InputError(_reason(text, error)) from None
     for node in ast.walk(tree):
-        refuse(isinstance(node, ast.BitXor), "a power is written with **, as in x**2")
+        if isinstance(node, ast.BitXor):
+            raise InputError("a power is written with **, as in x**2")
         plain_number = not isinstance(node, ast.Constant) or type(node.value) in (int, float)
-        refuse(
+        if (
             not isinstance(node, _ALLOWED)
             or not plain_number
-            or (isinstance(node, ast.Call) and node.keywords),
-            "only numbers, names, arithmetic, comparisons and functions are allowed",
-        )
-        refuse(
-            isinstance(node, ast.Compare) and len(node.ops) > 1,
-            "chained comparisons are not allowed, write (a < x) * (x < b)",
-        )
+            or (isinstance(node, ast.Call) and node.keywords)
+        ):
+            raise InputError(
+                "only numbers, names, arithmetic, comparisons and functions are allowed"
+            )
+        if isinstance(node, ast.Compare) and len(node.ops) > 1:
+            raise InputError("chained comparisons are not allowed, write (a < x) * (x < b)")
         if isinstance(node, ast.Call):
-            refuse(isinstance(node.func, ast.Constant | ast.BinOp), PRODUCT)
+            if isinstance(node.func, ast.Constant | ast.BinOp):
+                raise InputError(PRODUCT)
             name = node.func.id if isinstance(node.func, ast.Name) else "?"
             if name in _FUNCTIONS and len(node.args) != _FUNCTIONS[name][1]:
                 count = _FUNCTIONS[name][1]
@@ -165,7 +167,8 @@ def evaluate(
     if callable(value):
         return _called(value, variables, count, key, otherwise)
     if isinstance(value, tuple):
-        refuse(len(value) != count, f"{key}: has {len(value)} values, the part has {count} nodes")
+        if len(value) != count:
+            raise InputError(f"{key}: has {len(value)} values, the part has {count} nodes")
         return np.array(value)
     if not isinstance(value, str):
         return np.full(count, float(value))
@@ -221,10 +224,10 @@ def _called(
         raise InputError(
             f"{name} returns values of type {found.dtype}, expected real numbers"
         ) from None
-    refuse(
-        values.shape not in ((), (count,)),
-        f"{name} returns an array of shape {values.shape}, expected ({count},) or a number",
-    )
+    if values.shape not in ((), (count,)):
+        raise InputError(
+            f"{name} returns an array of shape {values.shape}, expected ({count},) or a number"
+        )
     values = np.broadcast_to(values, (count,)).copy()
     return _finite(values, variables, name, otherwise)
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..geometry.rotation import Motions as Kind
 from .base import Expression, Finite, Model, Name, Vector, whole_or_auto
 from .bodies import Body, Displacement, Periodic, Traction
@@ -28,10 +28,8 @@ def _components(allowed: str, *words: str) -> pydantic.BeforeValidator:
         if isinstance(value, str) and value in words:
             return value
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        refuse(
-            not number or not abs(value) < float("inf"),
-            f"must be {allowed} or an array of them, one a component",
-        )
+        if not number or not abs(value) < float("inf"):
+            raise InputError(f"must be {allowed} or an array of them, one a component")
         return float(value)
 
     return pydantic.BeforeValidator(
@@ -62,14 +60,10 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
             needed = "a number" if count == 1 else f"{count} components"
             raise InputError(f"{key}: needs {needed} here, got {len(value)} components")
         return list(value)
-    refuse(
-        count == 0 and value != 0.0,
-        f"{key}: nothing turns about the axis here; leave it out, got {value!r}",
-    )
-    refuse(
-        count > 1 and value not in (0.0, "free"),
-        f"{key}: needs {count} components here, got {value!r}",
-    )
+    if count == 0 and value != 0.0:
+        raise InputError(f"{key}: nothing turns about the axis here; leave it out, got {value!r}")
+    if count > 1 and value not in (0.0, "free"):
+        raise InputError(f"{key}: needs {count} components here, got {value!r}")
     return [value] * count
 
 
@@ -282,10 +276,8 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     what = f"the condition of {change.part!r}"
     if isinstance(old, Periodic):
         jump = given.get("value", ())
-        refuse(
-            len(jump) != 2 or not all(isinstance(component, float) for component in jump),
-            f"{key}.value: {what} is periodic, give its jump, two numbers",
-        )
+        if len(jump) != 2 or not all(isinstance(component, float) for component in jump):
+            raise InputError(f"{key}.value: {what} is periodic, give its jump, two numbers")
         return Periodic(old.part, old.partner, jump)
     for name in given.keys() - type(old).model_fields.keys():
         letter, axes = "t" if isinstance(old, Traction) else "u", "xyz"[: len(old.value or "xy")]
@@ -294,10 +286,8 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     if isinstance(old, Traction):
         return Traction(old.part, **given)
     value = given.get("value", old.value)
-    refuse(
-        len(value) != len(old.value),
-        f"{key}.value: {what} has {len(old.value)} components, got {len(value)}",
-    )
+    if len(value) != len(old.value):
+        raise InputError(f"{key}.value: {what} has {len(old.value)} components, got {len(value)}")
     try:
         return Displacement(
             **{"part": old.part, "value": old.value, "traction": old.traction, **given}
@@ -345,27 +335,24 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     for what, changes, names, there in named_changes:
         for k, each in enumerate(changes):
             here = f"{key}.{what.replace(' ', '_')}[{k}].name"
-            refuse(
-                each.name not in names,
-                f"{here}: no {what} {each.name!r}{among(each.name, names, there)}",
-            )
+            if each.name not in names:
+                raise InputError(f"{here}: no {what} {each.name!r}{among(each.name, names, there)}")
             changed.append((here, what, each.name))
     for k, (here, what, name) in enumerate(changed):
-        refuse(
-            (what, name) in [one[1:] for one in changed[:k]],
-            f"{here}: {what} {name!r} is changed twice in this step; change it once",
-        )
+        if (what, name) in [one[1:] for one in changed[:k]]:
+            raise InputError(
+                f"{here}: {what} {name!r} is changed twice in this step; change it once"
+            )
 
 
 def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
     """The body that a change names; it may name none where there is one."""
     names = [body.name for body in bodies]
-    refuse(
-        change.body is None and len(names) > 1,
-        f"{key}.body: this key is required where there are several bodies",
-    )
+    if change.body is None and len(names) > 1:
+        raise InputError(f"{key}.body: this key is required where there are several bodies")
     name = change.body or names[0]
-    refuse(name not in names, f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
+    if name not in names:
+        raise InputError(f"{key}.body: no body {name!r}{among(name, names, 'bodies are')}")
     return bodies[names.index(name)]
 
 

@@ -7,12 +7,13 @@ from typing import Annotated, Any
 
 import pydantic
 
-from ..errors import refuse
+from ..errors import InputError
 from .base import Coordinate, Direction, Expression, Finite, Model, Vector
 
 
 def _in_volume(value: Any) -> Any:
-    refuse(isinstance(value, tuple), "must be a number or an expression; a volume has no nodes")
+    if isinstance(value, tuple):
+        raise InputError("must be a number or an expression; a volume has no nodes")
     return value
 
 
@@ -132,14 +133,10 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
     ValueError
     """
     for load, needed in loads.needs:
-        refuse(
-            getattr(body.material, needed) is None,
-            f"{key}.{load}: the material of body {body.name!r} has no {needed}",
-        )
-        refuse(
-            getattr(body.material, needed) == 0.0,
-            f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0",
-        )
+        if getattr(body.material, needed) is None:
+            raise InputError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
+        if getattr(body.material, needed) == 0.0:
+            raise InputError(f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0")
 
 
 NO_LOADS = VolumeLoads.model_construct()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 import pydantic
 import tomli_w
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..geometry.meridian import meridian
 from ..geometry.outline import as_outline
 from ..geometry.superelement import CondensedSurface
@@ -205,7 +205,8 @@ class Problem(Setting):
             return build(data)
         one = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
         try:
-            refuse(not data.keys() & {"boundary", "contact"}, "boundary: this key is required")
+            if not data.keys() & {"boundary", "contact"}:
+                raise InputError("boundary: this key is required")
             return build(
                 {**{name: value for name, value in data.items() if name not in OWN}, "body": (one,)}
             )
@@ -252,17 +253,17 @@ class Problem(Setting):
             there: object = pair.primary
             if there not in obstacles:
                 there = self.side(f"contact[{k}].primary", pair.primary, obstacles)
-            refuse(
-                here == there,
-                f"contact[{k}].primary: {pair.primary!r} is the secondary side itself",
-            )
+            if here == there:
+                raise InputError(
+                    f"contact[{k}].primary: {pair.primary!r} is the secondary side itself"
+                )
             first = stated.setdefault(frozenset((here, there)), pair.name)
-            refuse(
-                first != pair.name,
-                f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact "
-                f"already, "
-                f"as {first!r}; each would carry a part of the pressure",
-            )
+            if first != pair.name:
+                raise InputError(
+                    f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact "
+                    f"already, "
+                    f"as {first!r}; each would carry a part of the pressure"
+                )
         for k, body in enumerate(self.body):
             if body.loads is not None:
                 check_material("loads" if self.is_flat else f"body[{k}].loads", body, body.loads)
@@ -457,7 +458,8 @@ class Problem(Setting):
 
 def _distinct(key: str, names: list[str]) -> None:
     for k, name in enumerate(names):
-        refuse(name in names[:k], f"{key}[{k}].name: {name!r} is taken already")
+        if name in names[:k]:
+            raise InputError(f"{key}[{k}].name: {name!r} is taken already")
 
 
 __all__ = [

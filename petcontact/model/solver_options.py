@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..errors import refuse
+from ..errors import InputError
 from ..runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
@@ -61,7 +61,8 @@ def checked_options(
     table: Mapping[str, bool | int | float | str],
 ) -> dict[str, bool | int | float | str]:
     """Options of PETSc that a config may set."""
-    refuse((reason := refused_in_config(table)), reason)
+    if reason := refused_in_config(table):
+        raise InputError(reason)
     return dict(table)
 
 

@@ -12,7 +12,7 @@ from ..arrays import Array, Index, shown
 from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..fields.boundary.places import located, points_at, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, fields_at, points_in, stress_across
@@ -51,7 +51,8 @@ def quantity(state: StressState, name: str) -> Array:
         If there is none of that name.
     """
     known = quantities(state.u.shape[1])
-    refuse(name not in known, f"no quantity {name!r}{among(name, known)}")
+    if name not in known:
+        raise InputError(f"no quantity {name!r}{among(name, known)}")
     if name == "von_mises":
         return state.von_mises
     if name.startswith("principal"):
@@ -175,10 +176,8 @@ def states_at(
         name = one.problem.body[one.number].name
         raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
     points = points_in(points, one.mesh.dim)
-    refuse(
-        part is not None and part not in one.mesh.part_names,
-        f"no part {part!r}{nearest(part, list(one.mesh.part_names))}",
-    )
+    if part is not None and part not in one.mesh.part_names:
+        raise InputError(f"no part {part!r}{nearest(part, list(one.mesh.part_names))}")
     element, place = located(one.mesh, points, part)
     on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
     if part is not None and len(inside):

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
-from ..errors import refuse
+from ..errors import InputError
 from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
@@ -120,12 +120,12 @@ class SolutionData(Evaluated):
         InputError
             If there are several, naming `what` was asked of them.
         """
-        refuse(
-            len(self.meshes) > 1,
-            f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
-            f".meshes, .bodies "
-            "and .pairs",
-        )
+        if len(self.meshes) > 1:
+            raise InputError(
+                f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see "
+                f".meshes, .bodies "
+                "and .pairs"
+            )
         return next(iter(self.meshes))
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.particular.volume import VolumeSolution, volume_solution
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
@@ -101,10 +101,8 @@ class Evaluated:
         """
         if not isinstance(step, int):
             return step or self.last
-        refuse(
-            not 0 < step <= len(self.steps),
-            f"step: there are increments 1 to {len(self.steps)}, got {step}",
-        )
+        if not 0 < step <= len(self.steps):
+            raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
         return self.steps[step - 1]
 
     def body_fields(
@@ -119,10 +117,8 @@ class Evaluated:
             If there is no such body or increment.
         """
         names, step = [each.name for each in self.problem.body], self.increment(step)
-        refuse(
-            body is not None and body not in names,
-            f"no body {body!r}{among(body, names, 'bodies are')}",
-        )
+        if body is not None and body not in names:
+            raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
         return BodyFields(
             self.problem,

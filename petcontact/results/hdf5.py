@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from ..contact.state import COLUMNS, History
-from ..errors import ResultError, refuse
+from ..errors import ResultError
 from ..mesh.storage import demand, read_mesh, write_mesh
 from ..model.base import parse
 from ..model.bodies import Units
@@ -301,11 +301,8 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
         If the file is missing, truncated, not HDF5, not ours, or of a later format version.
     """
     with opened(path) as file:
-        refuse(
-            group not in file,
-            f"{path}: no case {group!r}; there are {', '.join(file)}",
-            ResultError,
-        )
+        if group not in file:
+            raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
         check_link(file, group, f"{path}")
         return _read_group(file[group], f"{path}")
 
@@ -313,12 +310,10 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
 def _read_group(group: Any, source: str) -> SolutionData:
     attributes = dict(group.attrs)
     version = attributes.get("format_version")
-    refuse(attributes.get("format") != FORMAT, f"{source}: not a result of petcontact", ResultError)
-    refuse(
-        version not in (1, 2, FORMAT_VERSION),
-        f"{source}: format version {version}, this is {FORMAT_VERSION}",
-        ResultError,
-    )
+    if attributes.get("format") != FORMAT:
+        raise ResultError(f"{source}: not a result of petcontact")
+    if version not in (1, 2, FORMAT_VERSION):
+        raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
     try:
         check_group(group, source)
         return (read_format1 if version == 1 else _read)(group, attributes, source)
@@ -351,7 +346,8 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     failed = (
         _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
     )
-    refuse(not steps and failed is None, f"{source}: damaged (it holds no increment)", ResultError)
+    if not steps and failed is None:
+        raise ResultError(f"{source}: damaged (it holds no increment)")
     for step in steps if failed is None else [*steps, failed]:
         for name, body in step.bodies.items():
             check_fields(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.state import COLUMNS
-from ..errors import refuse
+from ..errors import InputError
 from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
 from ..runtime.text_table import as_csv
@@ -246,19 +246,22 @@ def write_tables(
     every = [name for name in TABLES if without.get(name, True)]
     names = list(names) or (every[:1] if one else every)
     for name in names:
-        refuse(name not in TABLES, f"no table {name!r}; tables are {', '.join(TABLES)}")
-        refuse(
-            name not in every,
-            f"no table {name!r} of this result, which has no {name}; tables are {', '.join(every)}",
+        if name not in TABLES:
+            raise InputError(f"no table {name!r}; tables are {', '.join(TABLES)}")
+        if name not in every:
+            raise InputError(
+                f"no table {name!r} of this result, which has no {name}; "
+                f"tables are {', '.join(every)}"
+            )
+    if one and len(names) > 1:
+        raise InputError(
+            f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a "
+            f"folder"
         )
-    refuse(
-        one and len(names) > 1,
-        f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a "
-        f"folder",
-    )
     count = len(solution.tried)
     for step in steps:
-        refuse(not 1 <= step <= count, f"step: there are increments 1 to {count}, got {step}")
+        if not 1 <= step <= count:
+            raise InputError(f"step: there are increments 1 to {count}, got {step}")
     if not one:
         target.mkdir(parents=True, exist_ok=True)
     paths = [target if one else target / f"{name}.csv" for name in names]

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..errors import InputError, OutputError, refuse
+from ..errors import InputError, OutputError
 from .signals import deferred
 
 
@@ -39,7 +39,8 @@ def check_target(
     """
     folder = path.parent
     try:
-        refuse(not folder.is_dir(), f"{path}: the folder {folder} does not exist")
+        if not folder.is_dir():
+            raise InputError(f"{path}: the folder {folder} does not exist")
         limit = os.pathconf(folder, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
         for name in filter(None, (path.name, longest)):
             if len(os.fsencode(name)) > limit:
@@ -49,19 +50,15 @@ def check_target(
                 )
         if path.is_symlink() and not path.exists():
             raise InputError(f"{path}: is a link to {os.readlink(path)}, which is not there")
-        refuse(
-            path.exists() and not path.is_file(),
-            f"{path}: is not a file, and cannot be replaced by one",
-        )
-        refuse(
-            path.exists() and not replace,
-            f"{path}: exists already; --force replaces it, -o FILE.h5 names another",
-        )
-        for source in inputs:
-            refuse(
-                path.exists() and Path(source).exists() and path.samefile(source),
-                f"{path}: is what is read; -o FILE.h5 names another",
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is not a file, and cannot be replaced by one")
+        if path.exists() and not replace:
+            raise InputError(
+                f"{path}: exists already; --force replaces it, -o FILE.h5 names another"
             )
+        for source in inputs:
+            if path.exists() and Path(source).exists() and path.samefile(source):
+                raise InputError(f"{path}: is what is read; -o FILE.h5 names another")
         with tempfile.TemporaryFile(dir=os.path.realpath(path.parent)):
             pass
     except OSError as error:
@@ -112,12 +109,11 @@ def temporary_name(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
         if temporary is not None:
             with contextlib.suppress(OSError):
                 temporary.unlink()
-    refuse(
-        published != target,
-        f"{path}: was written by another program meanwhile; what would have replaced it is in "
-        f"{published}",
-        OutputError,
-    )
+    if published != target:
+        raise OutputError(
+            f"{path}: was written by another program meanwhile; what would have replaced it is in "
+            f"{published}"
+        )
 
 
 def _published(temporary: Path, target: Path) -> Path:
@@ -163,6 +159,7 @@ def write_text(path: str | Path, content: str) -> None:
     OutputError
         If it cannot be written.
     """
-    refuse(not Path(path).parent.is_dir(), f"{path}: the folder {Path(path).parent} does not exist")
+    if not Path(path).parent.is_dir():
+        raise InputError(f"{path}: the folder {Path(path).parent} does not exist")
     with temporary_name(path) as temporary:
         temporary.write_text(content, encoding="utf-8")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 from .atomic_write import temporary_name
 from .terminal import printable
 
@@ -131,10 +131,11 @@ def figure_format(path: str | Path) -> str:
         If it is none of FORMATS.
     """
     suffix = Path(path).suffix.lower().removeprefix(".")
-    refuse(
-        suffix not in FORMATS,
-        f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or .{FORMATS[-1]}",
-    )
+    if suffix not in FORMATS:
+        raise InputError(
+            f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} "
+            f"or .{FORMATS[-1]}"
+        )
     return suffix
 
 

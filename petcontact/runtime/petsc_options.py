@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ..errors import InputError, refuse
+from ..errors import InputError
 
 OF_THE_PROGRAM = (
     "options_",
@@ -158,10 +158,8 @@ def of_files() -> list[str]:
         for line in _lines(name, name):
             for option, value in _options(line if _is_option(line[0]) else ["-alias", *line[1:]]):
                 shown = option.startswith(SHOWING) and TO_STANDARD_OUTPUT.fullmatch(value)
-                refuse(
-                    not shown and (reason := _refused(option, value, "this file")),
-                    f"{name}: -{option} {value}: {reason}",
-                )
+                if not shown and (reason := _refused(option, value, "this file")):
+                    raise InputError(f"{name}: -{option} {value}: {reason}")
                 words += [f"-{option}", value] if value else [f"-{option}"]
     return words
 
@@ -234,20 +232,20 @@ def check(words: Sequence[str]) -> None:
         written; or an option asks for what cannot be.
     """
     for name, value in _given(words, ()):
-        refuse(
-            name == "python",
-            "-python: PETSc would start a second Python inside of this one; it is not needed",
-        )
-        refuse(
-            name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"),
-            "-fp_trap: numpy's own operations would end the program; only -fp_trap 0 is possible",
-        )
-        refuse((reason := _too_large(name, value)), f"-{name} {value}: {reason}")
+        if name == "python":
+            raise InputError(
+                "-python: PETSc would start a second Python inside of this one; it is not needed"
+            )
+        if name == "fp_trap" and value.lower() not in ("0", "false", "no", "off"):
+            raise InputError(
+                "-fp_trap: numpy's own operations would end the program; "
+                "only -fp_trap 0 is possible"
+            )
+        if reason := _too_large(name, value):
+            raise InputError(f"-{name} {value}: {reason}")
         file = _written(name, value)
-        refuse(
-            file and (Path(file).is_dir() or not os.access(Path(file).parent, os.W_OK | os.X_OK)),
-            f"-{name} {value}: {file} cannot be written",
-        )
+        if file and (Path(file).is_dir() or not os.access(Path(file).parent, os.W_OK | os.X_OK)):
+            raise InputError(f"-{name} {value}: {file} cannot be written")
 
 
 def _written(name: str, value: str) -> str:
@@ -286,12 +284,13 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
     PETSc would follow a circle of them for ever, and prints a page where a line is none of its own.
     """
     told = f"-options_file {name}"
-    refuse(
-        not name or not Path(name).is_file(),
-        f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}",
-    )
+    if not name or not Path(name).is_file():
+        raise InputError(
+            f"{told}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}"
+        )
     real = os.path.realpath(name)
-    refuse(real in within, f"{told}: includes itself")
+    if real in within:
+        raise InputError(f"{told}: includes itself")
     for words in () if name.endswith((".yaml", ".yml")) else _lines(name, told):
         yield from _given(words, (*within, real))
 
@@ -302,15 +301,16 @@ def _lines(name: str, told: str) -> list[list[str]]:
         content = Path(name).read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError(f"{told}: cannot be read ({error.strerror})") from None
-    refuse("\0" in content, f"{told}: not a text file")
+    if "\0" in content:
+        raise InputError(f"{told}: not a text file")
     lines = []
     for number, line in enumerate(content.splitlines(), start=1):
         words = [word.strip("\"'") for word in line.partition("#")[0].split()]
         if not words or words[0].startswith(("!", "%")):
             continue
-        refuse(
-            not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)),
-            f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash",
-        )
+        if not (_is_option(words[0]) or (words[0].lower() == "alias" and len(words) == 3)):
+            raise InputError(
+                f"{told}: line {number} begins with {words[0][:40]!r}, options begin with a dash"
+            )
         lines.append(words)
     return lines

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.law_protocol import OPEN, SLIP
-from ..errors import InputError, refuse
+from ..errors import InputError
 from ..model.problem import Problem
 from ..results.solution import Solution
 from .published import published_count
@@ -173,19 +173,13 @@ def users(
         If one cannot be imported, or is none, or two columns of the table would have one name.
     """
     taken = [name for name in coordinates if name != "variant"]
-    refuse(
-        (
-            clash := next(
-                (
-                    name
-                    for k, name in enumerate(taken)
-                    if name in taken[:k] or (k and is_column(name))
-                ),
-                None,
-            )
-        ),
-        f"names: {clash}: a column of every table is called that, give another name",
-    )
+    if clash := next(
+        (name for k, name in enumerate(taken) if name in taken[:k] or (k and is_column(name))),
+        None,
+    ):
+        raise InputError(
+            f"names: {clash}: a column of every table is called that, give another name"
+        )
     found: dict[str, Quantity] = {}
     sys.path.insert(0, str(folder.resolve()))
     try:
@@ -206,11 +200,11 @@ def users(
                 peak_von_mises,
                 peak_first_principal,
             )
-            refuse(
-                short in found or short in coordinates or taken_by_own,
-                f"quantities: {name}: there is a column {short} already; give the function "
-                f"another name",
-            )
+            if short in found or short in coordinates or taken_by_own:
+                raise InputError(
+                    f"quantities: {name}: there is a column {short} already; give the function "
+                    f"another name"
+                )
             found[short] = function
     finally:
         sys.path.pop(0)

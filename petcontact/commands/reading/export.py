@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ...errors import refuse
+from ...errors import InputError
 from ..options import option, options
 
 add_arguments = options(
@@ -58,27 +58,25 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...runtime.atomic_write import check_target
     from ...sweep.store.case_table import read_case
 
-    refuse(
-        not (arguments.csv or arguments.vtkhdf or arguments.superelement),
-        "export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for "
-        "ParaView, "
-        "--superelement FILE.npz a condensed body",
-    )
+    if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
+        raise InputError(
+            "export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for "
+            "ParaView, "
+            "--superelement FILE.npz a condensed body"
+        )
     for key, of in (
         ("table", "csv"),
         ("step", "csv"),
         ("grid", "vtkhdf"),
         ("body", "superelement"),
     ):
-        refuse(
-            getattr(arguments, key) and not getattr(arguments, of),
-            f"--{key}: is of --{of}, which is not given",
-        )
+        if getattr(arguments, key) and not getattr(arguments, of):
+            raise InputError(f"--{key}: is of --{of}, which is not given")
     if arguments.vtkhdf:
-        refuse(
-            Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf",
-            f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format",
-        )
+        if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
+            raise InputError(
+                f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format"
+            )
         check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
     if arguments.superelement:
         from ...pipeline.superelement import superelement_format
@@ -118,10 +116,10 @@ def _steps(word: str | None, solution: Any) -> list[int]:
         return []
     if word == "last":
         return [solution.tried.index(solution.last) + 1]
-    refuse(
-        not (word.isascii() and word.isdigit()),
-        f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last",
-    )
+    if not (word.isascii() and word.isdigit()):
+        raise InputError(
+            f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last"
+        )
     return [int(word)]
 
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import shown
-from ...errors import refuse
+from ...errors import InputError
 from ..options import option, options, real
 
 add_arguments = options(
@@ -74,10 +74,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         _number(arguments, key) for key in ("depth", "sensitivity", "limit")
     )
     life = _life(arguments.life, arguments.parameter) if arguments.life else None
-    refuse(
-        arguments.output and Path(arguments.output).suffix.lower() != ".csv",
-        f"{arguments.output}: a table is written as .csv",
-    )
+    if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
+        raise InputError(f"{arguments.output}: a table is written as .csv")
     if arguments.figure:
         figure_format(arguments.figure)
     for name in filter(None, (arguments.output, arguments.figure)):
@@ -142,16 +140,16 @@ def _number(arguments: argparse.Namespace, key: str) -> float | None:
     value = None if text is None else real(text)
     least = "positive" if key == "limit" else "0 or more"
     bad = value is not None and not (0.0 <= value < math.inf and (value or key != "limit"))
-    refuse(bad, f"--{key} {text}: must be a number, {least}")
+    if bad:
+        raise InputError(f"--{key} {text}: must be a number, {least}")
     return value
 
 
 def _life(text: str, parameter: str) -> tuple[float, ...]:
     """Return the four constants of the curve of lives."""
-    refuse(parameter != "smith-watson-topper", "--life: of smith-watson-topper only")
+    if parameter != "smith-watson-topper":
+        raise InputError("--life: of smith-watson-topper only")
     values = tuple(map(real, text.split(",")))
-    refuse(
-        len(values) != 4 or any(map(math.isnan, values)),
-        f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c",
-    )
+    if len(values) != 4 or any(map(math.isnan, values)):
+        raise InputError(f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c")
     return values

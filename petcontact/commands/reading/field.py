@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ..options import option, options, real
 
 add_arguments = options(
@@ -96,10 +96,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
-    refuse(
-        shown not in (known := quantities(next(iter(solution.meshes.values())).components)),
-        f"--quantity: no {shown!r}{among(shown, known)}",
-    )
+    if shown not in (known := quantities(next(iter(solution.meshes.values())).components)):
+        raise InputError(f"--quantity: no {shown!r}{among(shown, known)}")
     # before the inside, of which a coarse grid may have nothing
     if arguments.boundary:
         _write_boundaries(solution, arguments)
@@ -126,19 +124,15 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _check_figure(arguments: argparse.Namespace) -> None:
     """Refuse options of a field or a figure where neither is made."""
-    refuse(
-        arguments.quantity and not arguments.figure,
-        f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one",
-    )
-    refuse(
-        arguments.revolve is not None and arguments.points,
-        "--revolve: turns .vtu files, --points writes a table",
-    )
-    for key in ("grid", "window"):
-        refuse(
-            getattr(arguments, key) and arguments.points and not arguments.figure,
-            f"--{key}: a table of --points is of these points alone",
+    if arguments.quantity and not arguments.figure:
+        raise InputError(
+            f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one"
         )
+    if arguments.revolve is not None and arguments.points:
+        raise InputError("--revolve: turns .vtu files, --points writes a table")
+    for key in ("grid", "window"):
+        if getattr(arguments, key) and arguments.points and not arguments.figure:
+            raise InputError(f"--{key}: a table of --points is of these points alone")
 
 
 def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
@@ -146,15 +140,11 @@ def _check_targets(arguments: argparse.Namespace, output: Path) -> None:
     from ...runtime.atomic_write import check_target
     from ...runtime.figure_style import figure_format
 
-    refuse(
-        arguments.points and output.suffix.lower() != ".csv",
-        f"{output}: a table is written as .csv",
-    )
+    if arguments.points and output.suffix.lower() != ".csv":
+        raise InputError(f"{output}: a table is written as .csv")
     for name in ("" if arguments.points else output, arguments.boundary):
-        refuse(
-            name and Path(name).suffix.lower() != ".vtu",
-            f"{name}: a field is written as .vtu, for ParaView and VisIt",
-        )
+        if name and Path(name).suffix.lower() != ".vtu":
+            raise InputError(f"{name}: a field is written as .vtu, for ParaView and VisIt")
     if arguments.figure:
         figure_format(arguments.figure)
     inputs = list(filter(None, (arguments.result, arguments.points)))
@@ -242,10 +232,10 @@ def points_table(source: str, output: Path, solution: Any, bodies: list[str] | N
     from ...results.tables import csv_text, with_units
     from ...runtime.atomic_write import write_text
 
-    refuse(
-        (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1,
-        f"--points: --body must name one body; there are {', '.join(solution.meshes)}",
-    )
+    if (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1:
+        raise InputError(
+            f"--points: --body must name one body; there are {', '.join(solution.meshes)}"
+        )
     mesh = next(iter(solution.meshes.values()))
     state = solution.state_at(read_points(source, mesh.dim), bodies[0] if bodies else None)
     names = [name for name in quantities(mesh.components) if name != "u"]
@@ -272,12 +262,13 @@ def read_points(path: str, dim: int) -> Any:
         values = [real(word) for word in words[:dim]]
         if not words or (number == 1 and not any(map(math.isfinite, values))):
             continue
-        refuse(
-            len(values) < dim or not all(map(math.isfinite, values)),
-            f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}",
-        )
+        if len(values) < dim or not all(map(math.isfinite, values)):
+            raise InputError(
+                f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
+            )
         found.append(values)
-    refuse(not found, f"{path}: there are no points in it")
+    if not found:
+        raise InputError(f"{path}: there are no points in it")
     return np.array(found)
 
 
@@ -286,11 +277,11 @@ def window(words: list[str]) -> Any:
     values = [real(word) for text in words for word in text.split(",") if word]
     half = len(values) // 2
     low, high = np.array(values[:half]), np.array(values[half:])
-    refuse(
-        len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high),
-        f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
-        f"as 0 0 2 1",
-    )
+    if len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high):
+        raise InputError(
+            f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such "
+            f"as 0 0 2 1"
+        )
     return low, high
 
 
@@ -299,19 +290,18 @@ def increment_number(word: str, solution: Any) -> int:
     count = len(solution.steps)
     if word == "last" and count:
         return count
-    refuse(
-        not (word.isascii() and word.isdigit() and 1 <= int(word) <= count),
-        f"--step {word}: there are increments 1 to {count}, and `last`",
-    )
+    if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
+        raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
     return int(word)
 
 
 def grid(text: str) -> tuple[int, ...]:
     """`200x100` as two, or `20x10x10` as three numbers of cells."""
     words = text.split("x")
-    refuse(
-        len(words) not in (2, 3)
-        or not all(word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words),
-        f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each",
-    )
+    if len(words) not in (2, 3) or not all(
+        word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words
+    ):
+        raise InputError(
+            f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each"
+        )
     return tuple(int(word) for word in words)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ...errors import refuse
+from ...errors import InputError
 from ...runtime.figure_style import FORMATS
 from ..options import option, options
 
@@ -45,7 +45,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         "html": ("format",) if arguments.html else (),
     }[drawn]
     for key in unread:
-        refuse(getattr(arguments, key), f"--{key}: is not used by --{drawn}; give one of them")
+        if getattr(arguments, key):
+            raise InputError(f"--{key}: is not used by --{drawn}; give one of them")
     if arguments.animate:
         _check_animation(arguments)
     for name in arguments.result:
@@ -75,7 +76,7 @@ def _check_animation(arguments: argparse.Namespace) -> None:
 
     animation_format(arguments.animate)
     check_target(Path(arguments.animate), replace=True, inputs=arguments.result)
-    refuse(
-        len(arguments.result) > 1,
-        f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given",
-    )
+    if len(arguments.result) > 1:
+        raise InputError(
+            f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given"
+        )

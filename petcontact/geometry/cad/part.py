@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...errors import InputError, OutputError, refuse
+from ...errors import InputError, OutputError
 from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
@@ -148,12 +148,11 @@ class CadSurface(SolidSurface):
         ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
-            refuse(
-                file.read() != END,
-                f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
-                f"there room?",
-                OutputError,
-            )
+            if file.read() != END:
+                raise OutputError(
+                    f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is "
+                    f"there room?"
+                )
 
     def table(self) -> list[list[str]]:
         """Number, part, kind, area and centre of each face, after a head."""
@@ -205,12 +204,12 @@ def cad_surface(
     own = {number: name for name, numbers in (parts or {}).items() for number in numbers}
     known = {face.number for face in faces}
     for number in own:
-        refuse(
-            number not in known,
-            f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
-            f"(petcontact mesh "
-            f"{path.name} lists them)",
-        )
+        if number not in known:
+            raise InputError(
+                f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
+                f"(petcontact mesh "
+                f"{path.name} lists them)"
+            )
     part_of = tuple(own.get(face.number, face.part) for face in faces)
     return CadSurface(file, stamp, faces, part_of, tuple(found["low"]), tuple(found["high"]))
 
@@ -230,13 +229,14 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
         )
     names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
     chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
-    refuse(not chosen, f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
-    refuse(
-        len(chosen) > 1,
-        f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
-        f"(--solid of "
-        "petcontact mesh) names or numbers it, a [[body]] each",
-    )
+    if not chosen:
+        raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
+    if len(chosen) > 1:
+        raise InputError(
+            f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid "
+            f"(--solid of "
+            "petcontact mesh) names or numbers it, a [[body]] each"
+        )
     return chosen[0]
 
 
@@ -262,12 +262,12 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     """
     import subprocess
 
-    refuse(
-        importlib.util.find_spec("gmsh") is None,
-        f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
-        f"or mesh it "
-        "elsewhere and give the .msh file",
-    )
+    if importlib.util.find_spec("gmsh") is None:
+        raise InputError(
+            f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; "
+            f"or mesh it "
+            "elsewhere and give the .msh file"
+        )
     words = [sys.executable, worker.__file__]
     done = subprocess.run(
         words,

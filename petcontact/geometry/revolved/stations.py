@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...arrays import Array, Index, shown
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...frozen import frozen
 from ...round_off import WRITTEN, least_pieces, whole
 from ..outline import Outline, Side
@@ -121,11 +121,11 @@ def checked_section(section: Outline) -> Outline:
     for loop in section.loops:
         for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
             lowest = _nearest_to_axis(side)
-            refuse(
-                lowest[0] < -small,
-                f"geometry: side {side.part!r} passes the axis at (r, z) = {shown(lowest)}; r "
-                f">= 0 is needed",
-            )
+            if lowest[0] < -small:
+                raise InputError(
+                    f"geometry: side {side.part!r} passes the axis at (r, z) = {shown(lowest)}; r "
+                    f">= 0 is needed"
+                )
             inside = min(np.hypot(*(lowest - end)) for end in (side.start, side.end)) > small
             ends_there = side.end[0] <= small and not (
                 on_axis(side, section) or on_axis(following, section)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import Array, Index
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...frozen import frozen
 from ...round_off import WRITTEN
 from ..arcs import check_digits
@@ -133,10 +133,10 @@ class RevolvedSurface(SolidSurface):
             filling = section_triangles(found, finer)
             if filling is not None:
                 break
-        refuse(
-            filling is None and not self._is_whole,
-            f"mesh.element_size: {size:g} is too coarse for the section's plane faces",
-        )
+        if filling is None and not self._is_whole:
+            raise InputError(
+                f"mesh.element_size: {size:g} is too coarse for the section's plane faces"
+            )
         yield from self._round(found)
         if filling is not None:
             for face, (six, steps) in enumerate(

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 import pydantic
 
-from ...errors import refuse
+from ...errors import InputError
 from ...geometry.cad.part import LARGEST as LARGEST_CAD
 from ...geometry.cad.part import CadSurface, cad_surface, is_cad
 from ...geometry.gmsh import gmsh_outline, read_msh
@@ -71,17 +71,17 @@ class Gmsh(Shape):
     @pydantic.model_validator(mode="after")
     def _keys_of_cad(self) -> Gmsh:
         for key in ("parts", "solid"):
-            refuse(
-                getattr(self, key) is not None and not is_cad(self.file),
-                f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical surfaces",
-            )
-        refuse(
-            self.surface is not None and is_cad(self.file),
-            "surface: is for .msh files; a CAD file has solids",
-        )
+            if getattr(self, key) is not None and not is_cad(self.file):
+                raise InputError(
+                    f"{key}: is for CAD files (.step, .iges, .brep); "
+                    "a .msh file has physical surfaces"
+                )
+        if self.surface is not None and is_cad(self.file):
+            raise InputError("surface: is for .msh files; a CAD file has solids")
         numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
         for number in numbers:
-            refuse(numbers.count(number) > 1, f"parts: surface {number} is named twice")
+            if numbers.count(number) > 1:
+                raise InputError(f"parts: surface {number} is named twice")
         return self
 
     def outline(self, axial: bool = False) -> Outline | FacetSurface | CadSurface:

@@ -10,7 +10,7 @@ import numpy as np
 import pydantic
 
 from ...arrays import Array
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...geometry.arcs import turn_of_radius, turn_through
 from ...geometry.outline import Outline, Side, arc, oriented
 from ..base import Finite, Model, Point, Positive, Shape
@@ -40,14 +40,13 @@ class Rectangle(Shape):
 
     @pydantic.model_validator(mode="after")
     def _has_area(self) -> Rectangle:
-        refuse(
-            not (
-                self.upper_right[0] > self.lower_left[0]
-                and self.upper_right[1] > self.lower_left[1]
-            ),
-            f"upper_right must lie to the right of and above lower_left; got lower_left "
-            f"{list(self.lower_left)}, upper_right {list(self.upper_right)}",
-        )
+        if not (
+            self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]
+        ):
+            raise InputError(
+                f"upper_right must lie to the right of and above lower_left; got lower_left "
+                f"{list(self.lower_left)}, upper_right {list(self.upper_right)}"
+            )
         return self
 
     def outline(self) -> Outline:
@@ -84,11 +83,11 @@ class Polygon(Shape):
 
     @pydantic.model_validator(mode="after")
     def _one_name_a_side(self) -> Polygon:
-        refuse(
-            len(self.parts) != len(self.vertices),
-            f"{len(self.vertices)} vertices need as many part names in parts, got "
-            f"{len(self.parts)}",
-        )
+        if len(self.parts) != len(self.vertices):
+            raise InputError(
+                f"{len(self.vertices)} vertices need as many part names in parts, got "
+                f"{len(self.parts)}"
+            )
         return self
 
     def outline(self) -> Outline:
@@ -136,14 +135,14 @@ class OutlineSide(Model):
 
     @pydantic.model_validator(mode="after")
     def _one_kind(self) -> OutlineSide:
-        refuse(
-            self.through is not None and self.radius is not None,
-            f"side {self.part!r}: an arc is given by through or by radius, not by both",
-        )
-        refuse(
-            self.radius == 0.0,
-            f"side {self.part!r}: radius must not be 0; leave it out for a straight side",
-        )
+        if self.through is not None and self.radius is not None:
+            raise InputError(
+                f"side {self.part!r}: an arc is given by through or by radius, not by both"
+            )
+        if self.radius == 0.0:
+            raise InputError(
+                f"side {self.part!r}: radius must not be 0; leave it out for a straight side"
+            )
         return self
 
     def sides_from(self, start: Array) -> list[Side]:
@@ -247,18 +246,18 @@ def loops_of(given: Sequence[Sequence[OutlineSide] | Circle]) -> list[list[Side]
 
 
 def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
-    refuse(
-        len(given) < 2,
-        f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)",
-    )
+    if len(given) < 2:
+        raise InputError(
+            f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)"
+        )
     start = np.array(given[-1].to, dtype=float)
     sides: list[Side] = []
     for side in given:
-        refuse(
-            tuple(start) == side.to,
-            f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
-            f"no length",
-        )
+        if tuple(start) == side.to:
+            raise InputError(
+                f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has "
+                f"no length"
+            )
         sides += side.sides_from(start)
         start = sides[-1].end
     return sides

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 import pydantic
 
-from ...errors import refuse
+from ...errors import InputError
 from ...geometry.round_surfaces import CylinderSurface, SphereSurface
 from ...geometry.surface import BoxSurface
 from ..base import Positive, Shape, SpacePoint
@@ -39,10 +39,8 @@ class Box(Shape):
 
     @pydantic.model_validator(mode="after")
     def _has_volume(self) -> Box:
-        refuse(
-            not all(a < b for a, b in zip(self.lower, self.upper, strict=True)),
-            "each coordinate of upper must be greater than that of lower",
-        )
+        if not all(a < b for a, b in zip(self.lower, self.upper, strict=True)):
+            raise InputError("each coordinate of upper must be greater than that of lower")
         return self
 
     def outline(self) -> BoxSurface:
@@ -111,10 +109,8 @@ class Cylinder(Shape):
 
     @pydantic.model_validator(mode="after")
     def _has_a_height(self) -> Cylinder:
-        refuse(
-            getattr(self, "from") == self.to,
-            "from and to are the same point: a cylinder has a height",
-        )
+        if getattr(self, "from") == self.to:
+            raise InputError("from and to are the same point: a cylinder has a height")
         return self
 
     def outline(self) -> CylinderSurface:

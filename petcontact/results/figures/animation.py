@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from ...errors import refuse
+from ...errors import InputError
 from ...runtime.atomic_write import temporary_name
 from ...runtime.figure_style import style
 from ..data import SolutionData
@@ -31,11 +31,12 @@ def animation_format(path: str | Path) -> str:
     from matplotlib.animation import FFMpegWriter
 
     suffix = Path(path).suffix.lower()
-    refuse(suffix not in FORMATS, f"{path}: an animation is {' or '.join(FORMATS)}")
-    refuse(
-        suffix == ".mp4" and not FFMpegWriter.isAvailable(),
-        f"{path}: .mp4 needs the program ffmpeg, which is not installed; .gif needs nothing",
-    )
+    if suffix not in FORMATS:
+        raise InputError(f"{path}: an animation is {' or '.join(FORMATS)}")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise InputError(
+            f"{path}: .mp4 needs the program ffmpeg, which is not installed; .gif needs nothing"
+        )
     return suffix
 
 
@@ -63,12 +64,12 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
     from matplotlib.figure import Figure
 
     suffix, steps = animation_format(path), solution.steps
-    refuse(
-        len(steps) < 2,
-        f"{path}: an animation needs several increments, there is {len(steps)}; give the "
-        f"problem [[step]] "
-        "with increments, or draw it by `petcontact plot` without --animate",
-    )
+    if len(steps) < 2:
+        raise InputError(
+            f"{path}: an animation needs several increments, there is {len(steps)}; give the "
+            f"problem [[step]] "
+            "with increments, or draw it by `petcontact plot` without --animate"
+        )
     rate = min(max(len(steps) / SECONDS, SLOWEST), FASTEST)
     writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=round(rate))
     view = view_of(solution, steps)

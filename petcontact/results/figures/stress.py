@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, shown
-from ...errors import refuse
+from ...errors import InputError
 from ...fields.stress_state import Field
 from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
@@ -100,10 +100,8 @@ def deformed_figure(
     if isinstance(field, Field):
         field = {solution.only_body("field"): field}
     mesh = next(iter(solution.meshes.values()))
-    refuse(
-        quantity not in (known := quantities(mesh.components)),
-        f"no quantity {quantity!r}{among(quantity, known)}",
-    )
+    if quantity not in (known := quantities(mesh.components)):
+        raise InputError(f"no quantity {quantity!r}{among(quantity, known)}")
     coloured = [name for name in filled_bodies(solution) if bodies is None or name in bodies]
     picture = Picture(
         view_of(solution, share=MAGNIFIED, factor=magnification),

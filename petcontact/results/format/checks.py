@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import InputError, ResultError, refuse
+from ...errors import InputError, ResultError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import demand, demand_range
 from ...stored import Stored, checked
@@ -42,12 +42,11 @@ def check_group(group: Any, source: str) -> None:
     while waiting:
         folder = waiting.pop()
         for name in folder:
-            refuse(
-                not isinstance(folder.get(name, getlink=True), h5py.HardLink),
-                f"{source}: {folder.name}/{name} refers to another place, results hold all their "
-                f"data",
-                ResultError,
-            )
+            if not isinstance(folder.get(name, getlink=True), h5py.HardLink):
+                raise ResultError(
+                    f"{source}: {folder.name}/{name} refers to another place, results hold all their "
+                    f"data"
+                )
             item = folder[name]
             place = h5py.h5o.get_info(item.id).addr
             if place in seen:
@@ -60,22 +59,20 @@ def check_group(group: Any, source: str) -> None:
 
 
 def _check_array(data: Any, source: str) -> None:
-    refuse(
-        not isinstance(data, h5py.Dataset) or data.external or data.is_virtual,
-        f"{source}: {data.name} has its data elsewhere, results hold theirs themselves",
-        ResultError,
-    )
-    refuse(
-        data.size is None or data.size > LARGEST,
-        f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read",
-        ResultError,
-    )
+    if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
+        raise ResultError(
+            f"{source}: {data.name} has its data elsewhere, results hold theirs themselves"
+        )
+    if data.size is None or data.size > LARGEST:
+        raise ResultError(
+            f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read"
+        )
     *_, folder, name = data.name.split("/")
-    refuse(
-        not _fits(data.dtype, name),
-        f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are text",
-        ResultError,
-    )
+    if not _fits(data.dtype, name):
+        raise ResultError(
+            f"{source}: {data.name} has values of type {data.dtype}; "
+            "numbers are real, names are text"
+        )
     if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
         return
     try:
@@ -97,11 +94,8 @@ def check_link(file: Any, path: str, source: str) -> None:
     """Refuse the path of a group that leads through links to elsewhere."""
     folder = file
     for name in filter(None, path.split("/")):
-        refuse(
-            not isinstance(folder.get(name, getlink=True), h5py.HardLink),
-            f"{source}: {path} refers to another place",
-            ResultError,
-        )
+        if not isinstance(folder.get(name, getlink=True), h5py.HardLink):
+            raise ResultError(f"{source}: {path} refers to another place")
         folder = folder[name]
 
 

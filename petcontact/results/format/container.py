@@ -11,7 +11,7 @@ from pathlib import Path
 
 import h5py
 
-from ...errors import PetcontactError, ResultError, refuse
+from ...errors import PetcontactError, ResultError
 from ...runtime.atomic_write import temporary_name
 from ...runtime.file_kinds import known_kind
 
@@ -39,8 +39,10 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one
     line."""
     try:
-        refuse(not Path(path).is_file(), f"{path}: no such file", ResultError)
-        refuse((kind := known_kind(path, ".h5")), f"{path}: {kind}", ResultError)
+        if not Path(path).is_file():
+            raise ResultError(f"{path}: no such file")
+        if kind := known_kind(path, ".h5"):
+            raise ResultError(f"{path}: {kind}")
         _check_seal(Path(path))
         with h5py.File(path, "r") as file:
             yield file
@@ -67,8 +69,5 @@ def _check_seal(path: Path) -> None:
         while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
             digest.update(block)
             left -= len(block)
-    refuse(
-        cut or digest.digest() != tail[len(SEAL) :],
-        f"{path}: damaged (its bytes are not those that were written)",
-        ResultError,
-    )
+    if cut or digest.digest() != tail[len(SEAL) :]:
+        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")

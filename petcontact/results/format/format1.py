@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...contact.state import COLUMNS, History
-from ...errors import ResultError, refuse
+from ...errors import ResultError
 from ...geometry.rotation import moment
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import read_mesh
@@ -31,11 +31,10 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     ResultError
         If it holds no fields, or they do not fit each other.
     """
-    refuse(
-        "boundary" not in group,
-        f"{source}: holds no fields, the case failed ({attributes.get('reason')})",
-        ResultError,
-    )
+    if "boundary" not in group:
+        raise ResultError(
+            f"{source}: holds no fields, the case failed ({attributes.get('reason')})"
+        )
     mesh, stored = read_mesh(group["mesh"], source), group["contact"]
     contact = {key: stored[key][()] for key in ContactFields.__dataclass_fields__}
     contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.components)

@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...fields.interior import Progress
 from ...fields.interior_grid import triangulate
 from ...fields.stress_state import Field, StressState
@@ -91,14 +91,14 @@ def grid_inside(
         cell.
     """
     resolution = resolution or RESOLUTION[mesh.dim]
-    refuse(
-        len(resolution) != mesh.dim,
-        f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions",
-    )
-    refuse(
-        window is not None and len(window[0]) != mesh.dim,
-        f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed",
-    )
+    if len(resolution) != mesh.dim:
+        raise InputError(
+            f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions"
+        )
+    if window is not None and len(window[0]) != mesh.dim:
+        raise InputError(
+            f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed"
+        )
     return _grid(mesh, resolution, window)
 
 
@@ -177,7 +177,8 @@ def _inside(state: StressState, cells: Index) -> Field:
     if inside.all():
         return Field(state.x, state.u, state.stress, state.sigma_zz, cells)
     used, numbers = np.unique(cells[inside[cells].all(axis=1)], return_inverse=True)
-    refuse(not len(used), NO_CELL)
+    if not len(used):
+        raise InputError(NO_CELL)
     x, u, stress, across = (
         values[used] for values in (state.x, state.u, state.stress, state.sigma_zz)
     )
@@ -222,14 +223,16 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     inset = 1e-3 * (high - low)
     if window is not None:
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
-        refuse(np.any(high - low <= 2.0 * inset), "--window: nothing of the body lies in it")
+        if np.any(high - low <= 2.0 * inset):
+            raise InputError("--window: nothing of the body lies in it")
     lines = map(np.linspace, low + inset, high - inset, np.add(resolution, 1))
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
     cells = _hexahedra(np.arange(len(flat)).reshape(grid.shape[:3]))
     inside = winding(mesh.triangles(), flat) > 0.5
     cells = cells[inside[cells].all(axis=1)]
-    refuse(not len(cells), NO_CELL)
+    if not len(cells):
+        raise InputError(NO_CELL)
     used, renumbered = np.unique(cells, return_inverse=True)
     return flat[used], renumbered.reshape(-1, 8)
 

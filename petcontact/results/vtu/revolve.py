@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 
 from ...arrays import Array
-from ...errors import refuse
+from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 
 CELLS = {"line": ("quad", (0, 2, 3, 1)), "triangle": ("wedge", (0, 1, 2, 3, 4, 5))}
@@ -27,11 +27,10 @@ def check_revolved(meshes: Sequence[BoundaryMesh], degrees: float | None) -> Non
     """
     if degrees is None:
         return
-    refuse(not 0.0 < degrees <= 360.0, f"--revolve {degrees:g}: must be an angle up to 360 degrees")
-    refuse(
-        any("zz" not in mesh.stresses or mesh.dim == 3 for mesh in meshes),
-        '--revolve: turns bodies of revolution, symmetry = "axial", alone',
-    )
+    if not 0.0 < degrees <= 360.0:
+        raise InputError(f"--revolve {degrees:g}: must be an angle up to 360 degrees")
+    if any("zz" not in mesh.stresses or mesh.dim == 3 for mesh in meshes):
+        raise InputError('--revolve: turns bodies of revolution, symmetry = "axial", alone')
 
 
 def revolved(section: meshio.Mesh, degrees: float) -> meshio.Mesh:

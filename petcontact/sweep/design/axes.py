@@ -10,7 +10,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any
 
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...frozen import frozen
 from ...model.case import KEYS, whole_key
 from .sweep_file import Sample, SweepFile
@@ -119,10 +119,10 @@ def full_key(key: str, source: str) -> str:
         If there is no such key.
     """
     found = whole_key(key)
-    refuse(
-        "." not in found and found not in KEYS,
-        f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key",
-    )
+    if "." not in found and found not in KEYS:
+        raise InputError(
+            f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key"
+        )
     return found
 
 

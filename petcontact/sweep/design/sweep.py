@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...frozen import frozen
 from ...model.base import parse
 from ...model.case import parse_problem
@@ -96,16 +96,12 @@ class Sweep:
         self.bases = _bases(self.file, problems, source)
         keys = [key for axis in self.axes for key in axis.keys]
         for key in keys:
-            refuse(
-                keys.count(key) > 1 or any(key in base.fixed for base in self.bases),
-                f"{source}: {key}: the key is set elsewhere in this file too",
-            )
+            if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
+                raise InputError(f"{source}: {key}: the key is set elsewhere in this file too")
         self._names = [names[key] for key in keys]
         self.shape = (len(self.bases), *(len(axis.values) for axis in self.axes))
-        refuse(
-            len(self) > LARGEST_SWEEP,
-            f"{source}: {len(self)} cases; the largest sweep has {LARGEST_SWEEP}",
-        )
+        if len(self) > LARGEST_SWEEP:
+            raise InputError(f"{source}: {len(self)} cases; the largest sweep has {LARGEST_SWEEP}")
 
     def __len__(self) -> int:
         return math.prod(self.shape)
@@ -163,7 +159,8 @@ class Sweep:
         """
         found = {pattern: set(fnmatch.filter(self.ids, pattern)) for pattern in patterns}
         for pattern, names in found.items():
-            refuse(not names, f"--only {pattern}: no case has such an id (--list shows them)")
+            if not names:
+                raise InputError(f"--only {pattern}: no case has such an id (--list shows them)")
         return [
             place
             for place, id_ in enumerate(self.ids)
@@ -200,11 +197,11 @@ class Sweep:
 
 def _bases(file: SweepFile, problems: dict[str, dict[str, Any]], source: str) -> list[Base]:
     stems = {path: value_word(Path(path).stem) for path in problems}
-    refuse(
-        len(set(stems.values())) < len(stems),
-        f"{source}: problems: the files need names that differ in more than their folders, got "
-        f"{list(problems)}",
-    )
+    if len(set(stems.values())) < len(stems):
+        raise InputError(
+            f"{source}: problems: the files need names that differ in more than their folders, got "
+            f"{list(problems)}"
+        )
     fixed = {full_key(key, source): value for key, value in file.set.items()}
     bases = []
     for path, variant in itertools.product(problems, file.variant or ({},)):

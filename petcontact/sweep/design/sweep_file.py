@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ...errors import InputError, refuse
+from ...errors import InputError
 from ...model.base import Coordinate, Finite, Model, parse, regular_file
 from ...model.case import LARGEST_FILE, read_toml
 
@@ -44,14 +44,14 @@ class Sample(Model):
     @pydantic.model_validator(mode="after")
     def _ordered(self) -> Sample:
         for key, (low, high) in self.range.items():
-            refuse(
-                not low < high,
-                f"range.{key} must be [low, high] with low < high, got [{low:g}, {high:g}]",
-            )
-            refuse(
-                key in self.log and low <= 0.0,
-                f"range.{key} must be positive, its logarithm is sampled, got {low:g}",
-            )
+            if not low < high:
+                raise InputError(
+                    f"range.{key} must be [low, high] with low < high, got [{low:g}, {high:g}]"
+                )
+            if key in self.log and low <= 0.0:
+                raise InputError(
+                    f"range.{key} must be positive, its logarithm is sampled, got {low:g}"
+                )
         if unknown := set(self.log) - set(self.range):
             raise ValueError(f"log names {sorted(unknown)[0]!r}, which has no range")
         return self
@@ -113,32 +113,29 @@ class SweepFile(Model):
     @classmethod
     def _named(cls, variants: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
         names = [variant.get("name") for variant in variants]
-        refuse(
-            not all(isinstance(name, str) and name for name in names)
-            or len(set(map(str, names))) < len(names),
-            'every [[variant]] needs a name of its own, name = "..."',
-        )
+        if not all(isinstance(name, str) and name for name in names) or len(
+            set(map(str, names))
+        ) < len(names):
+            raise InputError('every [[variant]] needs a name of its own, name = "..."')
         return variants
 
     @pydantic.field_validator("zip")
     @classmethod
     def _one_length(cls, lists: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
         lengths = {key: len(values) for key, values in lists.items()}
-        refuse(
-            len(set(lengths.values())) > 1,
-            f"lists that are walked together need one length, got {lengths}",
-        )
+        if len(set(lengths.values())) > 1:
+            raise InputError(f"lists that are walked together need one length, got {lengths}")
         return lists
 
     @pydantic.field_validator("quantities")
     @classmethod
     def _importable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            refuse(
+            if (
                 not all(part.isidentifier() for word in name.split(":") for part in word.split("."))
-                or name.count(":") != 1,
-                f"must be 'module:function', got {name!r}",
-            )
+                or name.count(":") != 1
+            ):
+                raise InputError(f"must be 'module:function', got {name!r}")
         return names
 
 
@@ -149,10 +146,8 @@ def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[st
     file: SweepFile = parse(SweepFile, data, str(path))
     folder = Path(path).parent
     paths = [str(folder / name) for name in file.problems]
-    refuse(
-        len(set(paths)) < len(paths),
-        f"{path}: problems: a file is named twice, got {list(file.problems)}",
-    )
+    if len(set(paths)) < len(paths):
+        raise InputError(f"{path}: problems: a file is named twice, got {list(file.problems)}")
     if isinstance(file.points, str):
         data["points"] = read_points(folder / file.points)
     return str(path), data, {name: read_toml(regular_file(name, LARGEST_FILE)) for name in paths}
@@ -174,15 +169,13 @@ def read_points(path: Path) -> dict[str, list[Any]]:
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: no CSV file with a line of keys ({error})") from None
     keys = [key.strip() for key in head]
-    refuse(
-        not lines or len(set(keys)) < len(keys) or not all(keys),
-        f"{path}: needs a line of different keys and a line a point",
-    )
+    if not lines or len(set(keys)) < len(keys) or not all(keys):
+        raise InputError(f"{path}: needs a line of different keys and a line a point")
     for number, line in enumerate(lines, 2):
-        refuse(
-            len(line) != len(keys),
-            f"{path}: line {number} has {len(line)} values, there are {len(keys)} keys",
-        )
+        if len(line) != len(keys):
+            raise InputError(
+                f"{path}: line {number} has {len(line)} values, there are {len(keys)} keys"
+            )
     return {key: [_value(line[k].strip()) for line in lines] for k, key in enumerate(keys)}
 
 

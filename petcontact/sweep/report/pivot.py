@@ -226,6 +226,8 @@ def text(value: Any) -> str:
     return "–" if value is None or value == "" else str(value)
 
 
-def names_in(words: str | None) -> list[str] | None:
-    """NAME,... of a command line."""
-    return None if words is None else [word.strip() for word in words.split(",") if word.strip()]
+def names_in(words: str | None, otherwise: Sequence[str] | None = None) -> Sequence[str] | None:
+    """NAME,... of a command line, or other names where the option is not given."""
+    if words is None:
+        return otherwise
+    return [word.strip() for word in words.split(",") if word.strip()]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import refuse
+from ...errors import InputError
 from ...frozen import frozen
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
@@ -56,10 +56,8 @@ def parse_plot(word: str) -> Plot:
         If it is none.
     """
     names = [name.strip() for name in word.split(":")]
-    refuse(
-        not (2 <= len(names) <= 3 and all(names)),
-        f"--plot {word}: must be QUANTITY:COORDINATE or QUANTITY:COORDINATE:LINES",
-    )
+    if not (2 <= len(names) <= 3 and all(names)):
+        raise InputError(f"--plot {word}: must be QUANTITY:COORDINATE or QUANTITY:COORDINATE:LINES")
     return Plot(*names)
 
 
@@ -74,10 +72,10 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
     x, y = table.numbers(plot.over), table.numbers(plot.quantity)
     lines = table.values(plot.lines) if plot.lines else [None] * len(table)
     keys = list(dict.fromkeys(lines))
-    refuse(
-        len(keys) > MOST_LINES,
-        f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most",
-    )
+    if len(keys) > MOST_LINES:
+        raise InputError(
+            f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most"
+        )
     good = (np.array(table.status) == "converged") & np.isfinite(x) & np.isfinite(y)
     figure.set_size_inches(6.4, 4.2)
     axes = figure.subplots()

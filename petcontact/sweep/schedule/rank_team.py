@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from ...errors import PetcontactError, refuse
+from ...errors import InputError, PetcontactError
 from ...runtime.mpi import all_meet
 from ...runtime.petsc import petsc
 
@@ -36,10 +36,10 @@ class Team:
 
     def __init__(self, world: Any, size: int) -> None:
         ranks = world.Get_size()
-        refuse(
-            ranks % size,
-            f"--ranks-per-case {size}: {ranks} ranks cannot be split into teams of {size}",
-        )
+        if ranks % size:
+            raise InputError(
+                f"--ranks-per-case {size}: {ranks} ranks cannot be split into teams of {size}"
+            )
         self.size, self.count, self.number = size, ranks // size, world.Get_rank() // size
         self._mpi = world.Split(self.number) if size > 1 else None
         self.comm = petsc().COMM_SELF if self._mpi is None else petsc().Comm(self._mpi)

@@ -17,7 +17,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ...errors import OutputError, ResultError, refuse
+from ...errors import InputError, OutputError, ResultError
 from ...frozen import frozen
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
@@ -76,11 +76,11 @@ class CaseTable:
         InputError
             If there is no such column.
         """
-        refuse(
-            name not in self.names,
-            f"{name}: neither a coordinate nor a quantity of this sweep; there are "
-            f"{', '.join(self.names)}",
-        )
+        if name not in self.names:
+            raise InputError(
+                f"{name}: neither a coordinate nor a quantity of this sweep; there are "
+                f"{', '.join(self.names)}"
+            )
         return plain(self.columns[name])
 
     def numbers(self, name: str) -> Column:
@@ -92,7 +92,8 @@ class CaseTable:
             If there is no such column, or it holds texts.
         """
         self.values(name)
-        refuse(self.columns[name].dtype.kind == "S", f"{name}: holds texts, not numbers")
+        if self.columns[name].dtype.kind == "S":
+            raise InputError(f"{name}: holds texts, not numbers")
         return self.columns[name].astype(float)
 
     def kept(self, case: int) -> Solution | dict[str, Any] | None:
@@ -265,7 +266,8 @@ def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     """
     table = read_case_table(path)
     ids = texts(table.columns["id"])
-    refuse(id_ not in ids, f"{path}: no case {id_}", ResultError)
+    if id_ not in ids:
+        raise ResultError(f"{path}: no case {id_}")
     found = table.kept(ids.index(id_))
     if found is None:
         raise ResultError(

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ...errors import InputError, ResultError, refuse
+from ...errors import InputError, ResultError
 from ...runtime.atomic_write import write_text
 from ..design.identity import Identity
 from ..design.sweep import Sweep
@@ -53,14 +53,13 @@ class SweepFolder:
         try:
             for folder in (self.path, self.logs):
                 folder.mkdir(parents=True, exist_ok=True)
-            refuse(
-                self.table.is_dir() or self.index.is_dir(),
-                f"{self.path}: results.h5 and sweep.json are no folders",
-            )
-            refuse(
-                (self.path / "journal").exists() or (self.path / "cases").exists(),
-                f"{self.path}: holds a sweep of an older petcontact; name another folder with -o",
-            )
+            if self.table.is_dir() or self.index.is_dir():
+                raise InputError(f"{self.path}: results.h5 and sweep.json are no folders")
+            if (self.path / "journal").exists() or (self.path / "cases").exists():
+                raise InputError(
+                    f"{self.path}: holds a sweep of an older petcontact; "
+                    "name another folder with -o"
+                )
             self._lock = os.open(self.path / ".lock", os.O_CREAT | os.O_RDWR, 0o666)
             try:
                 fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -127,10 +126,8 @@ class SweepFolder:
         """
         try:
             index: dict[str, Any] = json.loads(self.index.read_text(encoding="utf-8"))
-            refuse(
-                (index["format"], index["version"]) != (FORMAT, FORMAT_VERSION),
-                "of another version of petcontact",
-            )
+            if (index["format"], index["version"]) != (FORMAT, FORMAT_VERSION):
+                raise InputError("of another version of petcontact")
             sweep = Sweep(index["source"], index["sweep"], index["problems"])
             return sweep, Identity(sweep, index["identity"])
         except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError) as error:
