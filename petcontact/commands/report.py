@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True)
     table = read_case_table(arguments.sweep)
     plots = [parse_plot(word) for word in arguments.plot]
-    cells = names_in(arguments.cells, asked_about(table))
+    cells = asked_about(table, arguments.cells)
     tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), cells)
     print(markdown(table, tables, cells), end="")
     if arguments.csv:

@@ -277,8 +277,14 @@ def _peak_numbers(
         for peak, where in ((peaks.inside, "inside"), (peaks.surface, "on the surface")):
             if peak is not None:
                 at = peak.step.step, peak.step.cycle, np.array([peak.value]), "stress"
-                more = {"alone": FINEST**2 * peak.value, "place": peak.place, "part": peak.part}
-                yield Number(f"{name} stress {where}", peak.body, *at, **more)
+                yield Number(
+                    f"{name} stress {where}",
+                    peak.body,
+                    *at,
+                    alone=FINEST**2 * peak.value,
+                    place=peak.place,
+                    part=peak.part,
+                )
         for body, place in peaks.unbounded:
             end = 0, 0, np.array([np.inf]), "stress", 0.0, np.inf, 0.0
             yield Number(f"{name} stress at {place.sides}", body, *end, place.x, place.sides)

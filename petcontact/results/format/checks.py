@@ -44,8 +44,8 @@ def check_group(group: Any, source: str) -> None:
         for name in folder:
             if not isinstance(folder.get(name, getlink=True), h5py.HardLink):
                 raise ResultError(
-                    f"{source}: {folder.name}/{name} refers to another place, results hold all their "
-                    f"data"
+                    f"{source}: {folder.name}/{name} refers to another place, "
+                    "results hold all their data"
                 )
             item = folder[name]
             place = h5py.h5o.get_info(item.id).addr

@@ -87,9 +87,11 @@ class Table:
         return cell.text() if cell is not None else ""
 
 
-def asked_about(table: CaseTable) -> Sequence[str]:
-    """What a report shows where nothing is named: iterations where methods or their parameters are
-    compared, else the contact itself."""
+def asked_about(table: CaseTable, words: str | None = None) -> Sequence[str]:
+    """What a report shows: the quantities NAME,... that are named.  Where none is, iterations if
+    methods or their parameters are compared, else the contact itself."""
+    if named := names_in(words):
+        return named
     compared = {*Method.model_fields} & {*table.coordinates}
     return (ITERATIONS,) if compared or not {*OF_CONTACT} <= {*table.columns} else OF_CONTACT
 
@@ -226,8 +228,6 @@ def text(value: Any) -> str:
     return "–" if value is None or value == "" else str(value)
 
 
-def names_in(words: str | None, otherwise: Sequence[str] | None = None) -> Sequence[str] | None:
-    """NAME,... of a command line, or other names where the option is not given."""
-    if words is None:
-        return otherwise
-    return [word.strip() for word in words.split(",") if word.strip()]
+def names_in(words: str | None) -> list[str] | None:
+    """NAME,... of a command line."""
+    return None if words is None else [word.strip() for word in words.split(",") if word.strip()]
