@@ -37,6 +37,7 @@ from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress import draw_von_mises
 from petcontact.results.hdf5 import write_solution
+from petcontact.results.numbers import Number
 from petcontact.results.peaks import largest_at
 from petcontact.results.solution import read_result
 from petcontact.runtime.figure_style import label, save
@@ -176,6 +177,17 @@ def test_colours_reach_to_the_largest_stress_that_is_bounded(plate):
     assert image.get_clim()[1] == pytest.approx(state.von_mises[away].max(), rel=0.05)
     cross = next(line for line in figure.axes[0].lines if line.get_label() == "largest")
     assert np.hypot(cross.get_xdata()[0] - 5.0, cross.get_ydata()[0] - 3.0) < 1.8
+
+
+def test_a_figure_names_the_largest_stress_of_the_verdict(plate):
+    """Not that of its grid, which is another number beside the verdict's; those of another step or
+    without a bound are none of its."""
+    name, value = "von Mises stress on the surface", np.array([173.6])
+    mine = Number(name, "body", 1, 0, value, "stress", error=2.0, place=np.array([4.9, 4.5]))
+    others = replace(mine, step=2, value=2 * value), replace(mine, error=np.inf, value=3 * value)
+    told = replace(plate, written=(mine, *others))
+    text = drawn(draw_von_mises, told)._supxlabel.get_text()
+    assert text.startswith("largest 173.6 at (4.9, 4.5)")
 
 
 def bands(axes):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from ...arrays import Array, shown
 from ...errors import InputError
@@ -20,6 +21,7 @@ from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..unbounded import Unbounded, unbounded_places
+from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
 from ..vtu.places import Places
 from .finite import away_from
@@ -171,11 +173,7 @@ def _colour(
 ) -> None:
     """Bodies in colours of the quantity, a colour bar, and its largest value in place and words."""
     values = {name: quantity(field, picture.quantity) for name, field in fields.items()}
-    tops = {
-        name: _top(solution, picture, name, field.x, values[name]) for name, field in fields.items()
-    }
-    name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
-    largest, field = float(values[name][tops[name]]), fields[name]
+    field, row, largest, place = _largest(solution, picture, fields, values)
     every, end = np.concatenate([*values.values()]), abs(largest) or 1.0
     signed = float(every.min(initial=0.0)) < -SIGNED * end
     how = {
@@ -188,12 +186,42 @@ def _colour(
     for each, one in fields.items():
         colours = axes.tripcolor(*_drawn(picture, one).T, values[each], triangles=one.cells, **how)
     cross = {"color": "black", "ms": 5.0, "mew": 1.0, "label": "largest"}
-    axes.plot(*_drawn(picture, field)[tops[name]], "x", **cross)
+    axes.plot(*_drawn(picture, field)[row], "x", **cross)
     beyond = _beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=beyond)
-    text = f"largest {largest:.4g} at {shown(field.x[tops[name]] + 0.0, 4)}"
+    size = float(np.abs(field.x).max())
+    text = f"largest {largest:.4g} at {place_of(place, size)}".replace(KEPT, " ")
     text += _without(solution, picture)
     figure.supxlabel(textwrap.fill(plain(text), WIDE), fontsize=8.0)
+
+
+def _largest(
+    solution: SolutionData,
+    picture: Picture,
+    fields: Mapping[str, Field],
+    values: Mapping[str, Array],
+) -> tuple[Field, int, float, Array]:
+    """The field with the largest value, the row of its point that is nearest to it, the value and
+    its place: those of the verdict where it has them, else those of the points."""
+    last, numbers = solution.last, solution.numbers if picture.window is None else []
+    told = [
+        (float(number.value[0]), number.of, number.place)
+        for number in numbers
+        if number.name.startswith(f"{WORDS.get(picture.quantity)} ")
+        and (number.step, number.cycle) == (last.step, last.cycle)
+        and number.of in fields
+        and number.place is not None
+        and not np.isinf(number.error)
+    ]
+    if told:
+        largest, name, place = max(told, key=lambda each: each[0])
+        return fields[name], int(np.argmin(cdist(fields[name].x, place[None]))), largest, place
+    tops = {
+        name: _top(solution, picture, name, field.x, values[name]) for name, field in fields.items()
+    }
+    name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
+    row, field = tops[name], fields[name]
+    return field, row, float(values[name][row]), field.x[row]
 
 
 def _drawn(picture: Picture, field: Field) -> Array:
