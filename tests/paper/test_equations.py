@@ -21,7 +21,7 @@ LINES = [
     ("4.3", "contact/rho_rules.py", "return balance"),
     ("4.10", "bem/operators.py", "def residual"),
     ("4.11", "contact/methods/projection.py", "system.robin(rho, sigma + rho * v - self.omega"),
-    ("4.11", "compliance/contact_compliance.py", "np.multiply(self._matrix[inner], each"),
+    ("4.11", "compliance/contact_compliance.py", "np.multiply(self._matrix[inner], factors"),
     ("4.12", "compliance/body/dense.py", "fill_dense(operators, nodes, inside, contact, loads)"),
     ("4.12", "compliance/body/full.py", "self._matrix.getDenseArray().T[self._places] ="),
     ("4.13", "compliance/body/dense.py", "fill_dense(operators, nodes, inside, contact, loads)"),

@@ -173,7 +173,7 @@ def _colour(
 ) -> None:
     """Bodies in colours of the quantity, a colour bar, and its largest value in place and words."""
     values = {name: quantity(field, picture.quantity) for name, field in fields.items()}
-    field, row, largest, place = _largest(solution, picture, fields, values)
+    field, row, largest, text = _largest(solution, picture, fields, values)
     every, end = np.concatenate([*values.values()]), abs(largest) or 1.0
     signed = float(every.min(initial=0.0)) < -SIGNED * end
     how = {
@@ -189,10 +189,7 @@ def _colour(
     axes.plot(*_drawn(picture, field)[row], "x", **cross)
     beyond = _beyond(every, -end if signed else -np.inf, end)
     figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8, extend=beyond)
-    size = float(np.abs(field.x).max())
-    text = f"largest {largest:.4g} at {place_of(place, size)}".replace(KEPT, " ")
-    text += _without(solution, picture)
-    figure.supxlabel(textwrap.fill(plain(text), WIDE), fontsize=8.0)
+    figure.supxlabel(textwrap.fill(plain(text + _without(solution, picture)), WIDE), fontsize=8.0)
 
 
 def _largest(
@@ -200,9 +197,9 @@ def _largest(
     picture: Picture,
     fields: Mapping[str, Field],
     values: Mapping[str, Array],
-) -> tuple[Field, int, float, Array]:
-    """The field with the largest value, the row of its point that is nearest to it, the value and
-    its place: those of the verdict where it has them, else those of the points."""
+) -> tuple[Field, int, float, str]:
+    """The field with the largest value, the row of its point that is nearest to it, the value, and
+    the words for value and place: those of the verdict where it has them, else of the points."""
     last, numbers = solution.last, solution.numbers if picture.window is None else []
     told = [
         (float(number.value[0]), number.of, number.place)
@@ -215,13 +212,17 @@ def _largest(
     ]
     if told:
         largest, name, place = max(told, key=lambda each: each[0])
-        return fields[name], int(np.argmin(cdist(fields[name].x, place[None]))), largest, place
-    tops = {
-        name: _top(solution, picture, name, field.x, values[name]) for name, field in fields.items()
-    }
-    name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
-    row, field = tops[name], fields[name]
-    return field, row, float(values[name][row]), field.x[row]
+        row = int(np.argmin(cdist(fields[name].x, place[None])))
+    else:
+        tops = {
+            name: _top(solution, picture, name, field.x, values[name])
+            for name, field in fields.items()
+        }
+        name = max(tops, key=lambda one: abs(float(values[one][tops[one]])))
+        row = tops[name]
+        largest, place = float(values[name][row]), fields[name].x[row]
+    text = f"largest {largest:.4g} at {place_of(place, float(np.abs(fields[name].x).max()))}"
+    return fields[name], row, largest, text.replace(KEPT, " ")
 
 
 def _drawn(picture: Picture, field: Field) -> Array:

@@ -97,10 +97,6 @@ def test_condensed_and_full_agree() -> None:
         ({"mesh.element_size": 1e-3}, "at most"),
         ({"mesh.element_sizes": {"side": 1.0}}, "no part 'side'"),
         ({"boundary.1.value": [0.0, 0.0]}, "the body has 3 dimensions, got 2 components"),
-        (
-            {"boundary.1.value": [0.0, "free", 0.0], "boundary.0.friction_bound": 0.0},
-            "translate along",
-        ),
         ({"bem.mat_type": "hodlr"}, "plane bodies"),
         ({"boundary.0.friction_bound": "s"}, "unknown name 's'"),
         ({"geometry.upper": [0.0, 4.0, 4.0]}, "each coordinate of upper must be greater"),
