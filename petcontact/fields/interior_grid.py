@@ -94,7 +94,10 @@ def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
             if not points or np.hypot(*(points[-1] - point)) >= KEPT_OFF * spacing:
                 points.append(point)
     if mesh.neighbours()[1][loop[-1]] == loop[-1]:
-        points.append(_beside(mesh, int(loop[-1]), 1.0, inset))
+        # the axis, which carries no elements, closes the outline
+        end = _beside(mesh, int(loop[-1]), 1.0, inset)
+        count = max(1, int(np.hypot(*(end - points[0])) / spacing))
+        points += [*np.linspace(end, points[0], count, endpoint=False)]
     while len(points) > 3 and np.hypot(*(points[-1] - points[0])) < KEPT_OFF * spacing:
         points.pop()
     return np.array(points)

@@ -220,6 +220,28 @@ def test_grid_fills_the_body_and_keeps_inside():
         triangulate(mesh, (1, 30))
 
 
+@pytest.mark.parametrize("window", [None, (np.array([0.0, 0.9]), np.array([0.2, 1.1]))])
+def test_a_grid_reaches_to_the_axis(window):
+    """The axis carries no elements: without points on it, triangles span it from end to end."""
+    problem = Problem(
+        symmetry="axial",
+        material=STEEL,
+        geometry=Rectangle((0, 0), (1, 2)),
+        mesh=MeshOptions(element_size=0.5),
+        boundary=[
+            Displacement("bottom", ("free", 0)),
+            Traction("right", (0, 0)),
+            Traction("top", (0, 0)),
+        ],
+    )
+    points, cells = triangulate(solve(problem).mesh, (20, 20), window)
+    corners = points[cells]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    assert area.sum() == pytest.approx(2.0 if window is None else 0.04, rel=2e-2)
+    assert np.ptp(corners, axis=1).max() < (0.3 if window is None else 0.03)
+
+
 def test_von_mises_and_principal_stresses():
     stress = np.array([[100.0, 0.0, 0.0], [0.0, 0.0, 50.0], [80.0, 80.0, 0.0], [30.0, -10.0, 25.0]])
     zz = np.array([0.0, 0.0, 80.0, 6.0])
