@@ -14,8 +14,8 @@ from .schedule.deal import Counters
 DONE, FAILED = "done", "failed"
 """Names of the counters of cases on the disk, and of failed ones among them."""
 ON_TERMINAL, PLAIN = 0.5, 30.0
-"""Seconds between two looks at the counters; elsewhere than on a terminal each one leaves a
-line."""
+"""Seconds between two looks at the counters.  On a terminal the first look is at once; elsewhere
+each look leaves a line."""
 LISTED = 20
 """Cases that did not converge that the summary names."""
 
@@ -52,10 +52,12 @@ class Progress:
             self._status.clear()
 
     def _watch(self) -> None:
-        while not self._over.wait(ON_TERMINAL if self._status.enabled else PLAIN):
+        pause = 0.0 if self._status.enabled else PLAIN
+        while not self._over.wait(pause):
             line = self.line(time.monotonic() - self._began)
             if self._status.enabled:
                 self._status.show(line)
+                pause = ON_TERMINAL
             else:
                 print(line, file=sys.stderr, flush=True)
 
