@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -73,3 +74,17 @@ def refused(library, why):
     assert found[0].stderr.startswith(f"petcontact: compiled kernels: {library}")
     assert why in found[0].stderr
     assert found[1].returncode != 0 and str(library) in found[1].stdout
+
+
+def test_the_project_lists_all_sources_and_headers():
+    """Those that it does not list are not in the archive of sources."""
+    root = Path(__file__).parents[2]
+    (kernels,) = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"][
+        "ext-modules"
+    ]
+    files = {
+        path.relative_to(root).as_posix()
+        for end in ("c", "h")
+        for path in (root / "petcontact/native").rglob(f"*.{end}")
+    }
+    assert {*kernels["sources"], *kernels["depends"]} == files
