@@ -44,17 +44,12 @@ VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 
 
-Level = Literal["ok", "warning", "error"]
-WINDOWED = ("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx")
-"""Ends of the names of matplotlib's backends that open windows."""
-
-
 @frozen
 class Finding:
     """One line of the doctor: what was looked at, how it is, and what to do about it."""
 
     subject: str
-    level: Level
+    level: Literal["ok", "warning", "error"]
     text: str
     advice: str = ""
 
@@ -118,154 +113,149 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
             yield from judged(facts)
 
 
-def _first(subject: str, *cases: tuple[object, Level, str, str]) -> Finding:
-    """Return the finding of the first case that holds.
-
-    A case is a condition, a level, a text and an advice.
-    """
-    return next(Finding(subject, *case[1:]) for case in cases if case[0])
-
-
-def _judge_petsc(facts: Mapping[str, Any]) -> list[Finding]:
+def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
     text = (
         f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, "
         f"{facts['integer']}"
     )
-    releases = [facts[key].split(".")[:2] for key in ("petsc", "petsc4py")]
-    given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
-    apart = given and used and os.path.realpath(given) != os.path.realpath(used)
-    return [
-        _first(
+    if facts["petsc"].split(".")[:2] != facts["petsc4py"].split(".")[:2]:
+        yield Finding(
             "petsc",
-            (
-                releases[0] != releases[1],
-                "error",
-                f"{text}: releases differ",
-                "install the petsc4py of the same release as PETSc",
-            ),
-            (
-                facts["scalar"] != "float64",
-                "error",
-                f"{text}: not a real double-precision build",
-                "use a PETSc built with real scalars",
-            ),
-            (
-                True,
-                "ok",
-                f"{text}, with {', '.join(facts['packages']) or 'no external packages'}",
-                "",
-            ),
-        ),
-        *[
-            Finding(
-                "petsc",
-                "warning",
-                f"PETSC_DIR is {given}, but petsc4py uses {used}",
-                "unset PETSC_DIR",
-            )
-        ]
-        * bool(apart),
-        *_judge_mpi(facts),
-    ]
+            "error",
+            f"{text}: releases differ",
+            "install the petsc4py of the same release as PETSc",
+        )
+    elif facts["scalar"] != "float64":
+        yield Finding(
+            "petsc",
+            "error",
+            f"{text}: not a real double-precision build",
+            "use a PETSc built with real scalars",
+        )
+    else:
+        yield Finding(
+            "petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}"
+        )
+    given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
+    if given and used and os.path.realpath(given) != os.path.realpath(used):
+        yield Finding(
+            "petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR"
+        )
 
 
-def _judge_mpi(facts: Mapping[str, Any]) -> list[Finding]:
-    mpi, launcher, size = facts["mpi"], facts["launcher"], facts.get("launched_size")
-    several = Finding(
-        "mpi",
-        "error",
-        f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
-        "install mpi4py and petsc4py built with the same MPI",
-    )
-    return [
-        *[several] * (len(facts["mpi_libraries"]) > 1),
-        _first(
+def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    if len(facts["mpi_libraries"]) > 1:
+        yield Finding(
             "mpi",
-            (
-                not launcher,
-                "warning",
-                f"{mpi}, but no mpiexec on the PATH",
-                "install the launcher of this MPI",
-            ),
-            (
-                size is None,
-                "ok",
-                f"{mpi}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)",
-                "",
-            ),
-            (
-                size != 2,
-                "error",
-                f"{launcher} -n 2 does not start 2 ranks of {mpi} "
-                f"({size or facts.get('launched_error')})",
-                "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
-            ),
-            (True, "ok", f"{mpi}, {launcher} starts 2 ranks of it", ""),
-        ),
-    ]
+            "error",
+            f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
+            "install mpi4py and petsc4py built with the same MPI",
+        )
+    if not facts["launcher"]:
+        yield Finding(
+            "mpi",
+            "warning",
+            f"{facts['mpi']}, but no mpiexec on the PATH",
+            "install the launcher of this MPI",
+        )
+    elif "launched_size" not in facts:
+        yield Finding(
+            "mpi",
+            "ok",
+            f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)",
+        )
+    elif facts["launched_size"] != 2:
+        found = facts["launched_size"] or facts["launched_error"]
+        yield Finding(
+            "mpi",
+            "error",
+            f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
+            "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
+        )
+    else:
+        yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
 
 
-def _judge_blas(facts: Mapping[str, Any]) -> list[Finding]:
-    cores, ranks = facts["cores"], facts["ranks"]
-    share = max(1, cores // ranks)
-    pools = [f"{name} {version} with {count} threads" for name, version, count in facts["blas"]]
-    text = f"{', '.join(pools) or 'unknown'} on {cores} cores"
-    many = any(threads > share for *_, threads in facts["blas"])
-    advice = f"export OPENBLAS_NUM_THREADS={share}"
-    return [
-        _first(
+def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    share = max(1, facts["cores"] // facts["ranks"])
+    text = (
+        ", ".join(
+            f"{name} {version} with {threads} threads" for name, version, threads in facts["blas"]
+        )
+        or "unknown"
+    )
+    if any(threads > share for _, _, threads in facts["blas"]):
+        yield Finding(
             "blas",
-            (many, "warning", f"{text} for {ranks} ranks", advice),
-            (True, "ok", text, ""),
+            "warning",
+            f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
+            f"export OPENBLAS_NUM_THREADS={share}",
         )
-    ]
+    else:
+        yield Finding("blas", "ok", f"{text} on {facts['cores']} cores")
 
 
-def _judge_hdf5(facts: Mapping[str, Any]) -> list[Finding]:
-    flavour = "parallel" if facts["hdf5_mpi"] else "serial"
-    text = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} ({flavour} flavour)"
-    paths = facts["hdf5_libraries"]
-    versions = {Path(path).name.split(".so")[-1] for path in paths if "_hl" not in path}
-    several = f"{text}; several HDF5 libraries: {', '.join(paths)}"
-    return [
-        _first(
+def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    text = (
+        f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} "
+        f"({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
+    )
+    versions = {
+        Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path
+    }
+    if len(versions) > 1:
+        yield Finding(
             "hdf5",
-            (len(versions) > 1, "warning", several, "install h5py and PETSc with one HDF5"),
-            (True, "ok", text, ""),
+            "warning",
+            f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
+            "install h5py and PETSc with one HDF5",
         )
-    ]
+    else:
+        yield Finding("hdf5", "ok", text)
 
 
-def _judge_plots(facts: Mapping[str, Any]) -> list[Finding]:
+def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
     backend = facts["environment"]["MPLBACKEND"].lower()
     display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
-    font = "the font DejaVu Sans is missing"
-    unseen = backend.endswith(WINDOWED) and not display
-    text = f"matplotlib {facts['matplotlib']}, files only: no display is needed"
-    no_display = f"MPLBACKEND={backend} without a display"
-    return [
-        *[Finding("figures", "warning", font, "install fonts-dejavu-core")] * (not facts["font"]),
-        *[Finding("figures", "warning", no_display, "unset MPLBACKEND")] * unseen,
-        Finding("figures", "ok", text),
-    ]
-
-
-def _judge_folder(facts: Mapping[str, Any]) -> list[Finding]:
-    writable, free = facts["folder"]
-    no_place = "the current folder cannot be written to"
-    little = f"{free / 1e6:.0f} MB left in the current folder"
-    return [
-        _first(
-            "folder",
-            (not writable, "error", no_place, "go elsewhere, or use -o FILE"),
-            (free < 100e6, "warning", little, "make room for results"),
-            (True, "ok", f"writable, {free / 1e9:.0f} GB left", ""),
+    if not facts["font"]:
+        yield Finding(
+            "figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core"
         )
-    ]
+    if (
+        backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx"))
+        and not display
+    ):
+        yield Finding(
+            "figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND"
+        )
+    yield Finding(
+        "figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed"
+    )
+
+
+def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    writable, free = facts["folder"]
+    if not writable:
+        yield Finding(
+            "folder",
+            "error",
+            "the current folder cannot be written to",
+            "go elsewhere, or use -o FILE",
+        )
+    elif free < 100e6:
+        yield Finding(
+            "folder",
+            "warning",
+            f"{free / 1e6:.0f} MB left in the current folder",
+            "make room for results",
+        )
+    else:
+        yield Finding("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
 
 
 JUDGED = {
     "petsc": _judge_petsc,
+    "mpi": _judge_mpi,
     "blas": _judge_blas,
     "hdf5": _judge_hdf5,
     "matplotlib": _judge_plots,
