@@ -30,6 +30,12 @@ def option(*names: str, **how: Any) -> Adder:
     return lambda parser: parser.add_argument(*names, **how)
 
 
+RESULT = option("result", metavar="RESULT.h5", help="a result file")
+BODY = option("--body", metavar="NAME", action="append", help="only this body; may be repeated")
+CASE = option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+"""Options that several of the commands share which read results."""
+
+
 def options(*table: Adder) -> Callable[[argparse.ArgumentParser], None]:
     """Return the function `add_arguments` of a command, which adds the options of a table."""
 

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ..options import option, options
+from ..options import CASE, RESULT, option, options
 
 add_arguments = options(
-    option("result", metavar="RESULT.h5", help="a result file"),
+    RESULT,
     option("--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv"),
     option(
         "--table",
@@ -48,7 +48,7 @@ add_arguments = options(
         help="a body condensed to its contact parts (.npz, .inp)",
     ),
     option("--body", metavar="NAME", help="of --superelement: which body, where there are several"),
-    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+    CASE,
 )
 """The options of `petcontact export`."""
 

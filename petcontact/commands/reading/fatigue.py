@@ -15,10 +15,10 @@ import numpy as np
 
 from ...arrays import shown
 from ...errors import InputError
-from ..options import option, options, real
+from ..options import BODY, CASE, RESULT, option, options, real
 
 add_arguments = options(
-    option("result", metavar="RESULT.h5", help="a result file"),
+    RESULT,
     option(
         "--parameter",
         metavar="NAME",
@@ -47,7 +47,7 @@ add_arguments = options(
         metavar="S,B,E,C",
         help="sigma_f', b, epsilon_f', c: cycles to failure by smith-watson-topper",
     ),
-    option("--body", metavar="NAME", action="append", help="only this body; may be repeated"),
+    BODY,
     option(
         "--part",
         metavar="NAME",
@@ -56,7 +56,7 @@ add_arguments = options(
     ),
     option("-o", "--output", metavar="FILE.csv", help="a table, a row a place"),
     option("--figure", metavar="FILE.png", help="also draw it (.png, .pdf or .svg)"),
-    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+    CASE,
 )
 """The options of `petcontact fatigue`."""
 

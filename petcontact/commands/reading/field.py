@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..options import option, options, real
+from ..options import BODY, CASE, RESULT, option, options, real
 
 add_arguments = options(
-    option("result", metavar="RESULT.h5", help="a result file"),
+    RESULT,
     option("--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it"),
-    option("--body", metavar="NAME", action="append", help="only this body; may be repeated"),
+    BODY,
     option(
         "--window",
         metavar="X",
@@ -70,7 +70,7 @@ add_arguments = options(
         metavar="NAME",
         help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...",
     ),
-    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+    CASE,
 )
 """The options of `petcontact field`."""
 

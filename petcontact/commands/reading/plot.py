@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...runtime.figure_style import FORMATS
-from ..options import option, options
+from ..options import CASE, option, options
 
 add_arguments = options(
     option("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"),
@@ -29,7 +29,7 @@ add_arguments = options(
         action="store_true",
         help="write one page STEM.html that turns the deformed bodies in a browser instead",
     ),
-    option("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole"),
+    CASE,
 )
 """The options of `petcontact plot`."""
 
