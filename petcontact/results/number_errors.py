@@ -10,7 +10,6 @@ tractions.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -18,14 +17,12 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import located, sizes
-from ..frozen import frozen
 from ..refinement.levels import LEAST_GAIN, MOST_GAIN
 from ..round_off import EPS
 from .evaluated import Evaluated
-from .numbers import Number, numbers_of, resultant, stress_name
-from .peaks import FINEST, hill_reach
-from .records import PairResult, StepResult
-from .unbounded import Unbounded, corners_of, unbounded_places
+from .numbers import ENERGY, Key, Number, end_of, numbers_of, resultant, stress_name
+from .records import PairResult
+from .stress_errors import NearStress, stress_change, stresses_near
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -34,11 +31,6 @@ FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "worn depth": lambda pair: np.zeros(1) if pair.wear is None else pair.wear.sum(axis=1),
 }
 """Of a pair, at its nodes, whose maxima in contact are numbers."""
-Key = tuple[str, str, int, int]
-"""Of a number, as `Number.key`."""
-BESIDE, INSIDE = 4, 0.2
-"""Places at which a stress is compared on the boundary, the nearest that there are, and how far
-apart they lie inside, over the distance to the boundary: stress varies no faster there."""
 
 
 def with_errors(solution: Evaluated) -> list[Number]:
@@ -63,7 +55,7 @@ def path_errors(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, flo
     for factor, other in solution.paths:
         there = {number.key: number for number in numbers_of(other, peaks=False)}
         ends = {(step.step, step.cycle) for step in other.steps}
-        stresses = _stresses_near(last, [each for each in numbers if each.key[2:] in ends])
+        stresses = stresses_near(last, [each for each in numbers if each.key[2:] in ends])
         for key, error in errors.items():
             number = now[key]
             if not np.isinf(number.error):
@@ -83,7 +75,7 @@ def _path_change(
     other: Evaluated,
     number: Number,
     there: dict[Key, Number],
-    stresses: dict[Key, _Stresses],
+    stresses: dict[Key, NearStress],
 ) -> float:
     """Return the difference of a number on another path.
 
@@ -91,13 +83,13 @@ def _path_change(
     """
     if number.name not in FUNCTIONS or number.key not in there:
         return _change(solution, other, number, there.get(number.key), stresses)
-    pairs = [_end(each, number).pairs[number.of] for each in (solution, other)]
+    pairs = [end_of(each, number).pairs[number.of] for each in (solution, other)]
     one, two = (FUNCTIONS[number.name](pair) for pair in pairs)
     return float(np.abs(one - two)[pairs[0].state != OPEN].max(initial=0.0))
 
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
-    stresses = _stresses_near(solution, numbers)
+    stresses = stresses_near(solution, numbers)
     others = [
         (each, share, {number.key: number for number in numbers_of(each, peaks=False)})
         for each, share in _coarser(solution)
@@ -112,36 +104,31 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             if single and old is not None:
                 apart = float(np.abs(number.value - old.value).max())
                 error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
-        alone = number.alone - _of_increments(number)
-        if number.name == "dissipated energy":
-            # a product of what is known to this share in L2, where two meshes agree by chance
+        alone = number.alone
+        if number.name == ENERGY:
+            # a product of what is known to this share in L2, where two meshes agree by chance; what
+            # its increments leave is an error of the path
             alone = np.fmax(0.0, min(solution.accuracy.error, 1.0) * number.size)
         result.append(number.known_to(float(np.maximum(error, alone))))
     return _balanced(result)
 
 
 def _balanced(numbers: Sequence[Number]) -> list[Number]:
-    """Forces, and moments, at the end of a step balance one another: where one is off another one
-    is, though two meshes may agree on it by chance. It is off by as much, or by the same share of
-    all that acts."""
-    others = dict[tuple[str, int, int], list[Number]]()
-    for number in (each for each in numbers if each.is_resultant):
-        others.setdefault((number.unit, *number.key[2:]), []).append(number)
-    return [
-        number.known_to(
-            max(
-                (
-                    each.error * min(1.0, number.scale / each.scale)
-                    for each in others[number.unit, *number.key[2:]]
-                    if not np.isnan(each.error)
-                ),
-                default=number.error,
-            )
-        )
-        if number.is_resultant
-        else number
-        for number in numbers
-    ]
+    """Return numbers whose forces, and moments, share their errors at the end of a step.
+
+    They balance one another: where one is off another one is, though two meshes may agree on it by
+    chance. It is off by as much, or by the same share of all that acts.
+    """
+    acting = dict[tuple[str, int, int], list[Number]]()
+    for number in numbers:
+        if number.is_resultant and not np.isnan(number.error):
+            acting.setdefault((number.unit, *number.key[2:]), []).append(number)
+    result = []
+    for number in numbers:
+        others = acting.get((number.unit, *number.key[2:]), []) if number.is_resultant else []
+        errors = [each.error * min(1.0, number.scale / each.scale) for each in others]
+        result.append(number.known_to(max(errors)) if errors else number)
+    return result
 
 
 def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
@@ -163,7 +150,7 @@ def _coarser(solution: Evaluated) -> Iterator[tuple[Evaluated, float]]:
 
 def _of_increments(number: Number) -> float:
     """What of `alone` lies between increments, where that is not between nodes."""
-    return number.alone if number.name == "dissipated energy" else 0.0
+    return number.alone if number.name == ENERGY else 0.0
 
 
 def _change(
@@ -171,32 +158,27 @@ def _change(
     coarser: Evaluated,
     number: Number,
     before: Number | None,
-    stresses: dict[Key, _Stresses],
+    stresses: dict[Key, NearStress],
 ) -> float:
     """Return the error of a number by its difference on two meshes."""
     if np.isinf(number.error):
         return number.error
     if stress_name(number):
         near = stresses.get(number.key)
-        return 0.0 if near is None else _stress_change(solution, coarser, number, near)
+        return 0.0 if near is None else stress_change(solution, coarser, number, near)
     if before is None:
         return np.nan
     apart = float(np.abs(number.value - before.value).max())
     return max(apart, number.name in FUNCTIONS and _function_change(solution, coarser, number))
 
 
-def _end(solution: Evaluated, number: Number) -> StepResult:
-    """The last increment of the step that a number belongs to."""
-    at = number.step, number.cycle
-    return [step for step in solution.steps if (step.step, step.cycle) == at][-1]
-
-
 def _function_change(solution: Evaluated, coarser: Evaluated, number: Number) -> float:
     """Return the error of a maximum of a function whose error is its change."""
     now, before = (
-        FUNCTIONS[number.name](_end(each, number).pairs[number.of]) for each in (solution, coarser)
+        FUNCTIONS[number.name](end_of(each, number).pairs[number.of])
+        for each in (solution, coarser)
     )
-    rows = _end(solution, number).pairs[number.of].state != OPEN
+    rows = end_of(solution, number).pairs[number.of].state != OPEN
     body, part = solution.sides[number.of]
     nodes, mesh = solution.nodes[number.of][rows], solution.meshes[body]
     # at its place, too, which may lie between nodes
@@ -231,133 +213,12 @@ def _of_maximum(values: Array, change: Array, element: Index) -> float:
     return max(most - top, top - least)
 
 
-@frozen
-class _Stresses:
-    """A largest stress and the stress around it.
-
-    Attributes
-    ----------
-    x, parts : (q, d), (q,) arrays
-        The place, places beside it, and those of the surface at which the stress is more than half
-        as large and has a bound; and their parts, empty inside the body.
-    values : (q,) array
-        The stress there [stress].
-    count : int
-        How many are the place and those beside it.
-    at_corner : bool
-        Whether the place is a corner.
-    """
-
-    x: Array
-    parts: Any
-    values: Array
-    count: int
-    at_corner: bool
-
-
-def _stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, _Stresses]:
-    """Return the stress around each largest stress that has a place."""
-    stresses, unbounded = (
-        dict[Key, _Stresses](),
-        dict[tuple[int, int], dict[str, list[Unbounded]]](),
-    )
-    for number in numbers:
-        place = number.place if stress_name(number) and number.size != 0.0 else None
-        if place is None or np.isinf(number.error):
-            continue
-        end = _end(solution, number)
-        if (at := (end.step, end.cycle)) not in unbounded:
-            unbounded[at] = unbounded_places(solution, end)
-        x, parts, count = _places(solution, number, unbounded[at][number.of])
-        mesh = solution.meshes[number.of]
-        corners = corners_of(mesh)
-        away = np.linalg.norm(corners.x - place, axis=1)
-        at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
-        values = _stress_at(solution, number, x, parts)
-        stresses[number.key] = _Stresses(x, parts, values, count, bool(number.part and at_corner))
-    return stresses
-
-
-def _stress_change(
-    solution: Evaluated, coarser: Evaluated, number: Number, near: _Stresses
-) -> float:
-    """Return the error of a largest stress: its change at its place, around it and elsewhere.
-
-    At a corner the stress may go on changing as slowly as it does in the last element. In an
-    element that both meshes have, it has the relative error of the solution.
-    """
-    now, count = near.values, near.count
-    change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
-    if np.isnan(change[:count]).all():
-        return np.nan
-    rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
-    off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
-    if near.at_corner:
-        off = max(off, np.ptp(now[:count]))
-    if number.part:
-        (nodes, size), (before, size_before) = (
-            _element_at(each, number) for each in (solution, coarser)
-        )
-        # Where the element gains nothing on the other mesh, the difference tells no error: both
-        # owe it to the same data, or to panels that were not refined.
-        if nodes <= before and size > 0.8 * size_before:
-            off = np.fmax(off, solution.accuracy.error * number.size)
-    return float(off)
-
-
-def _element_at(solution: Evaluated, number: Number) -> tuple[int, float]:
-    """The number of nodes and the size of the element that holds the place of a number."""
-    mesh, place = solution.meshes[number.of], number.place
-    assert place is not None, "largest stresses lie somewhere"
-    (element,), _ = located(mesh, place[None], number.part, within=sizes(mesh))
-    return int(np.diff(mesh.first_node)[element]), float(sizes(mesh)[element])
-
-
-def _places(
-    solution: Evaluated, number: Number, unbounded: Sequence[Unbounded]
-) -> tuple[Array, Any, int]:
-    """The places of `_Stresses`, their parts, and how many are the place and those beside it."""
-    mesh, place = solution.meshes[number.of], number.place
-    assert place is not None, "largest stresses lie somewhere"
-    if not number.part:
-        reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
-        ways = np.eye(mesh.dim)
-        x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
-        return x, np.full(len(x), ""), len(x)
-    element, state = solution.boundary_state(number.of, _end(solution, number))
-    parts = np.array(mesh.part_names)[mesh.part[element]]
-    away = np.linalg.norm(state.x - place, axis=1)
-    rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
-    for each in unbounded:
-        rival &= np.linalg.norm(state.x - each.x, axis=1) > hill_reach(mesh)
-        rival &= ~np.isin(element, each.elements)
-    beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
-    rows = np.append(beside, np.flatnonzero(rival))
-    return np.vstack([place, state.x[rows]]), np.append(number.part, parts[rows]), 1 + len(beside)
-
-
-def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:
-    """The stress that a number is the largest of, at points inside, or on parts of the surface; nan
-    off the body."""
-    mesh, key = solution.meshes[number.of], stress_name(number)
-    fields = solution.body_fields(number.of, _end(solution, number))
-    if not number.part:
-        return np.asarray(getattr(fields.at(x, outside=np.nan), key))
-    stress = np.full(len(x), np.nan)
-    for part in np.unique(parts).tolist():
-        rows = np.flatnonzero(parts == part)
-        element, place = located(mesh, x[rows], part, within=sizes(mesh))
-        on = element >= 0
-        stress[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
-    return stress
-
-
 def _by_tails(solution: Evaluated, number: Number) -> Number:
     """Return a number with its error on one surface mesh."""
     if np.isinf(number.error):
         return number
     accuracy = solution.accuracy
-    pairs = _end(solution, number).pairs
+    pairs = end_of(solution, number).pairs
     pair = pairs.get(number.of)
     size = number.size
     if number.unit in ("force", "moment", "rad") or number.name == "moved":

@@ -30,8 +30,10 @@ ACROSS, LOOKED_AT = (9, 33), (8, 1)
 first in the elements with the largest values at nodes, then in the best of them. A maximum is flat:
 a place that is 1/64 of an element away leaves 0.1 % of what the function varies by in it."""
 
-
-"""Of a pair after an increment: energy, and a bound of its error."""
+ENERGY = "dissipated energy"
+"""Name of the number; its unit is that of a moment."""
+Key = tuple[str, str, int, int]
+"""Of a number, as `Number.key`."""
 HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
 
@@ -77,7 +79,7 @@ class Number:
     part: str = ""
 
     @property
-    def key(self) -> tuple[str, str, int, int]:
+    def key(self) -> Key:
         """The name, the owner, the step and the cycle, by which numbers differ."""
         return self.name, self.of, self.step, self.cycle
 
@@ -89,11 +91,7 @@ class Number:
     @property
     def is_resultant(self) -> bool:
         """Whether it is a force or a moment of something that acts."""
-        return (
-            self.unit in ("force", "moment")
-            and self.name != "dissipated energy"
-            and self.scale > 0.0
-        )
+        return self.unit in ("force", "moment") and self.name != ENERGY and self.scale > 0.0
 
     def known_to(self, error: float) -> Number:
         """Return the number with an error; an error of round-off is 0."""
@@ -177,7 +175,7 @@ class _OfStep:
             for key in ("dissipated", "dissipated_error")
         )
         left = np.nan_to_num(left) + taken
-        yield self._number("dissipated energy", name, spent, "moment", moved * force, alone=left)
+        yield self._number(ENERGY, name, spent, "moment", moved * force, alone=left)
 
     def _contact(self, name: str) -> tuple[BoundaryMesh, Index, PairResult, float]:
         """Return the mesh, the nodes, the result and the compliance of a pair, as for `areas`."""
@@ -255,6 +253,12 @@ def ends_of_steps(solution: Evaluated) -> Iterator[list[StepResult]]:
     """Yield the increments of each step, in the first cycle and in later ones."""
     for _, some in itertools.groupby(solution.steps, key=lambda step: (step.step, step.cycle)):
         yield list(some)
+
+
+def end_of(solution: Evaluated, number: Number) -> StepResult:
+    """The last increment of the step that a number belongs to."""
+    at = number.step, number.cycle
+    return [step for step in solution.steps if (step.step, step.cycle) == at][-1]
 
 
 def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:

@@ -20,6 +20,7 @@ from ...model.hints import among
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import quantities, quantity
 from ..data import SolutionData
+from ..peaks import QUANTITIES
 from ..unbounded import Unbounded, unbounded_places
 from ..verdict.text import KEPT, place_of
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside, within
@@ -200,11 +201,11 @@ def _largest(
 ) -> tuple[Field, int, float, str]:
     """The field with the largest value, the row of its point that is nearest to it, the value, and
     the words for value and place: those of the verdict where it has them, else of the points."""
-    last, numbers = solution.last, solution.numbers if picture.window is None else []
+    last, name = solution.last, WORDS.get(picture.quantity, "").removesuffix(" stress")
     told = [
         (float(number.value[0]), number.of, number.place)
-        for number in numbers
-        if number.name.startswith(f"{WORDS.get(picture.quantity)} ")
+        for number in (solution.numbers if name in QUANTITIES and picture.window is None else ())
+        if number.name.startswith(f"{name} stress ")
         and (number.step, number.cycle) == (last.step, last.cycle)
         and number.of in fields
         and number.place is not None

@@ -1,0 +1,145 @@
+"""Errors of the largest stresses of a solution, from the stress on the mesh before.
+
+A largest stress is compared at its place, at places beside it, and wherever the stress is nearly as
+large.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..fields.boundary.places import located, sizes
+from ..frozen import frozen
+from .evaluated import Evaluated
+from .numbers import Key, Number, end_of, stress_name
+from .peaks import FINEST, hill_reach
+from .unbounded import Unbounded, corners_of, unbounded_places
+
+BESIDE, INSIDE = 4, 0.2
+"""Places at which a stress is compared on the boundary, the nearest that there are, and how far
+apart they lie inside, over the distance to the boundary: stress varies no faster there."""
+
+
+@frozen
+class NearStress:
+    """A largest stress and the stress around it.
+
+    Attributes
+    ----------
+    x, parts : (q, d), (q,) arrays
+        The place, places beside it, and those of the surface at which the stress is more than half
+        as large and has a bound; and their parts, empty inside the body.
+    values : (q,) array
+        The stress there [stress].
+    count : int
+        How many are the place and those beside it.
+    at_corner : bool
+        Whether the place is a corner.
+    """
+
+    x: Array
+    parts: Any
+    values: Array
+    count: int
+    at_corner: bool
+
+
+def stresses_near(solution: Evaluated, numbers: Sequence[Number]) -> dict[Key, NearStress]:
+    """Return the stress around each largest stress that has a place."""
+    stresses, unbounded = (
+        dict[Key, NearStress](),
+        dict[tuple[int, int], dict[str, list[Unbounded]]](),
+    )
+    for number in numbers:
+        place = number.place if stress_name(number) and number.size != 0.0 else None
+        if place is None or np.isinf(number.error):
+            continue
+        end = end_of(solution, number)
+        if (at := (end.step, end.cycle)) not in unbounded:
+            unbounded[at] = unbounded_places(solution, end)
+        x, parts, count = _places(solution, number, unbounded[at][number.of])
+        mesh = solution.meshes[number.of]
+        corners = corners_of(mesh)
+        away = np.linalg.norm(corners.x - place, axis=1)
+        at_corner = (away < FINEST * sizes(mesh)[corners.element[:, 0]]).any()
+        values = _stress_at(solution, number, x, parts)
+        stresses[number.key] = NearStress(x, parts, values, count, bool(number.part and at_corner))
+    return stresses
+
+
+def stress_change(
+    solution: Evaluated, coarser: Evaluated, number: Number, near: NearStress
+) -> float:
+    """Return the error of a largest stress: its change at its place, around it and elsewhere.
+
+    At a corner the stress may go on changing as slowly as it does in the last element. In an
+    element that both meshes have, it has the relative error of the solution.
+    """
+    now, count = near.values, near.count
+    change = np.abs(now - _stress_at(coarser, number, near.x, near.parts))
+    if np.isnan(change[:count]).all():
+        return np.nan
+    rivals = np.nan_to_num(now + change, nan=-np.inf)[count:]
+    off = max(np.nanmax(change[:count]), rivals.max(initial=-np.inf) - float(number.value[0]))
+    if near.at_corner:
+        off = max(off, np.ptp(now[:count]))
+    if number.part:
+        (nodes, size), (before, size_before) = (
+            _element_at(each, number) for each in (solution, coarser)
+        )
+        # Where the element gains nothing on the other mesh, the difference tells no error: both
+        # owe it to the same data, or to panels that were not refined.
+        if nodes <= before and size > 0.8 * size_before:
+            off = np.fmax(off, solution.accuracy.error * number.size)
+    return float(off)
+
+
+def _element_at(solution: Evaluated, number: Number) -> tuple[int, float]:
+    """The number of nodes and the size of the element that holds the place of a number."""
+    mesh, place = solution.meshes[number.of], number.place
+    assert place is not None, "largest stresses lie somewhere"
+    (element,), _ = located(mesh, place[None], number.part, within=sizes(mesh))
+    return int(np.diff(mesh.first_node)[element]), float(sizes(mesh)[element])
+
+
+def _places(
+    solution: Evaluated, number: Number, unbounded: Sequence[Unbounded]
+) -> tuple[Array, Any, int]:
+    """The places of `NearStress`, their parts, and how many are the place and those beside it."""
+    mesh, place = solution.meshes[number.of], number.place
+    assert place is not None, "largest stresses lie somewhere"
+    if not number.part:
+        reach = INSIDE * float(np.linalg.norm(mesh.x - place, axis=1).min())
+        ways = np.eye(mesh.dim)
+        x = np.asarray(place + reach * np.vstack([0.0 * ways[:1], ways, -ways]))
+        return x, np.full(len(x), ""), len(x)
+    element, state = solution.boundary_state(number.of, end_of(solution, number))
+    parts = np.array(mesh.part_names)[mesh.part[element]]
+    away = np.linalg.norm(state.x - place, axis=1)
+    rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
+    for each in unbounded:
+        rival &= np.linalg.norm(state.x - each.x, axis=1) > hill_reach(mesh)
+        rival &= ~np.isin(element, each.elements)
+    beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
+    rows = np.append(beside, np.flatnonzero(rival))
+    return np.vstack([place, state.x[rows]]), np.append(number.part, parts[rows]), 1 + len(beside)
+
+
+def _stress_at(solution: Evaluated, number: Number, x: Array, parts: Any) -> Array:
+    """The stress that a number is the largest of, at points inside, or on parts of the surface; nan
+    off the body."""
+    mesh, key = solution.meshes[number.of], stress_name(number)
+    fields = solution.body_fields(number.of, end_of(solution, number))
+    if not number.part:
+        return np.asarray(getattr(fields.at(x, outside=np.nan), key))
+    stress = np.full(len(x), np.nan)
+    for part in np.unique(parts).tolist():
+        rows = np.flatnonzero(parts == part)
+        element, place = located(mesh, x[rows], part, within=sizes(mesh))
+        on = element >= 0
+        stress[rows[on]] = getattr(fields.on_boundary(element[on], place[on]), key)
+    return stress
