@@ -80,8 +80,13 @@ def rounded_up(error: float) -> str:
 
 
 def place_of(x: Array, size: float) -> str:
-    """A point; coordinates that are next to nothing beside the size of the bodies are 0."""
-    return shown(np.where(np.abs(x) < 1e-4 * size, 0.0, x), 4).replace(" ", KEPT)
+    """A point with as many decimals as show a ten-thousandth of the size of the bodies.
+
+    More of them would be those of the search for a maximum, which is flat, and of a processor.
+    """
+    decimals = -math.floor(math.log10(max(1e-4 * size, 1e-300)))
+    rounded = np.round(x, decimals)
+    return shown(np.where(np.abs(x) < 1e-4 * size, 0.0, rounded), 10).replace(" ", KEPT)
 
 
 def unit_of(kind: str, units: Units, power: int) -> str:
