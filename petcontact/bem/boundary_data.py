@@ -4,13 +4,12 @@ that they leave free."""
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 from ..geometry.rotation import lifted
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import ROUNDED, SOLVED
@@ -23,7 +22,7 @@ LEFT = 0.1
 large one is taken out."""
 
 
-@frozen
+@dataclass(frozen=True)
 class BoundaryData:
     """Known values at each of n nodes in K load states, in d orthogonal directions for each node.
 

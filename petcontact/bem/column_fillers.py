@@ -3,14 +3,13 @@ mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
@@ -18,7 +17,7 @@ ROWS = 512
 """Number of targets whose kernels are in memory at a time."""
 
 
-@frozen
+@dataclass(frozen=True)
 class PlainFiller:
     """A `ColumnFiller` that calls the integrals of any kernel."""
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..model.problem import Material
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
@@ -18,7 +18,7 @@ COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (
 xy, xz, yz."""
 
 
-@frozen
+@dataclass(frozen=True)
 class KelvinSolution(abc.ABC):
     """Kelvin's solution of a material in d dimensions.
 

@@ -4,14 +4,14 @@ any dimension."""
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 from ..model.problem import Material
 
 
-@frozen
+@dataclass(frozen=True)
 class ColumnData:
     """Data by which columns of the boundary operators are made from G and H.
 

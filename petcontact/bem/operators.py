@@ -10,13 +10,12 @@ of length and stress.
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
@@ -27,7 +26,7 @@ RESIDUAL_NODES = 4096
 """Number of nodes whose kernels a residual keeps in memory at a time."""
 
 
-@frozen
+@dataclass(frozen=True)
 class BoundaryOperators:
     """The mixed operator A_0, the contact columns G_Ct and the load as blocks of exact entries.
 

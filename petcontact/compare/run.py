@@ -25,7 +25,6 @@ from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Monitor
 from ..contact.system import ContactSystem
 from ..errors import InputError
-from ..frozen import frozen
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..pipeline.run import prepare
@@ -48,7 +47,7 @@ CONTENDERS = {
 """What takes part, by the keys of `[method]` that it changes."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Trial:
     """One run.
 

@@ -6,18 +6,18 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..geometry.rotation import lifted
 from ..mesh.pairs.mortar import rounded
 from .body.base import ElasticBody
 
 
-@frozen
+@dataclass(frozen=True)
 class Interface:
     """The contact of a part of a body with a part of another body, an obstacle, or fixed ground.
 
@@ -186,7 +186,7 @@ def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
     return np.asarray(np.searchsorted(body.contact, nodes))
 
 
-@frozen
+@dataclass(frozen=True)
 class ContactMaps:
     """Maps between vectors along a body's contact directions (k m_c, ...) and along those of all
     interfaces (k M, ...).

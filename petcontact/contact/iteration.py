@@ -12,7 +12,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from ..frozen import frozen
 from ..round_off import CHAINED, SUMMED, of_vectors
 from .criterion import (
     Criterion,
@@ -29,7 +28,7 @@ from .state import ContactState, History, Monitor, Start
 from .system import ContactSystem, is_monolithic
 
 
-@frozen
+@dataclass(frozen=True)
 class Iteration:
     """Stopping criterion, start and monitor of a contact method.
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
-from ..frozen import frozen
 from ..model.base import regular_file
 
 LARGEST = 500_000_000
@@ -50,7 +49,7 @@ Face = tuple[int, int]
 """Element and number of its face, from 0."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Keyword:
     """One keyword with its parameters, in capitals, and data lines as words."""
 

@@ -14,12 +14,12 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from .. import __version__, native
 from ..errors import MissingKernelsError
-from ..frozen import frozen
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
 
@@ -44,7 +44,7 @@ VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 
 
-@frozen
+@dataclass(frozen=True)
 class Finding:
     """One line of the doctor: what was looked at, how it is, and what to do about it."""
 

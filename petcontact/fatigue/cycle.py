@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy
 
@@ -9,14 +11,13 @@ from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
-from ..frozen import frozen
 from ..model.hints import among
 from ..results.body_fields import BodyFields, states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
 
 
-@frozen
+@dataclass(frozen=True)
 class Sites:
     """Points of one body, and their stress over a cycle.
 

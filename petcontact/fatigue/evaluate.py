@@ -3,7 +3,7 @@ of them."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,6 @@ import scipy
 
 from ..arrays import Array
 from ..errors import InputError
-from ..frozen import frozen
 from ..model.hints import among
 from ..results.data import SolutionData
 from ..results.numbers import stress_name
@@ -27,7 +26,7 @@ LAYERS = 6
 """Depths below the surface, denser towards it."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Found:
     """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes
     where it has these."""
@@ -37,7 +36,7 @@ class Found:
     normal: Array | None = None
 
 
-@frozen
+@dataclass(frozen=True)
 class Fatigue:
     """A parameter over a cycle.
 

@@ -7,16 +7,16 @@ they know nothing of bodies, meshes or contact.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import frozen
 from .planes import critical_planes
 from .smallest_ball import smallest_ball
 
 
-@frozen
+@dataclass(frozen=True)
 class Constants:
     """Of the material.
 
@@ -33,7 +33,7 @@ class Constants:
     sensitivity: float = 0.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Damage:
     """A parameter at n points.
 

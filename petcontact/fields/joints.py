@@ -10,11 +10,12 @@ the ends.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
 from ..mesh.curve_mesh import CurveMesh
@@ -28,7 +29,7 @@ CUBIC = 3
 """Order of elements that can have a given value and slope at one end and zeros at the other."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Neighbourhood:
     """Points next to one joint, and the change of the data on its two elements.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class StressState:
     """Displacement and stress at points.
 
@@ -86,7 +87,7 @@ class StressState:
         return values
 
 
-@frozen
+@dataclass(frozen=True)
 class Field(StressState):
     """Displacement and stress at points of a body, and the cells between the points.
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
-from ..frozen import frozen
 from ..round_off import WRITTEN
 from .outline import Outline, Side
 
 
-@frozen
+@dataclass(frozen=True)
 class Meridian(Outline):
     """The outline of a body of revolution without what lies on the axis: chains of sides.
 
@@ -64,7 +63,7 @@ class Meridian(Outline):
         return _image(loop[0]), _image(loop[-1])
 
 
-@frozen
+@dataclass(frozen=True)
 class TwistedMeridian(Meridian):
     """That of a body that turns about its axis, too."""
 

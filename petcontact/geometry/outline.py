@@ -8,14 +8,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import Array, Index, shown
 from ..errors import InputError
-from ..frozen import frozen
 from .arcs import (
     arc_lengths,
     check_digits,
@@ -38,7 +37,7 @@ HULL = 24.0
 """Perimeter of the convex hull over the unit of length of logarithms."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Side:
     """A straight line or a circular arc from `start` to `end`, the body on its left.
 
@@ -118,7 +117,7 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
     return [Side(a, b, part, curvature) for a, b in itertools.pairwise(points)]
 
 
-@frozen
+@dataclass(frozen=True)
 class Outline(Boundary):
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 

@@ -4,11 +4,11 @@ folds."""
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..frozen import frozen
 from ..round_off import SOLVED, WRITTEN
 
 REFERENCE = {
@@ -85,7 +85,7 @@ def position(shape: Array, local: Array) -> tuple[Array, Array]:
     return parts[0], np.stack(parts[1:], axis=-2)
 
 
-@frozen
+@dataclass(frozen=True)
 class QuadraticCells:
     """Quadratic cells of one shape; local coordinates are those of the reference element.
 

@@ -4,12 +4,12 @@ fine."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from .arcs import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
@@ -44,7 +44,7 @@ class RoundSurface(Protocol):
     def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
 
 
-@frozen
+@dataclass(frozen=True)
 class SphereSurface(SolidSurface):
     """A sphere in six parts, named like the faces of the box around it [length]."""
 
@@ -89,7 +89,7 @@ class SphereSurface(SolidSurface):
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class CylinderSurface(SolidSurface):
     """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
 

@@ -3,7 +3,7 @@ closedness are checked."""
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,6 @@ import scipy
 
 from ..arrays import Array, Index, Mask, shown
 from ..errors import InputError
-from ..frozen import frozen
 from ..round_off import CHAINED
 from .arcs import check_digits
 from .crossings import first_crossing, winding
@@ -103,7 +102,7 @@ class SolidSurface(Boundary):
     dim = components = 3
 
 
-@frozen
+@dataclass(frozen=True)
 class BoxSurface(SolidSurface):
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top
     z+ [length]."""
@@ -122,7 +121,7 @@ class BoxSurface(SolidSurface):
         return float(np.linalg.norm(self.upper - self.lower))
 
 
-@frozen
+@dataclass(frozen=True)
 class FacetSurface(SolidSurface):
     """Facets, counter-clockwise seen from outside.
 

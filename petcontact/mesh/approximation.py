@@ -9,13 +9,13 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from .boundary_mesh import BoundaryMesh
 from .pairs.ray_casting import Faces
 
@@ -44,7 +44,7 @@ Function = Callable[[Index, Array, Array, Array], Array]
 """Function that returns values (q, c) at positions on elements, from points and normals (q, d)."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Samples:
     """Quadrature points on a part, and the values of a function there.
 
@@ -199,7 +199,7 @@ def approximated(samples: Samples, nodes: Index, nodal: Array) -> Array:
     return samples.projected(nodes) if samples.misses(on_mesh) else nodal
 
 
-@frozen
+@dataclass(frozen=True)
 class Cells:
     """Boxes in the reference coordinates of faces, and a function at points of each.
 

@@ -5,17 +5,17 @@ from __future__ import annotations
 import abc
 import functools
 from collections.abc import Hashable, Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..geometry.rotation import Motions
 from .pairs.ray_casting import Faces
 
 
-@frozen
+@dataclass(frozen=True)
 class Batch:
     """Elements of one kind as the kernels need them, and the numbers of their nodes.
 

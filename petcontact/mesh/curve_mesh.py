@@ -4,7 +4,7 @@ normals."""
 from __future__ import annotations
 
 import functools
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +12,6 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import InputError
-from ..frozen import frozen
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import hull_scale, round_loops
 from ..geometry.rotation import PLANE, Motions
@@ -22,7 +21,7 @@ from .elements import Elements, Targets
 from .pairs.curves import Curves
 
 
-@frozen
+@dataclass(frozen=True)
 class CurveMesh(BoundaryMesh):
     """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of
     a plane body.

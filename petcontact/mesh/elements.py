@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class Elements:
     """Elements of one order.
 
@@ -51,7 +52,7 @@ class Elements:
         return np.not_equal(self.curvature, 0.0)
 
 
-@frozen
+@dataclass(frozen=True)
 class Targets:
     """Points at which the potentials of elements are computed.
 

@@ -11,12 +11,12 @@ import functools
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..geometry.outline import Outline, Side
 from ..linalg.nearest import FEW, squares
 from .curve_building import build_mesh
@@ -45,7 +45,7 @@ CHUNK = 2048
 """Number of elements whose distances from other sides are searched at once, to limit memory."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Grading:
     """How elements shrink towards marks.
 
@@ -65,7 +65,7 @@ class Grading:
     largest: float = 1.0
 
 
-@frozen
+@dataclass(frozen=True)
 class Marks:
     """Marked points of one side.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..geometry.rotation import REVOLUTION, TORSION, Motions, lifted
 from .basis import lagrange
 from .curve_mesh import CurveMesh
@@ -18,7 +18,7 @@ AXIS = 1e-5
 of u_r' is the square of this distance; that of u_r/r is the error of integrals, 1e-9, over it."""
 
 
-@frozen
+@dataclass(frozen=True)
 class RingMesh(CurveMesh):
     """A mesh of the generating curve of a body of revolution; x is r and y is z.
 
@@ -91,7 +91,7 @@ class RingMesh(CurveMesh):
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class TwistedRingMesh(RingMesh):
     """A `RingMesh` of a body that also turns about its axis.
 

@@ -6,14 +6,13 @@ Panels need not match across edges.
 from __future__ import annotations
 
 import functools
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..geometry.rotation import SPACE, Motions
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
@@ -27,7 +26,7 @@ TRIANGLE, CURVED = 4, 8
 """Added to the order of triangles (`TRIANGLE`) and of curved panels (`CURVED`) to make the kind."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SurfaceMesh(BoundaryMesh):
     """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 

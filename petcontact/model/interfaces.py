@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import frozen
 from .bodies import Contact, Periodic
 
 
-@frozen
+@dataclass(frozen=True)
 class PosedInterface:
     """One interface as the config has it.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh, TwistedRingMesh
@@ -57,7 +57,7 @@ OVERHEAD = 5e7
 """Of PETSc and of blocks of integrals [bytes]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Compression:
     """A way to compress the operators of a body.
 
@@ -84,7 +84,7 @@ class Compression:
     memory: Callable[[Any, int], float]
 
 
-@frozen
+@dataclass(frozen=True)
 class Costs:
     """What the storages of one kind of mesh cost.
 

@@ -4,6 +4,7 @@ solutions by them."""
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from ..compliance.body.base import ElasticBody
 from ..compliance.interface import slices
 from ..errors import InputError
 from ..fields.stress_state import StressState
-from ..frozen import frozen
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
@@ -29,7 +29,7 @@ from .eliminate import eliminated, eliminated_alone
 from .pose.discretise import Discrete, discretise
 
 
-@frozen
+@dataclass(frozen=True)
 class BodyOperators:
     """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of
     them.
@@ -131,7 +131,7 @@ class BodyOperators:
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class Operators:
     """What the bodies of a problem do at its M contact nodes: v = u_0 + Sσ + Mα - gap, Eσ + f = 0.
 

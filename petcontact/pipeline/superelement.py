@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from ..bem.boundary_data import BoundaryData
 from ..compliance.interface import Interface
 from ..contact.laws import Tresca
 from ..errors import InputError
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
@@ -30,7 +30,7 @@ from .pose.load_states import boundary_data
 FORMATS = (".npz", ".inp")
 
 
-@frozen
+@dataclass(frozen=True)
 class CondensedBody:
     """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c
     of node i is d i + c.

@@ -7,14 +7,15 @@ the traction is the usual approximation.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import frozen
 from .hertz import LineContact, PointContact, elliptic
 
 
-@frozen
+@dataclass(frozen=True)
 class LinePartialSlip:
     """Cylinders under P, then Q.
 
@@ -65,7 +66,7 @@ class LinePartialSlip:
         )
 
 
-@frozen
+@dataclass(frozen=True)
 class PointPartialSlip:
     """Spheres under P, then Q.
 

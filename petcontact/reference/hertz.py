@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import frozen
 
 
 def contact_modulus(
@@ -22,7 +23,7 @@ def contact_modulus(
     return 1.0 / ((1.0 - poisson**2) / young + (1.0 - poisson_2**2) / young_2)
 
 
-@frozen
+@dataclass(frozen=True)
 class RoundContact:
     """A round body on a flat one.
 

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..arrays import Array
-from ..frozen import frozen
 
 
-@frozen
+@dataclass(frozen=True)
 class WavyContact:
     """Waves of the gap Δ(1 - cos 2πx/λ), frictionless.
 

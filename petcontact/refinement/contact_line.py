@@ -11,19 +11,18 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..arrays import Array, Index
-from ..frozen import frozen
 from ..round_off import HALF
 
 NEIGHBOURS = 3
 """Nodes of neighbouring elements that a polynomial uses on either side."""
 
 
-@frozen
+@dataclass(frozen=True)
 class ContactLine:
     """u_t and σ_t at the nodes of one contact side, by arc length along the side.
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..frozen import frozen
 from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from ..geometry.same_place import SMALLEST
@@ -37,7 +36,7 @@ JUMP = -0.75
 """Power of the distance with which slopes change, below which data jump [-], see `kinks`."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Field:
     """Data of one kind that vary along one side.
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 
-from ..frozen import frozen
 from ..mesh.hp_grading import Grading
 from ..round_off import SOLVED
 
@@ -20,7 +20,7 @@ MARGIN = 1.3
 """Wanted error over a level's typical error, from which the level is tried first [-]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Level:
     """One refinement level: a grading and its errors.
 
@@ -64,7 +64,7 @@ CONTACT_REFINEMENT_LEVELS = (
 finds edges to a tenth of its elements there, and the next level's elements are a tenth as large."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Ladder:
     """The levels of an adaptive solve, and a milder level for rough accuracies.
 

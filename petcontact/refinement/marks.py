@@ -10,13 +10,12 @@ import itertools
 import math
 import operator
 from collections.abc import Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..arrays import Array, Index
 from ..errors import InputError
-from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..geometry.same_place import SMALLEST, TOLERANCE, inside
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -63,7 +62,7 @@ ON_KINK = 1e-3
 the mesh is graded only to the kink [-]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Body:
     """Data of a body that all meshes of an adaptive solve share.
 
@@ -251,7 +250,7 @@ class Body:
         return LevelMesh(mesh, max(missed))
 
 
-@frozen
+@dataclass(frozen=True)
 class LevelMesh:
     """A mesh, and the largest defect of the data above the accepted one, or 0 [-]."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from ..fields.boundary.places import located, points_at, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among, nearest
 from ..model.problem import Problem
@@ -72,7 +72,7 @@ CLOSE = 0.03
 interpolated, as at corners; over twice that they pass into those inside."""
 
 
-@frozen
+@dataclass(frozen=True)
 class BodyFields:
     """What `SolutionData` evaluates of a body after an increment.
 

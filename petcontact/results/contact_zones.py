@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from ..arrays import Array, Index, Mask
 from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
-from ..frozen import frozen
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
@@ -134,7 +133,7 @@ def hidden_slip(
     return most
 
 
-@frozen
+@dataclass(frozen=True)
 class _Contact:
     """The nodes of a pair, the numbers of their elements and which of these each node has, and the
     compliance of `areas`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -14,7 +14,6 @@ from ..contact.friction_law import main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
 from ..refinement.zones import Zone, zones_of
@@ -25,7 +24,7 @@ from .records import BodyResult, ContactFields, PairResult, StepResult, along_ta
 from .report import Finding
 
 
-@frozen
+@dataclass(frozen=True)
 class SolutionData(Evaluated):
     """What a solve found and a result file holds; `Solution` adds what can be done with it.
 

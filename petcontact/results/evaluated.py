@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
 from ..fields.stress_state import StressState
-from ..frozen import frozen
 from ..linalg import nearest as near
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among
@@ -26,7 +25,7 @@ from .records import StepResult, WearHistory
 from .report import Accuracy, Finding, Provenance
 
 
-@frozen
+@dataclass(frozen=True)
 class Evaluated:
     """What a solve found, and what can be evaluated of it anywhere in the bodies.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from ..arrays import Array, Index
 from ..contact.friction_law import lengths
 from ..contact.law_protocol import OPEN
 from ..fields.boundary.places import points_at, spread_places
-from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import EPS, SOLVED
 from .contact_zones import areas, hidden_slip
@@ -38,7 +37,7 @@ HELD = ("displacement", "symmetry", "periodic")
 """Conditions that hold a part."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Number:
     """One number, or vector, of a solution.
 

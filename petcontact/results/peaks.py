@@ -10,13 +10,12 @@ Of the samples that are left the largest counts; inside the body it is climbed t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
-from ..frozen import frozen
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import SINGLE
@@ -53,7 +52,7 @@ UPHILL = 0.1
 0.025 and 0.0125): within six elements of the singular corner it grows by up to 0.06."""
 
 
-@frozen
+@dataclass(frozen=True)
 class StressPeak:
     """The largest value of a stress at the ends of the steps.
 
@@ -75,7 +74,7 @@ class StressPeak:
     step: StepResult
 
 
-@frozen
+@dataclass(frozen=True)
 class Peaks:
     """The largest of one stress.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,12 @@ import numpy as np
 from ..arrays import Array, Index, Names, States
 from ..contact.friction_law import lengths
 from ..contact.state import History
-from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
 from ..mesh.boundary_mesh import BoundaryMesh
 from .report import Finding
 
 
-@frozen
+@dataclass(frozen=True)
 class PairResult:
     """Nodal fields of one interface after an increment; the secondary's nodes.
 
@@ -161,7 +160,7 @@ class PairResult:
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
 
-@frozen
+@dataclass(frozen=True)
 class BodyResult:
     """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
 
@@ -175,7 +174,7 @@ class BodyResult:
         return mesh.motions.moment(mesh.x[nodes], mesh.weight[nodes, None] * self.traction[nodes])
 
 
-@frozen
+@dataclass(frozen=True)
 class ObstacleResult:
     """Where an obstacle is, and the force and moment about its centre that act on it from outside.
 
@@ -188,7 +187,7 @@ class ObstacleResult:
     moment: Axial
 
 
-@frozen
+@dataclass(frozen=True)
 class StepResult:
     """One increment.
 
@@ -254,7 +253,7 @@ class StepResult:
         return {origin: 1.0 - self.load_factor, self.step: self.load_factor}
 
 
-@frozen
+@dataclass(frozen=True)
 class WearHistory:
     """Wear over cycles, at the ends of those that were computed.
 
@@ -271,7 +270,7 @@ class WearHistory:
     depth: dict[str, Array]
 
 
-@frozen
+@dataclass(frozen=True)
 class ContactFields:
     """Nodal fields on the contact parts of one body, by number of the node.
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
-
-from ..frozen import frozen
 
 T = TypeVar("T")
 OLD_NAMES = {
@@ -22,7 +20,7 @@ OLD_NAMES = {
 """Keys that files of 0.2.0 have for fields of `Accuracy`, where the two differ."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Accuracy:
     """The error of a solution in L2 of the contact, relative to it, and how it is known.
 
@@ -84,7 +82,7 @@ class Accuracy:
         return not math.isnan(self.error)
 
 
-@frozen
+@dataclass(frozen=True)
 class Provenance:
     """How a solution was made.
 
@@ -119,7 +117,7 @@ class Provenance:
     motions: dict[str, int] = field(default_factory=dict)
 
 
-@frozen
+@dataclass(frozen=True)
 class Finding:
     """One thing that a check found.
 

@@ -7,13 +7,13 @@ large.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array
 from ..fields.boundary.places import located, sizes
-from ..frozen import frozen
 from .evaluated import Evaluated
 from .numbers import Key, Number, end_of, stress_name
 from .peaks import FINEST, hill_reach
@@ -24,7 +24,7 @@ BESIDE, INSIDE = 4, 0.2
 apart they lie inside, over the distance to the boundary: stress varies no faster there."""
 
 
-@frozen
+@dataclass(frozen=True)
 class NearStress:
     """A largest stress and the stress around it.
 

@@ -13,6 +13,7 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import meeting, sizes
-from ..frozen import frozen
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -41,7 +41,7 @@ from .evaluated import Evaluated
 from .records import PairResult, StepResult
 
 
-@frozen
+@dataclass(frozen=True)
 class Corners:
     """Corners of an outline, or edges of a surface.
 
@@ -63,7 +63,7 @@ class Corners:
     leaving: Array
 
 
-@frozen
+@dataclass(frozen=True)
 class Unbounded:
     """Where the stress of a body has no bound.
 
@@ -171,7 +171,7 @@ def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> 
     return corner_exponent(angle, kappa, first, second)
 
 
-@frozen
+@dataclass(frozen=True)
 class _Corner:
     """One of `Corners`, and the parts that meet there."""
 
@@ -181,7 +181,7 @@ class _Corner:
     parts: str
 
 
-@frozen
+@dataclass(frozen=True)
 class _Closed:
     """A side that touches something at a corner.
 

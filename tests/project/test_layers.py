@@ -13,7 +13,7 @@ from import_graph import ImportGraph
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
     "errors",
-    "frozen arrays native manual",
+    "arrays native manual",
     "round_off stored",
     "reference runtime geometry compression",
     "linalg model",
@@ -27,7 +27,7 @@ LAYERS = (
 )
 FRONT = {"", "__main__"}
 """What may name everything: the front door, and the program."""
-ONLY = {"compression": {"arrays", "frozen", "native"}, "reference": {"errors", "arrays", "frozen"}}
+ONLY = {"compression": {"arrays", "native"}, "reference": {"errors", "arrays"}}
 """Folders that know less than their layer may."""
 NOT_TO_SEE = {
     "contact": {"mesh", "bem", "compliance"},
@@ -95,7 +95,6 @@ def test_the_top_holds_the_doors_only():
         "__main__.py",
         "errors.py",
         "arrays.py",
-        "frozen.py",
         "stored.py",
         "round_off.py",
         "py.typed",

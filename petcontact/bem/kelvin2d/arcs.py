@@ -14,11 +14,11 @@ for which a few Gauss points suffice at every distance.
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Complex, Index
-from ...frozen import frozen
 from ...geometry.arcs import half_angles
 from ...mesh.basis import gauss, product_weights
 from . import moments
@@ -29,7 +29,7 @@ MIDDLE, CLOSE_SUM = 24, 2.9
 for."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Arcs:
     """Arcs of at most half a circle, as arrays (n,).
 

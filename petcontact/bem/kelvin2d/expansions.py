@@ -16,10 +16,11 @@ and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Complex
-from ...frozen import frozen
 from ...mesh.basis import gauss, product_weights
 from ...mesh.elements import Elements
 from .integrals import shape_of
@@ -31,7 +32,7 @@ POINTS = 32
 straight element."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Expansion:
     """The field of one group of elements.
 

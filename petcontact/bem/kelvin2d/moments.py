@@ -7,14 +7,15 @@ ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1, 2, 3.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Complex, Mask
-from ...frozen import frozen
 from ...mesh.basis import lagrange_coefficients
 
 
-@frozen
+@dataclass(frozen=True)
 class PointCounts:
     """How the moments of one order are taken at every distance, each to about 1e-13.
 
@@ -43,7 +44,7 @@ RULES = {
 }
 
 
-@frozen
+@dataclass(frozen=True)
 class Parts:
     """Integrals over elements of half the angle α for one target each, as arrays (p+1, n), x =
     α(s-z)/2.

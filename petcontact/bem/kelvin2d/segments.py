@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Complex, Index
-from ...frozen import frozen
 from ...mesh.basis import gauss
 from . import moments
 from .moments import RULES, Parts
 
 
-@frozen
+@dataclass(frozen=True)
 class Segments:
     """Straight elements, arrays (n,).
 

@@ -15,15 +15,16 @@ polygon; far from it they are lost like (distance/shortest height)^(a+b).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...frozen import frozen
 
 Table = dict[tuple[int, int], Array]
 
 
-@frozen
+@dataclass(frozen=True)
 class Edges:
     """Edges of polygons as their targets see them, arrays (c, n)."""
 

@@ -3,10 +3,11 @@ loads of an increment."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array
-from ...frozen import frozen
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.loads import forces_by_step
@@ -16,7 +17,7 @@ from ..kernels import kernel_for
 from .volume import VolumeSolution
 
 
-@frozen
+@dataclass(frozen=True)
 class InsideLoads:
     """Loads inside a body in a load state."""
 

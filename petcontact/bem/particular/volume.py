@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...frozen import frozen
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
@@ -27,7 +26,7 @@ BOXES: dict[type, Any] = {RingMesh: RingBox, TwistedRingMesh: RingBox}
 """Class of the box by the kind of a mesh, where it is not `BodyBox`."""
 
 
-@frozen
+@dataclass(frozen=True)
 class VolumeSolution:
     """Particular solutions in K load states, None where nothing acts.
 

@@ -14,13 +14,14 @@ The additional compliance vanishes with the size of the faces, and does not act 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy
 
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
 from ...errors import InputError
-from ...frozen import frozen
 from ...geometry.superelement import CondensedSurface, expect
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.panels import linear_shapes, reference_nodes
@@ -28,7 +29,7 @@ from ...round_off import HALF
 from .base import ElasticBody
 
 
-@frozen
+@dataclass(frozen=True)
 class Condensed:
     """The relation u = free + S t + R α, RᵀW t + F = 0 at n nodes, in K load states.
 

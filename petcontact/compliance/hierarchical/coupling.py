@@ -17,7 +17,7 @@ uncoupled.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,6 @@ import scipy
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ...frozen import frozen
 from ..body.base import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
@@ -35,7 +34,7 @@ Sparse = Any
 matrix_of: Any = scipy.sparse.csr_array
 
 
-@frozen
+@dataclass(frozen=True)
 class Relation:
     """A linear law at M nodes.
 
@@ -92,7 +91,7 @@ class Relation:
         return np.concatenate([self.of_v, self.of_sigma], axis=1)
 
 
-@frozen
+@dataclass(frozen=True)
 class Expansion:
     """The factors of all columns and the tractions in contact as functions of the unknowns.
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array
-from ...frozen import frozen
 from .coupling import Expansion
 
 
-@frozen
+@dataclass(frozen=True)
 class Balance:
     """The rows for rigid motions of bodies, then of free obstacles.
 
@@ -58,7 +59,7 @@ class Balance:
         return len(self.load) + len(self.amplitude)
 
 
-@frozen
+@dataclass(frozen=True)
 class Posed:
     """A linear problem of bodies in contact.
 
@@ -81,7 +82,7 @@ class Posed:
     balance: Balance
 
 
-@frozen
+@dataclass(frozen=True)
 class State:
     """A solution of a linear problem.
 

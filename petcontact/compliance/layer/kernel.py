@@ -12,13 +12,13 @@ directions. For two bodies T is the sum of their layers.
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
-from ...frozen import frozen
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.pairs.clipping import cross
@@ -28,7 +28,7 @@ FAR_POINTS, NEAR_POINTS = 4, 12
 and for its smooth part at near ones."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Strip:
     """A stretch of contact nodes, coupled to each other by the kernel of a layer.
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
-from ...frozen import frozen
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries
 
@@ -30,7 +29,7 @@ FULL = 16
 """Compiled code pads rows and columns with zeros to multiples of this number."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Layout:
     """How the rows of U and V and the columns of whole blocks are stored. With 16 bits an entry, a
     scale in single precision comes first.

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -24,7 +25,6 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from .build import FULL
 
 Single = NDArray[np.float32]
@@ -42,7 +42,7 @@ class Source(Protocol):
         ...
 
 
-@frozen
+@dataclass(frozen=True)
 class Patch:
     """Unknowns that are solved for together.
 
@@ -64,7 +64,7 @@ class Patch:
     coupled: bool
 
 
-@frozen
+@dataclass(frozen=True)
 class Factored:
     """A patch's matrix A P, factored for one P. The inverse for another P follows from it.
 

@@ -3,17 +3,18 @@ compressed square operator."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from .block_batches import Batches, Block
 from .levels import TOGETHER, Level, Stack
 from .translations import Cluster
 
 
-@frozen
+@dataclass(frozen=True)
 class Schur:
     """The remaining block of a cluster after elimination. Kept unknowns come first, waiting ones
     follow."""
@@ -22,7 +23,7 @@ class Schur:
     values: Array
 
 
-@frozen
+@dataclass(frozen=True)
 class Elimination:
     """One level of a factorisation.
 
@@ -211,7 +212,7 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
     return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
 
 
-@frozen
+@dataclass(frozen=True)
 class _Eliminated:
     """The elimination of one cluster: remaining block, E⁻¹, E⁻¹F and G, and the places of R, of C
     and of waiting unknowns."""

@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from .block_batches import Batches, Block
 from .skeleton import Operator
 from .translations import Cluster
@@ -19,7 +18,7 @@ from .translations import Cluster
 TOGETHER = 256  # clusters whose arrays are packed together
 
 
-@frozen
+@dataclass(frozen=True)
 class Level:
     """All clusters of one level, with their active rows and columns one after another.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Array, Index, even_bounds
-from ...frozen import frozen
 from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
@@ -22,7 +22,7 @@ PROBED = 20_000
 """Number of nodes whose columns of some exact rows are in memory at once."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Split:
     """The distribution of nodes: bounds (ranks + 1,), this rank's ranges (one for each subtree),
     and the size of a leaf."""

@@ -3,16 +3,17 @@ outside of it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from .clusters import Boxes, Curves, halved
 
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 
 
-@frozen
+@dataclass(frozen=True)
 class Sample:
     """Increasing nodes outside a cluster, each with the square root of the number of nodes that it
     stands for.
@@ -27,7 +28,7 @@ class Sample:
     complete: bool
 
 
-@frozen
+@dataclass(frozen=True)
 class _Cells:
     """Places first..last of cells outside clusters `owner`, and the number of nodes that each cell
     needs for one digit."""

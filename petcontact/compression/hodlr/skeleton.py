@@ -4,11 +4,11 @@ with the rest."""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from .block_batches import Block
 from .clusters import Curves
 from .interpolative import PivotedQR, pivoted_qr
@@ -327,7 +327,7 @@ class Operator:
         return np.zeros((self.row_axis.count(row_nodes), self.column_axis.count(column_nodes)))
 
 
-@frozen
+@dataclass(frozen=True)
 class _Fit:
     kept: Index
     rest: Index

@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from .block_batches import Block
 from .clusters import halved
 from .sampling import Sample
@@ -27,7 +26,7 @@ TOGETHER = 32
 """Number of clusters that are sampled in one pass."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Stretch:
     """Nodes start..stop on a straight line. After a shift by `period` nodes the entries between
     them are the same again.
@@ -44,7 +43,7 @@ class Stretch:
     beside: bool = True
 
 
-@frozen
+@dataclass(frozen=True)
 class Basis:
     """Active rows (or columns) `kept` (k,) and `rest` (m-k,). Outside a cluster the rest are
     combinations of the kept ones.

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,6 @@ import scipy
 
 from ...arrays import Array, Mask, States
 from ...errors import SolverError
-from ...frozen import frozen
 from ...model.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
 from ..active_set.complementarity import complementary_guesses
@@ -40,7 +39,7 @@ from .prediction import LOOSE, Foresight, prediction
 from .starts import Guess, everywhere, tau_of
 
 
-@frozen
+@dataclass(frozen=True)
 class SemismoothNewton:
     """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 

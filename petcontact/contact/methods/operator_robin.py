@@ -9,9 +9,10 @@ product of T. It converges for 0 < ω < 2 if the law has a potential.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ...arrays import Array
 from ...errors import InputError
-from ...frozen import frozen
 from ...model.solver_options import Method
 from ..active_set.pivots import box_problem
 from ..active_set.solvers import (
@@ -32,7 +33,7 @@ from .settling import settled
 from .starts import everywhere
 
 
-@frozen
+@dataclass(frozen=True)
 class OperatorRobin:
     """Relaxed Douglas-Rachford iteration in the metric of T.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import SolverError
-from ...frozen import frozen
 from ...model.solver_options import Method
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
@@ -19,7 +19,7 @@ from ..system import ContactSystem
 from .settling import settled
 
 
-@frozen
+@dataclass(frozen=True)
 class Projection:
     """Algorithm 1 of the paper.
 

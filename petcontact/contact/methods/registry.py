@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from ...frozen import frozen
 from ...model.solver_options import METHODS, Method
 from ..iteration import ContactMethod
 from ..law_protocol import ContactLaw
@@ -88,7 +88,7 @@ def _name_of(kind: type) -> str | None:
     )
 
 
-@frozen
+@dataclass(frozen=True)
 class ContactNodes:
     """All contact nodes of a problem, for a function that makes a law.
 

@@ -9,6 +9,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError, OutputError
-from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
@@ -39,7 +39,7 @@ def is_cad(file: str) -> bool:
     return Path(file).suffix.lower() in worker.FORMATS
 
 
-@frozen
+@dataclass(frozen=True)
 class CadFace:
     """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²]
     and centre [length]."""
@@ -56,7 +56,7 @@ class CadFace:
         return self.name or str(self.number)
 
 
-@frozen
+@dataclass(frozen=True)
 class CadSurface(SolidSurface):
     """The surface of one solid of a CAD file, which is meshed where a size is known.
 

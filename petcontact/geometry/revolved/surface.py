@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ...frozen import frozen
 from ...round_off import WRITTEN
 from ..arcs import check_digits
 from ..outline import Outline
@@ -46,7 +46,7 @@ TIP = np.array([[(0.5, 0), (1, 1), (0, 1), (1, 0.5), (0.5, 1), (0, 0.5)]])
 sectors at the end, twice as many, or the start on the axis."""
 
 
-@frozen
+@dataclass(frozen=True)
 class RevolvedSurface(SolidSurface):
     """A section in (r, z), the body on the left of its sides, turned about an axis [length].
 

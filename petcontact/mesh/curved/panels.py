@@ -4,13 +4,12 @@ coordinates."""
 from __future__ import annotations
 
 import functools
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, reference_points, samples
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
@@ -26,7 +25,7 @@ def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]
     return local[0], weight[0]
 
 
-@frozen
+@dataclass(frozen=True)
 class CurvedPanels(QuadraticCells):
     """Quadratic panels of one shape and order, with the reference element's coordinates.
 

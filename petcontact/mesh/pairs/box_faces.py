@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.same_place import TOLERANCE
 from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
 from ...round_off import WRITTEN
@@ -39,7 +40,7 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
     return box_of_lines(box, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@frozen
+@dataclass(frozen=True)
 class FaceProjection:
     """The `Projection` between two parallel faces.
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE
 from ..curve_building import build_mesh
@@ -52,7 +52,7 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
     return build_mesh(outline, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@frozen
+@dataclass(frozen=True)
 class CurveProjection:
     """The `Projection` between the sides of two parts, with their curves and a direction, if
     given."""

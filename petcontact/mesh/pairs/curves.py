@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ...round_off import WRITTEN
 from ..basis import gauss
@@ -22,7 +22,7 @@ MARGIN = 1.0 + 1e-6
 """Factor on the lengths of this selection, against round-off."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Curves(Faces):
     """Straight lines and arcs, the body on their left; arrays over n of them.
 

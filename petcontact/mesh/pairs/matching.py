@@ -4,10 +4,10 @@ boundaries."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from ...arrays import Array, Mask
-from ...frozen import frozen
 from ...geometry.meridian import Meridian, TwistedMeridian
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
@@ -28,7 +28,7 @@ KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., An
 Other boundaries keep their elements."""
 
 
-@frozen
+@dataclass(frozen=True)
 class PairParts:
     """Two parts that face one another, (body, part) each, and their direction, if it is given.
 

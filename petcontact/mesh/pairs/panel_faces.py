@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from ...geometry.quadratic import position
 from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.panels import CurvedPanels
@@ -31,7 +31,7 @@ how far they may leave the panel, in local coordinates."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
 
 
-@frozen
+@dataclass(frozen=True)
 class PanelFaces(Faces):
     """Convex panels with the body behind them; arrays over n of them.
 

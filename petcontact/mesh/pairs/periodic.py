@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
 
 
-@frozen
+@dataclass(frozen=True)
 class TranslatedSides:
     """The `Projection` from the sides of a part to those of its partner.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...errors import InputError
-from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import growing
@@ -15,7 +15,7 @@ from ..choice import contact_sizes, needed_memory, resolved_bem, solve_seconds, 
 from .strategy import Strategy
 
 
-@frozen
+@dataclass(frozen=True)
 class Reached:
     """A mesh that an adaptive solve has finished.
 
@@ -41,7 +41,7 @@ class Reached:
     solution: Solution
 
 
-@frozen
+@dataclass(frozen=True)
 class Budget:
     """Largest cost of a mesh: nodes of all bodies, and predicted processor time [s] of a solve."""
 

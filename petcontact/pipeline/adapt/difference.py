@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.outline import as_outline
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
@@ -25,7 +24,7 @@ GROWS = 1.1
 which the traction counts as infinite there [-]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Difference:
     """Relative L2 difference of tractions, the largest over interfaces and step ends.
 

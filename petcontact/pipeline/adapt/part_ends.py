@@ -7,12 +7,11 @@ or a kink.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...geometry.same_place import TOLERANCE, inside
 from ...mesh.grading import at_ends, singular_ends, turn
@@ -22,7 +21,7 @@ from ...refinement.known_data import gap_slope, gap_switches
 from ...round_off import SINGLE
 
 
-@frozen
+@dataclass(frozen=True)
 class PressedSides:
     """Singular points of one body's sides that its contacts cause.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -12,7 +13,6 @@ import scipy
 from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
-from ...frozen import frozen
 from ...mesh.approximation import ACROSS, WITHIN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
@@ -33,7 +33,7 @@ infinite where nothing is opposite.
 """
 
 
-@frozen
+@dataclass(frozen=True)
 class Places:
     """The surface between the nodes of one unilateral contact.
 

@@ -6,11 +6,11 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from ...geometry.quadratic import QuadraticCells, samples
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.pairs.clipping import cross
@@ -40,7 +40,7 @@ SLACK = 1e-3
 """Share of a sector by which the sectors may fall short of a full turn [-]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Patch:
     """A part of a face that is filled by panels in rings.
 

@@ -4,11 +4,11 @@ it."""
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...frozen import frozen
 from ...mesh.surface_mesh import CURVED, SurfaceMesh
 from .axes import NARROWEST, sides
 
@@ -29,7 +29,7 @@ STRAY = 2.5
 contact."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SmallContact:
     """An ellipse in which contact is expected.
 
@@ -139,7 +139,7 @@ def overlapping_contact(
     return expected if half[0] <= SMALL * fit.lengths(mesh, mesh.element[[low]])[0, 0] else None
 
 
-@frozen
+@dataclass(frozen=True)
 class _Parabola:
     """The parabola ½(k_1 x² + k_2 y²) around its lowest point, k_1 >= k_2 > 0 [1/length].
 

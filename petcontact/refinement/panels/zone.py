@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...arrays import Array, Mask, States
-from ...frozen import frozen
 from ...mesh.pairs.clipping import cross
 
 INSET = 0.999
@@ -23,7 +24,7 @@ ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse [-]."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Zone:
     """An ellipse: x = centre + axes z, |z| <= 1.
 

@@ -6,13 +6,13 @@ from __future__ import annotations
 import itertools
 import textwrap
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...fields.boundary.places import points_at
-from ...frozen import frozen
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Contact, Traction
@@ -53,7 +53,7 @@ IN_SPACE = 16
 """Arrows of a part in space at most: more hide the part."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Part:
     """A part of a body, what is known on it, and that in words."""
 

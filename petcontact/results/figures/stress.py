@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,6 @@ from scipy.spatial.distance import cdist
 from ...arrays import Array, shown
 from ...errors import InputError
 from ...fields.stress_state import Field
-from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.hints import among
@@ -117,7 +117,7 @@ def deformed_figure(
     return Path(path)
 
 
-@frozen
+@dataclass(frozen=True)
 class Picture:
     """What is shown, and how: see `deformed_figure`."""
 

@@ -4,6 +4,7 @@ panels."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
 from ...fields.boundary.places import points_at
-from ...frozen import frozen
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
@@ -41,7 +41,7 @@ Sample = Callable[[str, SurfaceMesh, Places], Array]
 """Values (q,) of a body of a name at places."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Sampled:
     """A body's surface in small triangles."""
 

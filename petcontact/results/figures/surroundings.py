@@ -4,6 +4,7 @@ and contact tractions as arrows."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...fields.boundary.places import points_at
-from ...frozen import frozen
 from ...geometry.rotation import MOTIONS
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.bodies import Displacement, Symmetry, Traction
@@ -188,7 +188,7 @@ def spread(x: Array, apart: float) -> Index:
     return numbers
 
 
-@frozen
+@dataclass(frozen=True)
 class _Side:
     """Nodes (m, 2) of a connected stretch of a part as they are drawn, in order, and its
     condition."""

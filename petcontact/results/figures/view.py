@@ -4,7 +4,7 @@ that faces in space are drawn in."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...errors import InputError
-from ...frozen import frozen
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import evaluate
 from ...runtime.figure_style import label, round_number
@@ -35,7 +34,7 @@ FACING = 0.5
 """Length of the mean normal of what is in contact from which on it is seen along that."""
 
 
-@frozen
+@dataclass(frozen=True)
 class View:
     """Magnification and window of one drawing, or of all that are to be compared.
 
@@ -123,7 +122,7 @@ def _first_gap(solution: SolutionData, side: Any, pair: PairResult) -> Array:
     return primary.faces(part)[1].cast(pair.x, pair.normal).distance
 
 
-@frozen
+@dataclass(frozen=True)
 class Chart:
     """How a face in space is drawn in a plane: seen along a direction, or unrolled from a cylinder
     or cone.

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
-from ...frozen import frozen
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..numbers import Number
@@ -22,7 +22,7 @@ NARROW = WIDTH - 2
 """Of lines that are indented by two more where there are several steps."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Teller:
     """Tells the numbers of a solution.
 

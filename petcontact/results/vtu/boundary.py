@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,6 @@ import numpy as np
 from ...arrays import Array, Index
 from ...contact.friction_law import project_ball
 from ...fields.stress_state import StressState
-from ...frozen import frozen
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
@@ -26,7 +26,7 @@ from .places import vtk_cells
 from .writing import unit_notes, write_mesh
 
 
-@frozen
+@dataclass(frozen=True)
 class _Values:
     """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of
     the shear, what evaluates the stress, and the estimated error of the traction (n_elements,)."""

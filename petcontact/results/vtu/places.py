@@ -4,11 +4,11 @@ pictures."""
 from __future__ import annotations
 
 import functools
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 
@@ -16,7 +16,7 @@ CELLS = {(3, False): "triangle", (4, False): "quad", (3, True): "triangle6", (4,
 """By the number of corners, and whether they are of the second order; VTK's 5, 9, 22 and 28."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Places:
     """Points on the panels of a surface.
 

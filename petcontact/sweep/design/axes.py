@@ -7,11 +7,11 @@ import json
 import re
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
 from ...errors import InputError
-from ...frozen import frozen
 from ...model.case import KEYS, whole_key
 from .sweep_file import Sample, SweepFile
 
@@ -19,7 +19,7 @@ SHORT = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
 """What stands before the value in an id, where that is not the name of the key."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Axis:
     """Keys that change together.
 

@@ -9,13 +9,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...frozen import frozen
 from ...model.base import parse
 from ...model.case import parse_problem
 from ...model.problem import Problem
@@ -27,7 +27,7 @@ VALIDATED = 1000
 rest in their turn."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SweepCase:
     """One case of a sweep.
 
@@ -46,7 +46,7 @@ class SweepCase:
     coordinates: dict[str, Any]
 
 
-@frozen
+@dataclass(frozen=True)
 class Base:
     """A problem in a variant: what the axes are crossed with.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...frozen import frozen
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
 from .text import label
@@ -17,7 +17,7 @@ from .text import label
 MOST_LINES = 12
 
 
-@frozen
+@dataclass(frozen=True)
 class Plot:
     """What a plot shows.
 

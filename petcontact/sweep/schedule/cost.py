@@ -3,13 +3,12 @@ alone."""
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import numpy as np
 
 from ...errors import PetcontactError
-from ...frozen import frozen
 from ...model.problem import Problem
 from ...pipeline.choice import compression_of, dense_seconds, resolved_bem
 from ...pipeline.solve import adapts_itself
@@ -22,7 +21,7 @@ PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Cost:
     """Size of a prepared problem, and what it takes.
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ...arrays import Index
-from ...frozen import frozen
 from .cost import Cost
 
 
@@ -49,7 +49,7 @@ class Counters:
             return 0
 
 
-@frozen
+@dataclass(frozen=True)
 class Part:
     """What one team begins.
 

@@ -9,20 +9,20 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Index
 from ...errors import PetcontactError
-from ...frozen import frozen
 from ...model.problem import Problem
 from ..design.sweep import Sweep
 from ..problems import elimination_needs
 from .cost import PROCESS_MEMORY, Cost
 
 
-@frozen
+@dataclass(frozen=True)
 class Groups:
     """All groups of a sweep.
 

@@ -11,6 +11,7 @@ import functools
 import importlib
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,6 @@ import h5py
 import numpy as np
 
 from ...errors import InputError, OutputError, ResultError
-from ...frozen import frozen
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_result
 from ..design.identity import Identity
@@ -34,7 +34,7 @@ OF_RECORDS = ("id", "keep", "bytes", "sum")
 """Entries of a record that are no columns: the id is that which the case has in the sweep."""
 
 
-@frozen
+@dataclass(frozen=True)
 class CaseTable:
     """The cases of a sweep in its order.
 
