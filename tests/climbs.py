@@ -22,7 +22,7 @@ from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.loop import AdaptiveSolve, strategy_for
 from petcontact.pipeline.adapt.slip_ladder import contact_lines
 from petcontact.refinement.contact_line import difference
-from petcontact.refinement.marks import Body
+from petcontact.refinement.marks import GradedOutline
 from petcontact.runtime.petsc import petsc
 
 HOLDS_NOT = "cannot be held"
@@ -126,7 +126,7 @@ def solved(
 
 def true_error(solution: Solution, best: Solution) -> float:
     """Of u_t in L2(Γ_C), relative, seen from the nodes of both."""
-    body = Body.from_problem(solution.problem, solution.problem.geometry.outline())
+    body = GradedOutline.from_problem(solution.problem, solution.problem.geometry.outline())
     return difference(
         contact_lines(body, solution), contact_lines(body, best)
     ) / displacement_scale(best)

@@ -102,7 +102,7 @@ class CompiledFiller:
     def __init__(self, name: str, mesh: list[Any], data: ColumnData, kept: object = None) -> None:
         function, address = native.function(name, native.FILLER), native.address(name)
         self._name, self._function, self._members, self._kept = name, function, mesh, kept
-        self._record = native.Record(
+        self._record = native.Struct(
             *mesh,
             native.contiguous(data.traction_known, np.int64),
             native.contiguous(data.frame),

@@ -37,7 +37,7 @@ def boundary_faces(file: InpFile, elements: list[int]) -> dict[Face, tuple[int, 
     return found
 
 
-class Body:
+class InpBody:
     """One body.
 
     Attributes

@@ -9,7 +9,7 @@ from typing import Any
 import tomli_w
 
 from ..errors import InputError
-from .inp_body import Body, boundary_faces
+from .inp_body import InpBody, boundary_faces
 from .inp_elements import check_elements, count
 from .inp_file import read_inp
 from .inp_forces import connected
@@ -74,7 +74,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
     )
 
 
-def _bodies(reader: Statements) -> list[Body]:
+def _bodies(reader: Statements) -> list[InpBody]:
     """What hangs together by nodes; surfaces that are given by nodes get the faces of these."""
     elements = {number: reader.file.elements[number][1] for number in sorted(reader.file.elements)}
     groups = connected(elements)
@@ -82,10 +82,10 @@ def _bodies(reader: Statements) -> list[Body]:
         for face, own in boundary_faces(reader.file, group).items():
             for surface, nodes in reader.covering.items():
                 reader.surfaces[surface] += [face] * nodes.issuperset(own)
-    return [Body(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
+    return [InpBody(reader, group, f"body{number}") for number, group in enumerate(groups, 1)]
 
 
-def _uncovered(reader: Statements, bodies: list[Body]) -> list[str]:
+def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
     """Node sets that hold no face."""
     found = []
     for name, values in reader.held[-1].items():
@@ -102,7 +102,7 @@ def _uncovered(reader: Statements, bodies: list[Body]) -> list[str]:
     return found
 
 
-def _unused(reader: Statements, bodies: list[Body]) -> list[str]:
+def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
     """Surfaces and pressed faces that came to nothing."""
     parts, notes = {face: part for body in bodies for face, part in body.parts.items()}, []
     for name, faces in reader.surfaces.items():
@@ -119,7 +119,7 @@ def _unused(reader: Statements, bodies: list[Body]) -> list[str]:
     return notes
 
 
-def _pairs(reader: Statements, bodies: list[Body]) -> list[dict[str, Any]]:
+def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
     found = []
     for number, pair in enumerate(reader.pairs, 1):
         sides = ("secondary", "primary")
@@ -146,7 +146,7 @@ def _pairs(reader: Statements, bodies: list[Body]) -> list[dict[str, Any]]:
     return found
 
 
-def _steps(bodies: list[Body], count: int) -> list[dict[str, Any]]:
+def _steps(bodies: list[InpBody], count: int) -> list[dict[str, Any]]:
     """Load steps, where there are several: what has another value than in the step before."""
     steps: list[dict[str, Any]] = []
     for number in range(count if count > 1 else 0):

@@ -45,7 +45,7 @@ RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One line of the doctor: what was looked at, how it is, and what to do about it."""
 
     subject: str
@@ -54,7 +54,7 @@ class Finding:
     advice: str = ""
 
 
-def examine() -> list[Finding]:
+def examine() -> list[Check]:
     """All findings about this installation, gathered in processes of their own."""
     return list(judge(gather()))
 
@@ -87,96 +87,96 @@ def gather() -> dict[str, Any]:
     return facts
 
 
-def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def judge(facts: Mapping[str, Any]) -> Iterator[Check]:
     """Yield findings from facts.
 
     No process is started here, so that tests can invent an installation.
     """
-    yield Finding("petcontact", "ok", f"{__version__}, Python {facts['python']}")
+    yield Check("petcontact", "ok", f"{__version__}, Python {facts['python']}")
     names = ", ".join(f"{name} {version}" for name, version in facts["versions"].items() if version)
-    yield Finding("packages", "ok", names)
+    yield Check("packages", "ok", names)
     for name in facts["missing"]:
-        yield Finding("packages", "error", f"{name} is missing", f"pip install {name}")
+        yield Check("packages", "error", f"{name} is missing", f"pip install {name}")
     for name, version in facts["extras"].items():
         extra, purpose = EXTRAS[name]
         advice = "" if version else f"pip install 'petcontact[{extra}]'"
-        yield Finding(
+        yield Check(
             "extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice
         )
     if facts["kernels"]:
-        yield Finding("kernels", "ok", facts["kernels"])
+        yield Check("kernels", "ok", facts["kernels"])
     for part, error in facts["errors"].items():
         petsc = "install python3-petsc4py, or pip install 'petcontact[petsc]'"
-        yield Finding(part, "error", error, petsc if part == "petsc" else "reinstall it")
+        yield Check(part, "error", error, petsc if part == "petsc" else "reinstall it")
     for key, judged in JUDGED.items():
         if key in facts:
             yield from judged(facts)
 
 
-def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Check]:
     text = (
         f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, "
         f"{facts['integer']}"
     )
     if facts["petsc"].split(".")[:2] != facts["petsc4py"].split(".")[:2]:
-        yield Finding(
+        yield Check(
             "petsc",
             "error",
             f"{text}: releases differ",
             "install the petsc4py of the same release as PETSc",
         )
     elif facts["scalar"] != "float64":
-        yield Finding(
+        yield Check(
             "petsc",
             "error",
             f"{text}: not a real double-precision build",
             "use a PETSc built with real scalars",
         )
     else:
-        yield Finding(
+        yield Check(
             "petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}"
         )
     given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
     if given and used and os.path.realpath(given) != os.path.realpath(used):
-        yield Finding(
+        yield Check(
             "petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR"
         )
 
 
-def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Check]:
     if len(facts["mpi_libraries"]) > 1:
-        yield Finding(
+        yield Check(
             "mpi",
             "error",
             f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
             "install mpi4py and petsc4py built with the same MPI",
         )
     if not facts["launcher"]:
-        yield Finding(
+        yield Check(
             "mpi",
             "warning",
             f"{facts['mpi']}, but no mpiexec on the PATH",
             "install the launcher of this MPI",
         )
     elif "launched_size" not in facts:
-        yield Finding(
+        yield Check(
             "mpi",
             "ok",
             f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)",
         )
     elif facts["launched_size"] != 2:
         found = facts["launched_size"] or facts["launched_error"]
-        yield Finding(
+        yield Check(
             "mpi",
             "error",
             f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
             "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT",
         )
     else:
-        yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
+        yield Check("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
 
 
-def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Check]:
     share = max(1, facts["cores"] // facts["ranks"])
     text = (
         ", ".join(
@@ -185,17 +185,17 @@ def _judge_blas(facts: Mapping[str, Any]) -> Iterator[Finding]:
         or "unknown"
     )
     if any(threads > share for _, _, threads in facts["blas"]):
-        yield Finding(
+        yield Check(
             "blas",
             "warning",
             f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
             f"export OPENBLAS_NUM_THREADS={share}",
         )
     else:
-        yield Finding("blas", "ok", f"{text} on {facts['cores']} cores")
+        yield Check("blas", "ok", f"{text} on {facts['cores']} cores")
 
 
-def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Check]:
     text = (
         f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} "
         f"({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
@@ -204,53 +204,53 @@ def _judge_hdf5(facts: Mapping[str, Any]) -> Iterator[Finding]:
         Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path
     }
     if len(versions) > 1:
-        yield Finding(
+        yield Check(
             "hdf5",
             "warning",
             f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
             "install h5py and PETSc with one HDF5",
         )
     else:
-        yield Finding("hdf5", "ok", text)
+        yield Check("hdf5", "ok", text)
 
 
-def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Check]:
     backend = facts["environment"]["MPLBACKEND"].lower()
     display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
     if not facts["font"]:
-        yield Finding(
+        yield Check(
             "figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core"
         )
     if (
         backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx"))
         and not display
     ):
-        yield Finding(
+        yield Check(
             "figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND"
         )
-    yield Finding(
+    yield Check(
         "figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed"
     )
 
 
-def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Finding]:
+def _judge_folder(facts: Mapping[str, Any]) -> Iterator[Check]:
     writable, free = facts["folder"]
     if not writable:
-        yield Finding(
+        yield Check(
             "folder",
             "error",
             "the current folder cannot be written to",
             "go elsewhere, or use -o FILE",
         )
     elif free < 100e6:
-        yield Finding(
+        yield Check(
             "folder",
             "warning",
             f"{free / 1e6:.0f} MB left in the current folder",
             "make room for results",
         )
     else:
-        yield Finding("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
+        yield Check("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
 
 
 JUDGED = {

@@ -16,7 +16,7 @@ from .matrix_free import Krylov
 Map = Callable[[Array], Array]
 
 
-class Elimination:
+class BorderedElimination:
     """y and c with A y + B c = rhs and C y = work, by an inverse of A that need not be exact: C y =
     work whatever it is.
 
@@ -72,10 +72,12 @@ class BorderedKrylov(SolverFront):
         floor: float,
         rtol: float,
     ) -> tuple[Array, Array]:
-        """y and c as of `Elimination`; C y = work to round-off. `floor` is a residual that is
-        round-off already."""
+        """y and c as of `BorderedElimination`; C y = work to round-off.
+
+        `floor` is a residual that is round-off already.
+        """
         n, q, shape = self._n, len(work), self._shape
-        eliminated, flat = Elimination(inverse, columns, rows), rows.reshape(q, n)
+        eliminated, flat = BorderedElimination(inverse, columns, rows), rows.reshape(q, n)
 
         def whole_product(z: Array) -> Array:
             y, result = z[:n].reshape(shape), z.copy()

@@ -106,7 +106,7 @@ def pointer(array: AnyArray | None) -> int | None:
         return int(array.__array_interface__["data"][0])
 
 
-class Record:
+class Struct:
     """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of
     the members."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
-from .known_data import Field
+from .known_data import SideData
 
 MOST = 4
 """Largest number of minima on one side to which meshes are graded; the lowest ones are taken."""
@@ -14,12 +14,12 @@ PARTS, ROUNDS = 1024, 4
 together in each round."""
 
 
-def gap_minima(field: Field) -> Array:
+def gap_minima(field: SideData) -> Array:
     """Return the `MOST` lowest minima of a gap inside a side, as increasing fractions.
 
     Parameters
     ----------
-    field : Field
+    field : SideData
         The gap along the side. Its samples resolve every minimum of the expression.
     """
     fractions, gap = field.samples, field.sampled[:, 0]

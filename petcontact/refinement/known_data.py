@@ -37,7 +37,7 @@ JUMP = -0.75
 
 
 @dataclass(frozen=True)
-class Field:
+class SideData:
     """Data of one kind that vary along one side.
 
     Attributes
@@ -104,7 +104,7 @@ class Field:
         return np.asarray(0.5 * (np.append(width, 0.0) + np.insert(width, 0, 0.0)))
 
 
-def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
+def fields(problem: Problem, outline: Outline) -> list[list[SideData]]:
     """Return the data of each side that vary along it.
 
     Raises
@@ -113,7 +113,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
         As `evaluate`. Values that are not finite count as zero here; those at nodes are reported
         when they are evaluated there.
     """
-    result: list[list[Field]] = [[] for _ in outline.sides]
+    result: list[list[SideData]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
     data = []
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
@@ -129,7 +129,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
         size = float(np.linalg.norm(values(np.array([0.5]))))
         if varies:
             power = math.inf if side.curvature else max(map(degree, given))
-            field = Field(
+            field = SideData(
                 kind,
                 values,
                 *_shown(given, side, variables_at, values, power),
@@ -333,7 +333,7 @@ def _values(
 
 
 def resolved(
-    breaks: Array, orders: Index, data: list[Field], tolerance: float, least: float = SMALLEST
+    breaks: Array, orders: Index, data: list[SideData], tolerance: float, least: float = SMALLEST
 ) -> tuple[Array, Index, float]:
     """Return the elements of a side, with orders raised and elements cut until they resolve its
     data.
@@ -343,7 +343,7 @@ def resolved(
     breaks : (n + 1,) array
         Fractions of the side.
     orders : (n,) array
-    data : list of Field
+    data : list of SideData
         Data of the side.
     tolerance : float
         Accepted defect of an element [-].
@@ -365,7 +365,7 @@ def resolved(
 
 
 def _resolved(
-    breaks: Array, orders: Index, field: Field, tolerance: float, least: float
+    breaks: Array, orders: Index, field: SideData, tolerance: float, least: float
 ) -> tuple[Array, Index, float]:
     done: list[tuple[Array, Array, Index]] = []
     start, end, order = breaks[:-1], breaks[1:], orders
@@ -394,7 +394,7 @@ def _resolved(
 
 
 def _order_enough(
-    field: Field, start: Array, end: Array, order: Index, tolerance: float
+    field: SideData, start: Array, end: Array, order: Index, tolerance: float
 ) -> tuple[Index, Array]:
     """Return the least order of each element that resolves the data, or -1, and its defect.
 

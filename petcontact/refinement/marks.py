@@ -25,7 +25,7 @@ from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import gap_minima
-from .known_data import Field, fields, resolved
+from .known_data import SideData, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
 
@@ -63,7 +63,7 @@ the mesh is graded only to the kink [-]."""
 
 
 @dataclass(frozen=True)
-class Body:
+class GradedOutline:
     """Data of a body that all meshes of an adaptive solve share.
 
     Attributes
@@ -75,7 +75,7 @@ class Body:
         Which sides are in contact.
     given : list of (k,) arrays
         Arc lengths of the user's points on each side [length].
-    data : list of lists of Field
+    data : list of lists of SideData
         Given data that vary along each side.
     singular : list of pairs of bool
         Whether the start and the end of each side are corners or ends of a part.
@@ -91,14 +91,14 @@ class Body:
     scale: float
     contact: list[bool]
     given: list[Array]
-    data: list[list[Field]]
+    data: list[list[SideData]]
     singular: list[tuple[bool, bool]]
     exponents: list[tuple[float, float]]
     powers: list[tuple[float, float]] = field(default_factory=list)
     last: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
-    def from_problem(problem: Problem, outline: Outline) -> Body:
+    def from_problem(problem: Problem, outline: Outline) -> GradedOutline:
         """Return the body of a problem and its outline."""
         if len(outline.sides) * NODES_A_SIDE > LARGEST_MESH:
             raise InputError(
@@ -111,7 +111,7 @@ class Body:
             for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)
         ]
         contact = [side.part in parts for side in outline.sides]
-        return Body(
+        return GradedOutline(
             outline,
             outline.thickness,
             contact,
@@ -121,7 +121,7 @@ class Body:
             corner_exponents(problem, outline),
         )
 
-    def with_powers(self) -> Body:
+    def with_powers(self) -> GradedOutline:
         """Return the body with elements that are powers at corners with very small exponents.
 
         Their error comes from the next term, of order r. It is that of a corner with exponent (1 +
@@ -134,7 +134,7 @@ class Body:
         ]
         return replace(self, exponents=exponents, powers=powers)
 
-    def after(self, mesh: CurveMesh) -> Body:
+    def after(self, mesh: CurveMesh) -> GradedOutline:
         """Return the body whose next meshes have smaller elements at corners than a mesh."""
         ends = np.cumsum(mesh.length)
         starts, last = ends - mesh.length, list[tuple[float, float]]()
@@ -264,7 +264,7 @@ def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
     It is that of a refinement level, with the user's points.
     """
     body, level = (
-        Body.from_problem(problem, outline),
+        GradedOutline.from_problem(problem, outline),
         REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)],
     )
     largest = [
@@ -275,13 +275,13 @@ def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
 
 
 def marks_for(
-    body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None
+    body: GradedOutline, grading: Grading, resolved: float, shown: list[ContactLine] | None
 ) -> list[Marks]:
     """Return the points of each side to which meshes are graded, and their smallest elements.
 
     Parameters
     ----------
-    body : Body
+    body : GradedOutline
     grading : Grading
     resolved : float
         Relative error of u_t that the smallest elements may cause [-].
@@ -320,7 +320,7 @@ def marks_for(
 
 
 def _marks_inside(
-    body: Body, number: int, resolved: float, line: ContactLine | None
+    body: GradedOutline, number: int, resolved: float, line: ContactLine | None
 ) -> Iterator[tuple[float, float]]:
     """Yield the marked points inside a side, and the smallest elements there [length]."""
     # errors at transition points fall with the square of the size (measured on the paper's
@@ -345,7 +345,7 @@ def _marks_inside(
     yield from ((s, at_transition) for s in kinks.tolist())
 
 
-def _at_end(body: Body, number: int, line: ContactLine | None, end: int) -> float:
+def _at_end(body: GradedOutline, number: int, line: ContactLine | None, end: int) -> float:
     """Return the largest accepted size of elements at a singular end of a side [length]."""
     if line is not None:
         return 0.3 * slip_at_end(line, end == -1)

@@ -23,7 +23,7 @@ from .problems import prepared_for, run_case
 from .progress import DONE, FAILED, Progress, Summary
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost, estimate
-from .schedule.deal import Counters, Part, dealt, make_parts
+from .schedule.deal import Counters, WorkShare, dealt, make_parts
 from .schedule.groups import Groups, describe, make_groups
 from .schedule.rank_team import Team, TeamError, describe_error
 from .store.case_table import derived, write_table
@@ -224,7 +224,7 @@ class _Worker:
         self._group, self._reason = -1, ""
         self._prepared: PreparedProblem | None = None
 
-    def work(self, parts: list[Part], counters: Counters, world: Any) -> None:
+    def work(self, parts: list[WorkShare], counters: Counters, world: Any) -> None:
         """Compute what the team is dealt until nothing is left, and wait for the others."""
         self.log.written = lambda rows, failed: counters.count({DONE: rows, FAILED: failed})
         all_meet(world)

@@ -17,7 +17,7 @@ from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.body.full import FullBody
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.contact.active_set.pivots import PATIENCE
-from petcontact.linalg.bordered import BorderedKrylov, Elimination
+from petcontact.linalg.bordered import BorderedElimination, BorderedKrylov
 from petcontact.model.base import parse
 from petcontact.model.load_steps import Step
 from petcontact.model.solver_options import Bem, Method
@@ -210,12 +210,12 @@ def test_bordered_systems():
     def inverse(x):
         return np.linalg.solve(matrix, x.ravel()).reshape(6, 2)
 
-    y, c = Elimination(inverse, columns, rows)(rhs, work)
+    y, c = BorderedElimination(inverse, columns, rows)(rhs, work)
     assert np.allclose(np.concatenate([y.ravel(), c]), exact)
     krylov = BorderedKrylov((6, 2), 3, "test_")
     y, c = krylov.solve(product, lambda x: x / 8.0, columns, rows, rhs, work, 0.0, 1e-12)
     krylov.close()
     assert np.allclose(np.concatenate([y.ravel(), c]), exact, atol=1e-9)
     assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13
-    y, _ = Elimination(lambda x: x / 8.0, columns, rows)(rhs, work)
+    y, _ = BorderedElimination(lambda x: x / 8.0, columns, rows)(rhs, work)
     assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13

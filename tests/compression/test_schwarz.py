@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from petcontact.compression.hmatrix.schwarz import LocalSolves, Patch
+from petcontact.compression.hmatrix.schwarz import LocalSolves, Subdomain
 
 NODES, WIDE = 40, 60
 
@@ -42,7 +42,7 @@ def test_corrections_are_inversions(changes):
     )
     nodes = [np.arange(0, 28), np.arange(12, NODES)]
     patches = [
-        Patch([mine], mine, np.flatnonzero((mine < 20) == (k == 0)), True)
+        Subdomain([mine], mine, np.flatnonzero((mine < 20) == (k == 0)), True)
         for k, mine in enumerate(nodes)
     ]
     first = np.zeros(2, dtype=np.int64)

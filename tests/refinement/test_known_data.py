@@ -11,7 +11,7 @@ import pytest
 from petcontact import Contact, Displacement, Material, Problem, Rectangle, Traction, load
 from petcontact.errors import InputError
 from petcontact.refinement.known_data import fields, resolved
-from petcontact.refinement.marks import Body
+from petcontact.refinement.marks import GradedOutline
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -40,7 +40,7 @@ def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
             Displacement(part="top", value=(0.0, 0.0)),
         ),
     )
-    body = Body.from_problem(problem, problem.geometry.outline())
+    body = GradedOutline.from_problem(problem, problem.geometry.outline())
     assert [*map(len, body.kinks)] == [1, 0, 0, 0]
     assert body.kinks[0] == pytest.approx([3.25], abs=1e-9)
 
@@ -68,7 +68,7 @@ def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
 )
 def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
     problem = block(bound)
-    body = Body.from_problem(problem, problem.geometry.outline())
+    body = GradedOutline.from_problem(problem, problem.geometry.outline())
     assert body.kinks[0] == pytest.approx(expected, abs=1e-9)
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
 
@@ -78,7 +78,7 @@ def test_kinks_of_tractions_are_found_on_arcs_by_arc_length():
     rim = Traction(part="rim", pressure="abs(s - 5)")
     boundary = tuple(rim if condition.part == "rim" else condition for condition in case.boundary)
     outline = case.geometry.outline()
-    body = Body.from_problem(case.model_copy(update={"boundary": boundary}), outline)
+    body = GradedOutline.from_problem(case.model_copy(update={"boundary": boundary}), outline)
     first = next(k for k, side in enumerate(outline.sides) if side.part == "rim")
     assert body.kinks[first] == pytest.approx([5.0])
     assert sum(len(body.kinks[k]) for k in range(len(outline.sides))) == 1

@@ -25,7 +25,7 @@ from petcontact import (
 from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.slip_ladder import contact_lines
 from petcontact.refinement.contact_line import difference, displacement
-from petcontact.refinement.marks import Body
+from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.singular_points import corner_exponents
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -114,7 +114,7 @@ def skew(**mesh) -> Problem:
 
 def true_error(solution, best) -> float:
     """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
-    body = Body.from_problem(solution.problem, solution.problem.geometry.outline())
+    body = GradedOutline.from_problem(solution.problem, solution.problem.geometry.outline())
     return difference(
         contact_lines(body, solution), contact_lines(body, best)
     ) / displacement_scale(best)

@@ -151,8 +151,8 @@ def compiled_integrals(
     kernel_h: Array,
 ) -> None:
     """Fill `integrals`' results (2, 2, n, p+1, m)."""
-    record = native.Record(*element_members(elements, elements.index, poisson_ratio, length, 1.0))
-    points = native.Record(*point_members(targets))
+    record = native.Struct(*element_members(elements, elements.index, poisson_ratio, length, 1.0))
+    points = native.Struct(*point_members(targets))
     _integrals(
         record.address,
         len(elements.index),

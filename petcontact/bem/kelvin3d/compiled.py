@@ -139,7 +139,7 @@ def compiled_integrals(
 ) -> None:
     """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     points, records, kind = native.contiguous(points), _records(panels, tolerance), _kind(panels)
-    family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
+    family = native.Struct(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
     _panels(
         family.address,
         len(records),
@@ -179,7 +179,7 @@ def compiled_field(
     tolerance = tolerance_of(panels, tolerance)
     points, data = native.contiguous(points), native.contiguous(data)
     records, kind = _records(panels, tolerance), _kind(panels)
-    family = native.Record(
+    family = native.Struct(
         kind,
         _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)),
         _weights(kind, tolerance),

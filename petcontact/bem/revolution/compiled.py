@@ -113,7 +113,7 @@ def _fill(
     result = np.zeros((2, *shape, n * (elements.order + 1), m))
     integrate = native.function(name, "pipipp")
     assert integrate is not None
-    records = native.Record(*curve), native.Record(*point_members(targets))
+    records = native.Struct(*curve), native.Struct(*point_members(targets))
     first, second = (native.pointer(part) for part in result)
     integrate(records[0].address, n, records[1].address, m, first, second)
     return result[0], result[1]

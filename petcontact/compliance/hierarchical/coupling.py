@@ -92,7 +92,7 @@ class Relation:
 
 
 @dataclass(frozen=True)
-class Expansion:
+class ColumnExpansion:
     """The factors of all columns and the tractions in contact as functions of the unknowns.
 
     Attributes
@@ -209,7 +209,7 @@ class Coupling:
             [offset + np.arange(n) for offset, n in zip(self.first_column, sizes, strict=False)]
         )
 
-    def expansion(self, relation: Relation, motion: Array) -> Expansion:
+    def expansion(self, relation: Relation, motion: Array) -> ColumnExpansion:
         """Return the expansion P for free motions of obstacles (M, k, r)."""
         m, k = self.shape
         of_v, of_sigma = (
@@ -231,7 +231,7 @@ class Coupling:
         )
         factors = matrix_of(factors)
         factors.eliminate_zeros()
-        return Expansion(relation, factors, traction)
+        return ColumnExpansion(relation, factors, traction)
 
     def known(self, relation: Relation, offset: Array) -> tuple[Array, Array]:
         """Return the factors of all columns and σ (k M,) for unknowns that are 0.

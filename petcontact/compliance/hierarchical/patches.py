@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
-from ...compression.hmatrix.schwarz import Patch
+from ...compression.hmatrix.schwarz import Subdomain
 from .coupling import Coupling
 from .rows import BodyRows
 
@@ -75,7 +75,7 @@ class Nodes:
             + (components * nodes[:, None] + np.arange(components)).ravel()
         )
 
-    def patches(self) -> list[Patch]:
+    def patches(self) -> list[Subdomain]:
         """Return one patch a cluster.
 
         It has the nodes of the cluster, those that face them, a margin around both, and the nodes
@@ -100,7 +100,7 @@ class Nodes:
                     )
         return patches
 
-    def _patch(self, own: Index) -> Patch:
+    def _patch(self, own: Index) -> Subdomain:
         taken = [self._around(b, own) for b in range(len(self.rows))]
         whole = np.concatenate(taken)
         met = whole[self.is_met[whole]]
@@ -112,7 +112,7 @@ class Nodes:
             nodes.append(of_body)
             unknowns.append(self.unknowns(b, of_body))
             kept.append(np.repeat(np.isin(of_body + self.first[b], own), self.rows[b].components))
-        return Patch(
+        return Subdomain(
             nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met))
         )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array
-from .coupling import Expansion
+from .coupling import ColumnExpansion
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Posed:
 
     Attributes
     ----------
-    expansion : Expansion
+    expansion : ColumnExpansion
         Expansion of the linear law.
     offset : (M, k) array
         Part of v that is not caused by displacements [length].
@@ -75,7 +75,7 @@ class Posed:
     balance : Balance
     """
 
-    expansion: Expansion
+    expansion: ColumnExpansion
     offset: Array
     factors: Array
     rows: Array

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...compression.hmatrix.schwarz import CoarseLevel, LocalSolves
-from .coupling import Coupling, Expansion
+from .coupling import ColumnExpansion, Coupling
 from .patches import Nodes, sums
 from .rows import BodyRows
 
@@ -29,7 +29,7 @@ class Preconditioner:
         Sums an array over the ranks.
     share : (int, int)
         Number of this rank and of all ranks, over which the patches are dealt out in turn.
-    expansion : Expansion
+    expansion : ColumnExpansion
         Expansion for given tractions.
     """
 
@@ -40,7 +40,7 @@ class Preconditioner:
         motions: tuple[Array, Array],
         total: Callable[[Array], Array],
         share: tuple[int, int],
-        expansion: Expansion,
+        expansion: ColumnExpansion,
     ) -> None:
         nodes = Nodes(rows, coupling)
         group, columns = nodes.groups()
@@ -59,7 +59,7 @@ class Preconditioner:
         result._local, result._coarse = self._local.copy(), self._coarse.copy()
         return result
 
-    def update(self, expansion: Expansion) -> None:
+    def update(self, expansion: ColumnExpansion) -> None:
         """Change to another expansion.
 
         The coarse level is factorised anew, and patches whose law has changed by more than 0.2.

@@ -21,7 +21,7 @@ FORCING = 0.05
 
 
 class _SolvedCompliance(ContactCompliance):
-    """The compliance S by solves; Newton's method takes `MonolithicSystem` instead."""
+    """The compliance S by solves; Newton's method takes `HierarchicalSystem` instead."""
 
     matrix_free = True
 
@@ -71,12 +71,12 @@ class MonolithicBodies(JointBodies):
 
     def system(
         self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
-    ) -> MonolithicSystem:
+    ) -> HierarchicalSystem:
         """Return the contact system of a load."""
-        return MonolithicSystem(u_0, weight, modes, operator, self, shares)
+        return HierarchicalSystem(u_0, weight, modes, operator, self, shares)
 
 
-class MonolithicSystem(ComposedSystem):
+class HierarchicalSystem(ComposedSystem):
     """The contact system of bodies on H-matrices; each linear problem is one Krylov solve.
 
     Parameters

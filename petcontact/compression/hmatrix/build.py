@@ -183,8 +183,8 @@ class _Builder:
         crossed = np.where(tiles[:, 4] > 0, most, 0)
         values: Any = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
-        operator = native.Record(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
-        work = native.Record(
+        operator = native.Struct(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
+        work = native.Struct(
             *self._work(
                 sizes.max(),
                 (crossed * m).max(),
@@ -201,7 +201,7 @@ class _Builder:
             ),
             most,
         )
-        store = native.Record(np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
+        store = native.Struct(np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
         _build(
             operator.address,
             work.address,

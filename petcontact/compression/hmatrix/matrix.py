@@ -163,7 +163,7 @@ class HMatrix:
                 for dtype in (np.float64, np.int64, np.int8)
                 for k in result.shape
             ]
-            grouping = native.Record(row_group, column_group, result.shape[1], *scratch)
+            grouping = native.Struct(row_group, column_group, result.shape[1], *scratch)
             _coarse(
                 len(moved),
                 native.pointer(moved),

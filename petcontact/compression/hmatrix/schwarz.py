@@ -43,7 +43,7 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
-class Patch:
+class Subdomain:
     """Unknowns that are solved for together.
 
     Attributes
@@ -133,7 +133,7 @@ class LocalSolves:
     ----------
     sources : sequence of Source
     first_column : (sources + 1,) array
-    patches : list of Patch
+    patches : list of Subdomain
     size : int
         Unknowns in all.
 
@@ -143,7 +143,7 @@ class LocalSolves:
     """
 
     def __init__(
-        self, sources: Sequence[Source], first_column: Index, patches: list[Patch], size: int
+        self, sources: Sequence[Source], first_column: Index, patches: list[Subdomain], size: int
     ) -> None:
         self._sources, self._first, self._patches, self._size = sources, first_column, patches, size
         self._inverse = [np.empty((0, 0), np.float32)] * len(patches)

@@ -40,7 +40,7 @@ class Boxes:
         return np.asarray(total.min(axis=1))
 
 
-class Curves:
+class NodeCurves:
     """Nodes that are numbered along one closed curve, or along several curves one after another.
 
     A curve is taken to end where the step to the next node is more than three times the steps on

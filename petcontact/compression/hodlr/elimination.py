@@ -10,7 +10,7 @@ import scipy
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .levels import TOGETHER, Level, Stack
+from .levels import TOGETHER, Stack, TreeLevel
 from .translations import Cluster
 
 
@@ -24,7 +24,7 @@ class Schur:
 
 
 @dataclass(frozen=True)
-class Elimination:
+class LevelElimination:
     """One level of a factorisation.
 
     Once combined with the kept ones, the other rows and columns of a cluster are seen by no other
@@ -38,14 +38,14 @@ class Elimination:
 
     Attributes
     ----------
-    level : Level
+    level : TreeLevel
     wait_rows, wait_columns : int arrays
         Slots of those that wait for the level above.
     inverse, forth, back : Batches
         E⁻¹, E⁻¹F and G.
     """
 
-    level: Level
+    level: TreeLevel
     wait_rows: Index
     wait_columns: Index
     inverse: Batches
@@ -87,13 +87,13 @@ class FactorStack:
 
     Attributes
     ----------
-    levels : list of Elimination
+    levels : list of LevelElimination
     left : list of Schur
         What the root leaves: one, of no rows if all is eliminated.
     """
 
     def __init__(
-        self, levels: list[Elimination], entry: Index, slots: int, left: list[Schur]
+        self, levels: list[LevelElimination], entry: Index, slots: int, left: list[Schur]
     ) -> None:
         self.levels, self.left = levels, left
         self._entry, self._slots = entry, slots
@@ -145,7 +145,7 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
     return FactorStack(levels, entry, slots, below)
 
 
-def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
+def _entry(level: TreeLevel, below: list[Schur]) -> tuple[Index, int]:
     """Return the slots of the unknowns that subtrees hand over one after another, and the number of
     slots. Without subtrees they are all unknowns."""
     n = level.near.shape[0]
@@ -159,7 +159,9 @@ def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
     return np.concatenate(parts), waiting + 1
 
 
-def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Elimination, list[Schur]]:
+def _eliminate(
+    level: TreeLevel, below: list[Schur], use_up: bool
+) -> tuple[LevelElimination, list[Schur]]:
     """Eliminate one level, from what the level below left. Two clusters become one; leaves have
     nothing below."""
     n, k = level.row_combine.shape
@@ -209,7 +211,7 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
                     used.near = []
                 level.near.release(i // TOGETHER)
     slots = np.concatenate(wait_rows), np.concatenate(wait_columns)
-    return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
+    return LevelElimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
 
 
 @dataclass(frozen=True)

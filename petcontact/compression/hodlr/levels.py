@@ -19,7 +19,7 @@ TOGETHER = 256  # clusters whose arrays are packed together
 
 
 @dataclass(frozen=True)
-class Level:
+class TreeLevel:
     """All clusters of one level, with their active rows and columns one after another.
 
     Attributes
@@ -49,7 +49,7 @@ class Level:
         return self.near.nbytes + self.row_combine.nbytes + self.column_combine.nbytes
 
 
-def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
+def pack(clusters: list[Cluster], near: Batches, like: TreeLevel | None = None) -> TreeLevel:
     """Return one level from its compressed clusters, whose blocks are in `near`. The clusters'
     bases are replaced by views, some clusters at a time, to free memory. Bases of rows are those of
     `like`, if given."""
@@ -87,7 +87,7 @@ def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> L
                 if c.leader is None:
                     c.row_basis = replace(c.row_basis, combine=views[0])
                     c.column_basis = replace(c.column_basis, combine=views[1])
-    return Level(
+    return TreeLevel(
         near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters
     )
 
@@ -127,7 +127,7 @@ def padded(x: Array) -> Array:
 class Stack:
     """All levels, from the leaves (first) to a root, which may be compressed, too."""
 
-    def __init__(self, levels: list[Level]) -> None:
+    def __init__(self, levels: list[TreeLevel]) -> None:
         self.levels = levels
 
     @property
@@ -193,7 +193,7 @@ def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = Non
 def _climb(
     operator: Operator, clusters: list[Cluster], near: Batches, whole: bool, like: Stack | None
 ) -> Stack:
-    levels: list[Level] = []
+    levels: list[TreeLevel] = []
     usual = 0
     while True:
         level = None if like is None else like.levels[len(levels)]

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from .clusters import Boxes, Curves, halved
+from .clusters import Boxes, NodeCurves, halved
 
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 
 
 @dataclass(frozen=True)
-class Sample:
+class ProxySample:
     """Increasing nodes outside a cluster, each with the square root of the number of nodes that it
     stands for.
 
@@ -47,14 +47,14 @@ class Sampler:
 
     Parameters
     ----------
-    curves : Curves
+    curves : NodeCurves
     carriers : (m,) increasing array
         The nodes to choose from.
     breaks : (b,) increasing array
         Nodes at which the kernel may jump: a new side, part or kind of unknown.
     """
 
-    def __init__(self, curves: Curves, carriers: Index, breaks: Index) -> None:
+    def __init__(self, curves: NodeCurves, carriers: Index, breaks: Index) -> None:
         self.carriers = carriers
         self._breaks = np.unique(np.searchsorted(carriers, breaks))
         self._points = curves.points[carriers]
@@ -81,7 +81,7 @@ class Sampler:
         density: float,
         probes: int,
         rng: np.random.Generator,
-    ) -> list[Sample]:
+    ) -> list[ProxySample]:
         """Return the samples of several clusters in one pass.
 
         Parameters
@@ -89,7 +89,7 @@ class Sampler:
         start, stop : (c,) arrays
             Node ranges of the clusters.
         boxes : Boxes
-            What Curves.boxes gives for them.
+            What NodeCurves.boxes gives for them.
         density : float
             Nodes to take from a cell for every one that a digit needs.
         probes : int
@@ -97,7 +97,9 @@ class Sampler:
         rng : numpy.random.Generator
         """
         if len(self.carriers) == 0:
-            return [Sample(np.empty(0, np.int64), np.empty(0), np.empty(0), True) for _ in start]
+            return [
+                ProxySample(np.empty(0, np.int64), np.empty(0), np.empty(0), True) for _ in start
+            ]
         cells = self._cut(self._cells(start, stop, boxes))
         cells = cells.pick(np.argsort(cells.owner, kind="stable"))
         length = cells.last - cells.first
@@ -131,13 +133,13 @@ class Sampler:
 
     def _merged(
         self, position: Index, weight: Array, probe: Index, drawn: Array, whole: bool
-    ) -> Sample:
+    ) -> ProxySample:
         """Return a sample of nodes at positions and of probes, with the weights of both."""
         positions = np.unique(np.concatenate([position, probe]))
         weights, at_random = np.zeros(len(positions)), np.zeros(len(positions))
         weights[np.searchsorted(positions, position)] = weight
         at_random[np.searchsorted(positions, probe)] = drawn
-        return Sample(self.carriers[positions], weights, at_random, whole)
+        return ProxySample(self.carriers[positions], weights, at_random, whole)
 
     def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
         """Return the cells outside each cluster. They are small near the cluster and large far

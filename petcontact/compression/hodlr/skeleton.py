@@ -10,9 +10,9 @@ import numpy as np
 
 from ...arrays import Array, Index
 from .block_batches import Block
-from .clusters import Curves
+from .clusters import NodeCurves
 from .interpolative import PivotedQR, pivoted_qr
-from .sampling import Sample, Sampler
+from .sampling import ProxySample, Sampler
 from .translations import Basis, Cluster, Translations, adjacent, follow, noted
 
 Entries = Callable[[Index, Index], Array]
@@ -25,7 +25,7 @@ AMPLE = (2, 16)  # least number of rows or columns in a sample: first times the 
 ATTEMPTS = 6
 
 
-class Axis:
+class Freedoms:
     """The rows or the columns of an operator: the degrees of freedom of each node, and the samples
     of the nodes.
 
@@ -33,11 +33,11 @@ class Axis:
     ----------
     offsets : (n+1,) int array
         Node i has degrees of freedom offsets[i]..offsets[i+1].
-    curves : Curves
+    curves : NodeCurves
     breaks : int array
     """
 
-    def __init__(self, offsets: Index, curves: Curves, breaks: Index) -> None:
+    def __init__(self, offsets: Index, curves: NodeCurves, breaks: Index) -> None:
         self.offsets = np.asarray(offsets, dtype=np.int64)
         counts = np.diff(self.offsets)
         self.node = np.repeat(np.arange(len(counts)), counts)
@@ -114,11 +114,11 @@ class Operator:
             breaks,
             translations,
         )
-        self.curves = Curves(points)
+        self.curves = NodeCurves(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
-        self.row_axis = Axis(row_offsets, self.curves, breaks)
+        self.row_axis = Freedoms(row_offsets, self.curves, breaks)
         self.column_axis = (
-            self.row_axis if self.square else Axis(column_offsets, self.curves, breaks)
+            self.row_axis if self.square else Freedoms(column_offsets, self.curves, breaks)
         )
         self._served_entries: ManyEntries = lambda rows, columns: [
             self.exact_entries(rows, columns)
@@ -126,7 +126,7 @@ class Operator:
         self._served = [self.column_axis]
         if served is not None:
             self._served_entries = served[0]
-            self._served = [Axis(offsets, self.curves, breaks) for offsets in served[1]]
+            self._served = [Freedoms(offsets, self.curves, breaks) for offsets in served[1]]
 
     def with_columns(self, entries: Entries, column_offsets: Index) -> Operator:
         """Return another operator with the same rows."""
@@ -240,12 +240,12 @@ class Operator:
             fit = self._fit_columns(cluster, self._samples([cluster], attempt)[0][0], guess)
         cluster.row_basis, cluster.column_basis = like.row_basis, Basis(fit.kept, fit.rest, fit.z)
 
-    def _fit_columns(self, cluster: Cluster, sample: Sample, guess: int) -> _Fit:
+    def _fit_columns(self, cluster: Cluster, sample: ProxySample, guess: int) -> _Fit:
         values, axes = self._felt(cluster, sample), [self.row_axis]
         qr = self._factored(values, axes, sample, guess)
         return self._judged(qr, qr.rank, values, axes, sample)
 
-    def _felt(self, cluster: Cluster, sample: Sample) -> Array:
+    def _felt(self, cluster: Cluster, sample: ProxySample) -> Array:
         """Return a cluster's active columns at the rows of a sample."""
         nodes = self.column_axis.nodes_of(cluster.columns)
         return np.asarray(
@@ -254,7 +254,7 @@ class Operator:
             ]
         )
 
-    def _seen(self, cluster: Cluster, sample: Sample) -> Array:
+    def _seen(self, cluster: Cluster, sample: ProxySample) -> Array:
         """Return the columns of a sample at a cluster's active rows, transposed."""
         nodes = self.row_axis.nodes_of(cluster.rows)
         if not len(nodes) or not len(sample.nodes):
@@ -266,7 +266,9 @@ class Operator:
             [block[rows].T for block in self._served_entries(nodes, sample.nodes)]
         )
 
-    def _factored(self, values: Array, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
+    def _factored(
+        self, values: Array, axes: list[Freedoms], sample: ProxySample, guess: int
+    ) -> PivotedQR:
         """Return the pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis
         after another."""
         weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
@@ -274,7 +276,7 @@ class Operator:
         return pivoted_qr(values, weights, 0.1 * self.tolerance, guess)
 
     def _judged(
-        self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample
+        self, qr: PivotedQR, rank: int, values: Array, axes: list[Freedoms], sample: ProxySample
     ) -> _Fit:
         """Return a factorisation that is cut to a rank, with the probes that it has to fit."""
         probes = np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes])
@@ -285,7 +287,9 @@ class Operator:
         # a probe may miss the tolerance by a factor 2 before the sample is enlarged
         return _Fit(*qr.interpolation(rank), 2.0 * self.tolerance * qr.scale, probe, ample)
 
-    def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
+    def _samples(
+        self, clusters: list[Cluster], attempt: int
+    ) -> list[tuple[ProxySample, ProxySample]]:
         """Return the outer nodes with rows and the outer nodes with columns, for each of some
         adjacent clusters."""
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
@@ -293,7 +297,7 @@ class Operator:
         rng = np.random.default_rng([start[0], stop[-1], len(start), attempt])
         boxes = self.curves.boxes(start, stop)
 
-        def sample(axis: Axis) -> list[Sample]:
+        def sample(axis: Freedoms) -> list[ProxySample]:
             return axis.sampler.sample(start, stop, boxes, density / axis.per_node, 4, rng)
 
         with_columns = sample(self.column_axis)
@@ -301,7 +305,7 @@ class Operator:
         return list(zip(with_rows, with_columns, strict=True))
 
     def _fits(
-        self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]
+        self, cluster: Cluster, outer: tuple[ProxySample, ProxySample], guess: tuple[int, int]
     ) -> tuple[_Fit, _Fit]:
         """Return the fit of the cluster's rows on outer columns, and the fit of its columns on
         outer rows."""

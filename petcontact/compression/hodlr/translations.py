@@ -20,7 +20,7 @@ import scipy
 from ...arrays import Array, Index
 from .block_batches import Block
 from .clusters import halved
-from .sampling import Sample
+from .sampling import ProxySample
 
 TOGETHER = 32
 """Number of clusters that are sampled in one pass."""
@@ -75,7 +75,7 @@ class Cluster:
     near: list[Block] = field(default_factory=list)
     row_basis: Basis | None = None
     column_basis: Basis | None = None
-    felt_by: Sample | None = None
+    felt_by: ProxySample | None = None
     key: Hashable = None
     leader: Cluster | None = None
 

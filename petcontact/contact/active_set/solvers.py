@@ -15,7 +15,7 @@ import scipy
 from ... import native
 from ...arrays import Array, Index, Mask
 from ...errors import SingularMatrixError, SolverError
-from ...linalg.bordered import BorderedKrylov, Elimination, Map
+from ...linalg.bordered import BorderedElimination, BorderedKrylov, Map
 from ...linalg.dense_solver import DenseSolver
 from ...round_off import SOLVED
 from ...runtime.petsc import petsc
@@ -380,7 +380,7 @@ class SurrogateActiveSetSolver:
         constraint = RigidModeConstraint(
             modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0))
         )
-        dy, coordinates = Elimination(inverse, *constraint.spread(linearised.active))(
+        dy, coordinates = BorderedElimination(inverse, *constraint.spread(linearised.active))(
             rhs, constraint.rhs
         )
         return dy, constraint.motion(coordinates), constraint.free

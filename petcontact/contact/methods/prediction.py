@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...linalg.bordered import Elimination
+from ...linalg.bordered import BorderedElimination
 from ..active_set.pivots import LinearSolver, Pivot, box_problem
 from ..active_set.solvers import SurrogateActiveSetSolver
 from ..law_protocol import ContactLaw
@@ -67,7 +67,7 @@ def first_guess(
     constraint = RigidModeConstraint(
         modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0))
     )
-    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(
+    sigma, coordinates = BorderedElimination(surrogate.solve, *constraint.spread(stuck.active))(
         -base, constraint.rhs
     )
     displacement = solver.apply(sigma)

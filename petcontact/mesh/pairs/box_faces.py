@@ -42,7 +42,7 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
 
 @dataclass(frozen=True)
 class FaceProjection:
-    """The `Projection` between two parallel faces.
+    """The `PartProjection` between two parallel faces.
 
     Side k of the primary has the axis of the secondary's `partner[k]`.
 

@@ -37,7 +37,7 @@ class SideMesh:
     within: float
 
 
-class Projection(Protocol):
+class PartProjection(Protocol):
     """Projection of joints between the two parts of a pair.
 
     Attributes
@@ -66,7 +66,7 @@ Imposed = dict[tuple[int, int], Array]
 
 
 def match(
-    meshes: list[list[SideMesh]], pairs: list[Projection], imposed: Imposed | None = None
+    meshes: list[list[SideMesh]], pairs: list[PartProjection], imposed: Imposed | None = None
 ) -> None:
     """Give the primaries the joints of their secondaries, in place.
 
@@ -101,7 +101,7 @@ def joints_within(body: int, own: list[SideMesh], cut: list[SideMesh], chosen: M
     return kept_joints
 
 
-def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:
+def _carry_back(meshes: list[list[SideMesh]], pair: PartProjection, imposed: Imposed) -> None:
     """Add corners of the primary, and joints imposed on it, to the secondary."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     for k, side in enumerate(b_sides):
@@ -118,7 +118,7 @@ def _carry_back(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
             meshes[a][target] = with_joints(meshes[a][target], imposed[key])
 
 
-def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed) -> None:
+def _carry_over(meshes: list[list[SideMesh]], pair: PartProjection, imposed: Imposed) -> None:
     """Add the joints of the secondary to the primary where they face one another."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     hits = [pair.to_primary(j, meshes[a][side].breaks) for j, side in enumerate(a_sides)]
@@ -175,7 +175,7 @@ def _growing(first: float, length: float, largest: float) -> Array:
     return np.array(steps)
 
 
-def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
+def _take_orders(meshes: list[list[SideMesh]], pair: PartProjection) -> None:
     """Give elements of the primary the order of the opposite element."""
     (a, a_sides), (b, b_sides) = pair.secondary, pair.primary
     for k, side in enumerate(b_sides):

@@ -16,7 +16,7 @@ from ...arrays import Array, Index, Mask
 from ...round_off import SINGLE
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
-from .ray_casting import Faces, Segments, along
+from .ray_casting import Faces, FacingSegments, along
 from .sag import sag
 
 NEAR = 0.1
@@ -146,7 +146,7 @@ def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array |
     return bool(np.any(met.any(axis=1) & ~met.all(axis=1)))
 
 
-def _couples(segments: Segments, size: Array) -> Index:
+def _couples(segments: FacingSegments, size: Array) -> Index:
     """Return the facing pairs of faces of the secondary, of sizes (n,), and of the primary, (k,
     2)."""
     many = int(segments.other.max(initial=0)) + 1

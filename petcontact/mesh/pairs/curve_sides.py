@@ -54,7 +54,7 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
 
 @dataclass(frozen=True)
 class CurveProjection:
-    """The `Projection` between the sides of two parts, with their curves and a direction, if
+    """The `PartProjection` between the sides of two parts, with their curves and a direction, if
     given."""
 
     secondary: tuple[int, Index]

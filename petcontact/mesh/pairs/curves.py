@@ -13,7 +13,7 @@ from ...arrays import Array, Index, Mask
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ...round_off import WRITTEN
 from ..basis import gauss
-from .ray_casting import TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
 
 FEW, BLOCK = 512, 64
 """Number of curves from which those that points may meet are selected first (`FEW`), and number of
@@ -140,7 +140,7 @@ class Curves(Faces):
 
     def segments(
         self, other: Curves, order: Index, opposite: Index, direction: Array | None
-    ) -> Segments:
+    ) -> FacingSegments:
         """See `Faces.segments`: each curve is cut where an opposite one begins or ends."""
         number, low, high = self._cut(other, direction)
         middle = self.at(number, 0.5 * (low + high))
@@ -160,8 +160,8 @@ class Curves(Faces):
                 np.sum(along(direction, normal) * normal, axis=1) > WRITTEN
             )
             weights = (0.5 * weight * width).ravel() * self._length[face]
-            parts.append(Segments(face, place, hits.face, hits.place, weights).take(facing))
-        return Segments.joined(parts)
+            parts.append(FacingSegments(face, place, hits.face, hits.place, weights).take(facing))
+        return FacingSegments.joined(parts)
 
     def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
         """Return pieces of these curves between the points that face ends of the opposite curves.

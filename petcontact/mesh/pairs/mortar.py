@@ -17,7 +17,7 @@ import scipy
 from ...arrays import Array, Index
 from ...round_off import SOLVED
 from ..boundary_mesh import BoundaryMesh
-from .ray_casting import Segments
+from .ray_casting import FacingSegments
 from .sag import SMOOTH
 
 LARGEST = 1.0
@@ -30,7 +30,7 @@ def projection(
     elements: Index,
     primary: BoundaryMesh,
     others: Index,
-    segments: Segments,
+    segments: FacingSegments,
     y: Array,
 ) -> scipy.sparse.csr_array:
     """Return V, (n_A, n_B), from values at the primary's nodes to values at the secondary's.
@@ -42,7 +42,7 @@ def projection(
     secondary, primary : BoundaryMesh
     elements, others : (k,), (l,) arrays
         Numbers of the elements that the faces of `segments` are.
-    segments : Segments
+    segments : FacingSegments
     y : (q, d) array
         Opposite points [length].
     """

@@ -17,7 +17,7 @@ from ...round_off import SINGLE, SUMMED, WRITTEN
 from ..curved.panels import CurvedPanels
 from ..panels import Panels
 from .clipping import area, cross, fan_rule, shared
-from .ray_casting import TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two coincide; shadows have straight sides
@@ -132,7 +132,7 @@ class PanelFaces(Faces):
 
     def segments(
         self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
-    ) -> Segments:
+    ) -> FacingSegments:
         """See `Faces.segments`: opposite panels, projected onto the plane of each panel, clip
         it."""
         segments = self._clipped(other, order, opposite, direction)
@@ -149,7 +149,7 @@ class PanelFaces(Faces):
 
     def _clipped(
         self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None
-    ) -> Segments:
+    ) -> FacingSegments:
         """Return `segments` of panels, also where other panels lie between."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
@@ -172,7 +172,7 @@ class PanelFaces(Faces):
         count = (own + np.maximum(other._degree(opposite)[j], np.maximum(own, 1)) + 1) // 2 + 1
         # the area factor of curved panels
         count = count + (self.bent[i] | other.bent[j])
-        parts = [Segments(i[:0], np.empty((0, 2)), j[:0], np.empty((0, 2)), np.empty(0))]
+        parts = [FacingSegments(i[:0], np.empty((0, 2)), j[:0], np.empty((0, 2)), np.empty(0))]
         for number, polygon, sign in shared(sides, shadow):
             rule = count[number] if len(parts) == 1 else np.full(len(number), THIN)
             for points in np.unique(rule).tolist():
@@ -188,8 +188,8 @@ class PanelFaces(Faces):
                 x, outward = self.at(face, place)
                 opposite_place = other._met(seen, x, along(direction, outward))[0]
                 met = np.all(np.isfinite(opposite_place), axis=1)
-                parts.append(Segments(face, place, seen, opposite_place, weights).take(met))
-        return Segments.joined(parts)
+                parts.append(FacingSegments(face, place, seen, opposite_place, weights).take(met))
+        return FacingSegments.joined(parts)
 
     def _rim(self, pieces: int) -> Array:
         """Return points (n, 4, pieces + 1, 3) along the sides.
@@ -338,8 +338,8 @@ class PanelFaces(Faces):
             )
 
     def _nearest_only(
-        self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None
-    ) -> Segments:
+        self, other: PanelFaces, found: FacingSegments, normal: Array, direction: Array | None
+    ) -> FacingSegments:
         """Return the segments without points behind other panels of the part, seen from the
         panel."""
         x, y = self.at(found.face, found.place)[0], other.at(found.other, found.opposite)[0]

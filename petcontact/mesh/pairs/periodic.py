@@ -15,7 +15,7 @@ from ..boundary_mesh import BoundaryMesh
 
 @dataclass(frozen=True)
 class TranslatedSides:
-    """The `Projection` from the sides of a part to those of its partner.
+    """The `PartProjection` from the sides of a part to those of its partner.
 
     The body lies on opposite sides of the two.
     """

@@ -47,7 +47,7 @@ class Hits:
 
 
 @dataclass(frozen=True)
-class Segments:
+class FacingSegments:
     """Quadrature points on a part where it faces another one.
 
     A segment lies on one face of each part.
@@ -68,17 +68,19 @@ class Segments:
     opposite: Array
     weight: Array
 
-    def take(self, chosen: Mask) -> Segments:
+    def take(self, chosen: Mask) -> FacingSegments:
         """Return the points with these numbers."""
-        return Segments(*(getattr(self, key)[chosen] for key in Segments.__annotations__))
+        return FacingSegments(
+            *(getattr(self, key)[chosen] for key in FacingSegments.__annotations__)
+        )
 
     @staticmethod
-    def joined(parts: list[Segments]) -> Segments:
+    def joined(parts: list[FacingSegments]) -> FacingSegments:
         """Return all points of the given lists, of which there is at least one."""
-        return Segments(
+        return FacingSegments(
             *(
                 np.concatenate([getattr(part, key) for part in parts])
-                for key in Segments.__annotations__
+                for key in FacingSegments.__annotations__
             )
         )
 
@@ -111,7 +113,7 @@ class Faces(ABC):
     @abstractmethod
     def segments(
         self, other: Any, order: Index, opposite: Index, direction: Array | None
-    ) -> Segments:
+    ) -> FacingSegments:
         """Return where these faces, of orders (n,), face those of another part, of orders
         `opposite`.
 

@@ -18,7 +18,7 @@ from ...geometry.outline import Outline, as_outline
 from ...mesh.curve_building import build_mesh
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...refinement.contact_line import difference as line_difference
-from ...refinement.marks import WEAK, Body
+from ...refinement.marks import WEAK, GradedOutline
 from ...refinement.singular_points import corner_exponents
 from ...results.report import Accuracy
 from ...results.solution import Solution
@@ -178,7 +178,9 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
     if not solution.nodes:
         return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
-        body = Body.from_problem(solution.problem, as_outline(solution.problem.outline(), "u_t"))
+        body = GradedOutline.from_problem(
+            solution.problem, as_outline(solution.problem.outline(), "u_t")
+        )
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))
     apart_by = difference(coarse, solution)

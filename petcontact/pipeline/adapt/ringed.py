@@ -17,7 +17,7 @@ from ...model.problem import Problem
 from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector
 from ...refinement.panels.small_contact import SmallContact, overlapping_contact, small_contact
-from ...refinement.panels.zone import Zone, stick_of, zone_of
+from ...refinement.panels.zone import ContactEllipse, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
 from ..judge.first_panels import lowest_between
@@ -60,12 +60,12 @@ class EllipticContacts:
             if all(self._surfaces[body] and ends.count((body, part)) == 1 for body, part in both)
         }
         self.first = first
-        self._made = {name: list[tuple[int, Zone]]() for name in self._faces}
+        self._made = {name: list[tuple[int, ContactEllipse]]() for name in self._faces}
 
     def meshes(
         self,
         solution: Solution,
-        small: Mapping[str, Zone],
+        small: Mapping[str, ContactEllipse],
         errors: tuple[float, float],
         completed: Completed,
     ) -> list[SurfaceMesh]:
@@ -88,13 +88,13 @@ class EllipticContacts:
     def _ringed(
         self,
         solution: Solution,
-        small: Mapping[str, Zone],
+        small: Mapping[str, ContactEllipse],
         errors: tuple[float, float],
         sticks: bool,
-    ) -> tuple[dict[str, tuple[int, Zone]], list[SurfaceMesh]]:
+    ) -> tuple[dict[str, tuple[int, ContactEllipse]], list[SurfaceMesh]]:
         """Return the number of rings and the zone of each contact, and the meshes with them."""
         meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
-        rings = dict[str, tuple[int, Zone]]()
+        rings = dict[str, tuple[int, ContactEllipse]]()
         for name, both in self._faces.items():
             asked = self._asked(solution, name, small.get(name), errors)
             if asked is None:
@@ -119,8 +119,12 @@ class EllipticContacts:
         return rings, meshes
 
     def _asked(
-        self, solution: Solution, name: str, small: Zone | None, errors: tuple[float, float]
-    ) -> tuple[int, Zone] | None:
+        self,
+        solution: Solution,
+        name: str,
+        small: ContactEllipse | None,
+        errors: tuple[float, float],
+    ) -> tuple[int, ContactEllipse] | None:
         """Return the number of rings of a contact and its zone; None if rings are of no use."""
         estimate, wanted = errors
         more = [n for n in self._possible(name) if RINGS[n] < estimate]
@@ -145,9 +149,9 @@ class EllipticContacts:
         mesh: tuple[SurfaceMesh, SurfaceMesh],
         body: int,
         part: str,
-        zone: Zone,
+        zone: ContactEllipse,
         count: int,
-        stick: Zone | None,
+        stick: ContactEllipse | None,
     ) -> SurfaceMesh | None:
         """Return the mesh with rings on a part, or None if they do not fit."""
         surface = self._surfaces[body]
@@ -174,9 +178,9 @@ def expected_start(
     return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
 
 
-def zone_about(expected: SmallContact) -> Zone:
+def zone_about(expected: SmallContact) -> ContactEllipse:
     """Return the ellipse of a small contact."""
-    return Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
+    return ContactEllipse(expected.centre, (expected.axes * expected.half[:, None]).T)
 
 
 def small_contacts(

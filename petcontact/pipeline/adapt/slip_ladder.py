@@ -25,7 +25,7 @@ from ...refinement.contact_line import (
     without_specks,
 )
 from ...refinement.levels import SLIP_LADDER, Level, believed
-from ...refinement.marks import Body, LevelMesh
+from ...refinement.marks import GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
@@ -70,7 +70,7 @@ class Slip:
         self._shown: list[list[ContactLine]] = []
         self._levels: list[Level] = []
         self._last: Solution | None = None
-        self._body: Body | None = None
+        self._body: GradedOutline | None = None
 
     @property
     def levels(self) -> tuple[Level, ...]:
@@ -90,7 +90,7 @@ class Slip:
         if self._body is None:
             posed = single_problem()
             outline = as_outline(boundary, "--adapt").joined
-            self._body = Body.from_problem(posed, outline).with_powers()
+            self._body = GradedOutline.from_problem(posed, outline).with_powers()
             check_compatible(self._body.outline, posed)
         body = self._body
         longest = [
@@ -187,7 +187,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     differences : list of k floats
         Differences between levels 0 and 1, 1 and 2, ...
     truncation : list of k + 1 floats
-        T of each level, see `Body.truncation`.
+        T of each level, see `GradedOutline.truncation`.
     """
     if len(differences) < 2:
         return math.inf
@@ -201,7 +201,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     return max(believed(differences, GAIN), left)
 
 
-def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
+def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:
     """Return u_t and σ_t along each contact side of a solution."""
     mesh, contact = as_curve(solution.mesh), solution.contact
     ends = np.cumsum([side.length for side in body.outline.sides])
@@ -254,7 +254,7 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     return lines
 
 
-def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
+def transition_zones(body: GradedOutline, shown: list[ContactLine]) -> list[Zone]:
     """Return the zones between estimated transition points, by arc length along the part."""
     zones: list[Zone] = []
     offset: dict[str, float] = {}

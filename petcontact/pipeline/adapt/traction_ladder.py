@@ -17,9 +17,9 @@ from ...mesh.curve_mesh import as_curve
 from ...model.loads import NO_LOADS, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import Edge, merged, zone_at
-from ...refinement.known_data import Field, fields
+from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, LEAST_GAIN, Level, believed
-from ...refinement.marks import UNSEEN, Body, LevelMesh
+from ...refinement.marks import UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
@@ -73,7 +73,7 @@ class Tractions:
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
-        self._problem, self._bodies = problem, dict[int, Body]()
+        self._problem, self._bodies = problem, dict[int, GradedOutline]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
         self._attempt = 0
@@ -93,7 +93,7 @@ class Tractions:
         """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
         if number not in self._bodies:
             posed = single_problem()
-            body = Body.from_problem(posed, as_outline(boundary, "--adapt").joined)
+            body = GradedOutline.from_problem(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number]
@@ -118,7 +118,7 @@ class Tractions:
         pressing: Sequence[float],
         edges: list[tuple[float, float]],
         level: Level,
-        body: Body,
+        body: GradedOutline,
         length: float,
     ) -> list[tuple[float, float]]:
         """Return the points inside a side to which its mesh is graded, and the smallest elements
@@ -142,7 +142,9 @@ class Tractions:
         return sorted([*corners, *inside])
 
     @staticmethod
-    def _size_at(s: float, edges: list[tuple[float, float]], level: Level, body: Body) -> float:
+    def _size_at(
+        s: float, edges: list[tuple[float, float]], level: Level, body: GradedOutline
+    ) -> float:
         """Return the element size at a pressing corner, or at a kink or jump of the gap [length].
 
         It is no larger than at an edge of the contact around the point.
@@ -203,7 +205,7 @@ class Tractions:
         return {"edges": edges, **(ends if self.differences else {})}
 
 
-def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
+def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedOutline:
     """Return the body with pressing corners that are at least as singular as a punch."""
     exponents = [
         (
@@ -219,7 +221,9 @@ def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
     return replace(body, exponents=exponents, singular=singular)
 
 
-def with_later_data(body: Body, problem: Problem, number: int, single: Problem) -> Body:
+def with_later_data(
+    body: GradedOutline, problem: Problem, number: int, single: Problem
+) -> GradedOutline:
     """Return the body with the data of all steps; `single` is the problem of this body alone."""
     steps = problem.conditions(number)
     for condition in {
@@ -248,7 +252,7 @@ def with_later_data(body: Body, problem: Problem, number: int, single: Problem) 
     return body
 
 
-def _with_data(body: Body, data: list[list[Field]]) -> Body:
+def _with_data(body: GradedOutline, data: list[list[SideData]]) -> GradedOutline:
     return replace(body, data=[[*row, *more] for row, more in zip(body.data, data, strict=True)])
 
 

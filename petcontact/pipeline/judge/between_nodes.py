@@ -34,7 +34,7 @@ infinite where nothing is opposite.
 
 
 @dataclass(frozen=True)
-class Places:
+class Sampling:
     """The surface between the nodes of one unilateral contact.
 
     Attributes
@@ -165,7 +165,7 @@ def _grid(count: int, directions: int) -> Array:
 
 def places_between(
     side: PosedInterface, interface: Interface, meshes: list[BoundaryMesh]
-) -> Places | None:
+) -> Sampling | None:
     """Return the surface between the nodes of a contact.
 
     It is None where the parts cannot separate, or where the gap is known only at nodes.
@@ -178,7 +178,7 @@ def places_between(
     # a function may have a narrow minimum, and is cheaper to evaluate than a ray is to cast
     fine = 1 + math.ceil(2 * ACROSS / len(element) ** (1.0 / (mesh.dim - 1)))
     across = faces.SAMPLES if side.law.gap == "geometry" else max(faces.SAMPLES, fine)
-    return Places(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)
+    return Sampling(mesh, interface.nodes, element, faces, _gap_at(side, meshes), across)
 
 
 def _gap_at(side: PosedInterface, meshes: list[BoundaryMesh]) -> GapAt:

@@ -14,7 +14,7 @@ from ...contact.state import ContactState
 from ...contact.system import ContactSystem, is_monolithic
 from ...results.report import Finding
 from ...round_off import CHAINED, WRITTEN
-from .between_nodes import Places
+from .between_nodes import Sampling
 from .findings import limit_of, new_finding
 
 NEGLIGIBLE = 1e-2
@@ -69,7 +69,7 @@ def overlaps(
     bodies: BodiesSystem,
     system: ContactSystem,
     law: ContactLaw,
-    samplings: list[Places | None],
+    samplings: list[Sampling | None],
     outcome: ContactState,
     *,
     closed: bool = False,
@@ -126,7 +126,7 @@ def overlaps(
 
 
 def _text(
-    interface: Interface, between: Places, depth: float, position: tuple[Index, Array]
+    interface: Interface, between: Sampling, depth: float, position: tuple[Index, Array]
 ) -> str:
     point = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*position))
     return f"pair {interface.name!r} by {depth:.3g} at ({point})"
@@ -135,7 +135,7 @@ def _text(
 def _yields(
     bodies: BodiesSystem,
     outcome: ContactState,
-    samplings: list[Places | None],
+    samplings: list[Sampling | None],
     interface: Interface,
     depth: float,
 ) -> bool:
@@ -162,7 +162,11 @@ def _yields(
 
 
 def _clears(
-    outcome: ContactState, where: slice, interface: Interface, between: Places | None, depth: float
+    outcome: ContactState,
+    where: slice,
+    interface: Interface,
+    between: Sampling | None,
+    depth: float,
 ) -> bool:
     """Return whether the sides of a pair are farther apart than `depth`, at nodes and between
     them."""

@@ -20,7 +20,7 @@ from ...errors import SolverError
 from ...geometry.rotation import Motions
 from ...model.load_steps import Obstacle, Step
 from ...round_off import CHAINED, ROUNDED, SUMMED, of_vectors
-from ..judge.between_nodes import Places, places_between
+from ..judge.between_nodes import Sampling, places_between
 from ..pose.discretise import Discrete
 from .traction_errors import TractionErrors, traction_errors
 
@@ -163,7 +163,7 @@ class PreparedProblem:
         return modes.beyond_errors(stuck, self.system.weight, self.normal_error)
 
     @functools.cached_property
-    def places(self) -> list[Places | None]:
+    def places(self) -> list[Sampling | None]:
         """Places between the nodes of each contact."""
         discrete = self.discrete
         return [

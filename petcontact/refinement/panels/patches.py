@@ -18,7 +18,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 from .axes import sides
 from .hanging import numbered
 from .quartering import cut, parents
-from .zone import Zone
+from .zone import ContactEllipse
 
 PATCH, LEFT = 1.5, 0.5
 """`PATCH` is half the side of the rectangle with rings over the reach of the zone [-]. `LEFT` is
@@ -73,7 +73,7 @@ def patches_of(
     mesh: SurfaceMesh,
     first: SurfaceMesh,
     part: str,
-    zone: Zone,
+    zone: ContactEllipse,
     sector: float,
 ) -> Iterator[Patch]:
     """Yield the patches of a face around a zone, if there are any, those with fewer panels first.
@@ -86,7 +86,7 @@ def patches_of(
         The present mesh, and the first one, whose panels the face has outside of the patch.
     part : str
         The face.
-    zone : Zone
+    zone : ContactEllipse
     sector : float
         About the angle of a panel [rad].
     """
@@ -99,7 +99,7 @@ def _rectangle(
     mesh: SurfaceMesh,
     first: SurfaceMesh,
     part: str,
-    zone: Zone,
+    zone: ContactEllipse,
     sector: float,
 ) -> Iterator[Patch]:
     """Yield a patch on the face of a box: a rectangle, with rectangles around it."""
@@ -139,7 +139,7 @@ def _rectangle(
 
 
 def _equal_angles(
-    zone: Zone, corners: Array, sector: float
+    zone: ContactEllipse, corners: Array, sector: float
 ) -> tuple[Array | None, tuple[int, int]]:
     """Return a rim between corners (4, 3) with points at equal angles along each side, or None."""
     seen = zone.facing(corners).local(corners)
@@ -206,7 +206,7 @@ def _panels_around(
     mesh: SurfaceMesh,
     first: SurfaceMesh,
     part: str,
-    zone: Zone,
+    zone: ContactEllipse,
     sector: float,
 ) -> Iterator[Patch]:
     """Yield patches of curved panels around the zone, cut until they have a good rim.
@@ -271,7 +271,7 @@ def _graded(
         near, mesh = near[parents(mesh, along)], cut(mesh, along, surface)
 
 
-def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
+def _distance(zone: ContactEllipse, mesh: SurfaceMesh, panels: Index) -> Array:
     """Return the distance of panels from the centre of a zone over that of its edge, (n,) [-].
 
     It is the least of points on each panel.
@@ -295,7 +295,7 @@ def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
 
 
 def _rim(
-    zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float
+    zone: ContactEllipse, mesh: SurfaceMesh, panels: Index, sector: float
 ) -> tuple[Array, tuple[int, int]] | None:
     """Return the rim of panels around a zone, with wide sides halved, and the counts of the inner
     grid.
@@ -335,7 +335,7 @@ def _rim(
     return np.roll(rim, -2 * first, axis=0), counts
 
 
-def _angles(zone: Zone, loop: Array) -> Array:
+def _angles(zone: ContactEllipse, loop: Array) -> Array:
     """Return the increasing angles at which points (n, 3) around a zone are seen, (n + 1,) [rad].
 
     The first point is repeated at the end.

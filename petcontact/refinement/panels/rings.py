@@ -17,7 +17,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SOLVED
 from .hanging import closed
 from .patches import Patch
-from .zone import Zone
+from .zone import ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
 """`CORE` is the radius of the core over that of the zone [-]. `SHRINK` is the distance of a ring's
@@ -36,7 +36,9 @@ DISTORTED = 8.0
 """Largest accepted ratio of area factors within a panel [-]."""
 
 
-def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
+def ringed(
+    patch: Patch, zone: ContactEllipse, rings: int, stick: ContactEllipse | None = None
+) -> SurfaceMesh | None:
     """Return the mesh with a patch filled by rings around a zone, of order 2 in it and 1 outside.
 
     In the zone's coordinates it is the unit disc. Its core has panels in a grid. Rings lead from
@@ -45,11 +47,11 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     Parameters
     ----------
     patch : Patch
-    zone : Zone
+    zone : ContactEllipse
         It is projected onto the face along its normal.
     rings : int
         Number of rings between the core, or the stick zone, and the edge.
-    stick : Zone, optional
+    stick : ContactEllipse, optional
         A zone of the same shape inside; narrow rings end at its edge.
 
     Returns
@@ -95,7 +97,9 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     )
 
 
-def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> float:
+def sector(
+    rings: int, zone: ContactEllipse | None = None, stick: ContactEllipse | None = None
+) -> float:
     """Return about the angle of panels in rings [rad].
 
     It depends on the width of the rings, between the core or stick zone and the edge.
@@ -155,7 +159,7 @@ def _outside(patch: Patch, edge: Array, share: Array) -> Array:
     )
 
 
-def _lifted(patch: Patch, zone: Zone, z: Array) -> Array | None:
+def _lifted(patch: Patch, zone: ContactEllipse, z: Array) -> Array | None:
     """Return the points (n, 3) of the face above points of the zone with coordinates (n, 2), or
     None."""
     x = patch.onto(zone.centre + z @ zone.axes.T)

@@ -25,7 +25,7 @@ ELONGATED = 3.0
 
 
 @dataclass(frozen=True)
-class Zone:
+class ContactEllipse:
     """An ellipse: x = centre + axes z, |z| <= 1.
 
     Attributes
@@ -52,7 +52,7 @@ class Zone:
         high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
         return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
 
-    def apart(self, zone: Zone) -> float:
+    def apart(self, zone: ContactEllipse) -> float:
         """Return the difference of centre and axes from those of another zone, over the axes [-].
 
         Both zones must have their axes in the same order.
@@ -62,18 +62,18 @@ class Zone:
         ) / np.sum(self.axes**2)
         return float(np.sqrt(square / np.sum(self.axes**2)))
 
-    def facing(self, loop: Array) -> Zone:
+    def facing(self, loop: Array) -> ContactEllipse:
         """Return the zone with axes ordered so that points (n, 3) around it run
         counter-clockwise."""
         z = self.local(loop)
         return (
             self
             if np.sum(cross(z, np.roll(z, -1, axis=0))) > 0.0
-            else Zone(self.centre, self.axes[:, ::-1])
+            else ContactEllipse(self.centre, self.axes[:, ::-1])
         )
 
 
-def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | None:
+def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEllipse | None:
     """Return the ellipse on which Hertz' pressure has the moments of the given pressure.
 
     The result is None if the contact has another shape. Hertz' pressure on semi-axes a, b has ∫p
@@ -99,17 +99,19 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | No
     square, vectors = np.linalg.eigh((x - centre).T @ ((x - centre) * load[:, None]) / load.sum())
     if not 0.0 < square[2] <= ELONGATED**2 * square[1]:
         return None
-    zone = Zone(centre, vectors[:, 1:] * np.sqrt(5.0 * square[1:]))
+    zone = ContactEllipse(centre, vectors[:, 1:] * np.sqrt(5.0 * square[1:]))
     distance = zone.distance(x) ** 2
     _, between = _parted(distance, pressure > 0.0, weight)
     edge = float(np.clip(1.0, *between))
-    zone = Zone(centre, INSET * np.sqrt(edge) * zone.axes)
+    zone = ContactEllipse(centre, INSET * np.sqrt(edge) * zone.axes)
     distance = zone.distance(x)
     stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
     return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None
 
 
-def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) -> Zone | None:
+def stick_of(
+    x: Array, weight: Array, state: States, slip: Array, zone: ContactEllipse
+) -> ContactEllipse | None:
     """Return the ellipse between stick and slip, with the shape of the contact, or None.
 
     Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal load
@@ -127,7 +129,7 @@ def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) ->
         0 stick, 1 slip, 2 open.
     slip : (m, 2) array
         Δw of the increment [length].
-    zone : Zone
+    zone : ContactEllipse
         The contact.
     """
     closed = state != 2
@@ -145,7 +147,7 @@ def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) ->
     return (
         None
         if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST
-        else Zone(zone.centre + zone.axes @ middle, radius * zone.axes)
+        else ContactEllipse(zone.centre + zone.axes @ middle, radius * zone.axes)
     )
 
 

@@ -54,7 +54,7 @@ IN_SPACE = 16
 
 
 @dataclass(frozen=True)
-class Part:
+class LabelledPart:
     """A part of a body, what is known on it, and that in words."""
 
     body: str
@@ -68,9 +68,9 @@ class Part:
         return "\n".join(map(plain, [self.name, *textwrap.wrap(self.text, WORDS)]))
 
 
-def parts_of(solution: SolutionData) -> list[Part]:
+def parts_of(solution: SolutionData) -> list[LabelledPart]:
     """All parts in the last step, with their conditions and interfaces."""
-    problem, found = solution.problem, dict[tuple[str, str], Part]()
+    problem, found = solution.problem, dict[tuple[str, str], LabelledPart]()
     names = [body.name for body in problem.body]
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         conditions = problem.conditions(number)[solution.last.step - 1]
@@ -78,13 +78,13 @@ def parts_of(solution: SolutionData) -> list[Part]:
             condition = conditions.get(part)
             kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])
             text = "" if kind == "free" else condition_text(condition)
-            found[name, part] = Part(name, part, kind, text)
+            found[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
             against = "" if isinstance(side.law, Contact) else f"pair {side.name}: "
             mine = (number, part) == side.ends[0]
             text = f"{against}{law_text(side.law)}" if mine else f"pair {side.name}"
-            found[names[number], part] = Part(names[number], part, "contact", text)
+            found[names[number], part] = LabelledPart(names[number], part, "contact", text)
     return list(found.values())
 
 
@@ -152,7 +152,7 @@ def _bodies(axes: Any, solution: SolutionData) -> None:
             axes.plot(*loop.T, color=colour, lw=1.0)
 
 
-def _edge(axes: Any, mesh: CurveMesh, part: Part) -> None:
+def _edge(axes: Any, mesh: CurveMesh, part: LabelledPart) -> None:
     """A part that may touch, as a thick line."""
     for elements in stretches(mesh, part.name):
         x = mesh.on_elements(elements, np.linspace(-1.0, 1.0, 5))[0].reshape(-1, 2)
@@ -160,7 +160,7 @@ def _edge(axes: Any, mesh: CurveMesh, part: Part) -> None:
         axes.plot(*x.T, color=KINDS["contact"], lw=2.4, label=word)
 
 
-def _named(axes: Any, mesh: CurveMesh, part: Part, taken: list[Any], away: float) -> None:
+def _named(axes: Any, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:
     """The name of a part along its longest stretch, and what holds on it: on the inner side, or
     where others stand there on the outer one."""
     found = _middle(mesh, part.name)
@@ -257,7 +257,7 @@ def _soft(colour: str) -> tuple[float, ...]:
     return tuple(1.0 - 0.55 * (1.0 - np.array(to_rgb(colour))))
 
 
-def _names_in_space(axes: Any, solution: SolutionData, parts: list[Part]) -> None:
+def _names_in_space(axes: Any, solution: SolutionData, parts: list[LabelledPart]) -> None:
     """The names of parts that are seen, in the middle of each, where no other stands."""
     eye, taken = toward_eye(axes.elev, axes.azim), list[Any]()
     screen = SurfaceMesh.tangents_to(eye[None])[0]

@@ -50,7 +50,7 @@ class Counters:
 
 
 @dataclass(frozen=True)
-class Part:
+class WorkShare:
     """What one team begins.
 
     Attributes
@@ -74,7 +74,7 @@ class Part:
         return -(-len(self.places) // self.size)
 
 
-def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int) -> list[Part]:
+def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int) -> list[WorkShare]:
     """The parts of some cases, the dearest first; the same on every rank.
 
     Parameters
@@ -91,13 +91,13 @@ def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int)
     found = np.split(places[np.argsort(of_case[places], kind="stable")], np.cumsum(counts)[:-1])
     here = [costs[g] for g in numbers]
     worths = [cost.prepare + len(some) * cost.case for cost, some in zip(here, found, strict=False)]
-    parts, cheap, worth = list[tuple[float, Part]](), list[Index](), 0.0
+    parts, cheap, worth = list[tuple[float, WorkShare]](), list[Index](), 0.0
     # one of about 32 claims a team, or a single case
     share = sum(worths) / (32 * teams)
     for k in sorted(range(len(here)), key=lambda k: -worths[k]):
         if worths[k] >= share:
             size = min(len(found[k]), max(1, int(share / here[k].case)))
-            parts.append((worths[k], Part(found[k], here[k].prepare, here[k].case, size)))
+            parts.append((worths[k], WorkShare(found[k], here[k].prepare, here[k].case, size)))
             continue
         cheap.append(found[k])
         worth += worths[k]
@@ -108,12 +108,12 @@ def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int)
     return [part for _, part in sorted(parts, key=lambda pair: -pair[0])]
 
 
-def _bundle(groups: list[Index]) -> Part:
+def _bundle(groups: list[Index]) -> WorkShare:
     places = np.concatenate(groups)
-    return Part(places, 0.0, 0.0, len(places))
+    return WorkShare(places, 0.0, 0.0, len(places))
 
 
-def dealt(parts: list[Part], counters: Counters) -> Iterator[Index]:
+def dealt(parts: list[WorkShare], counters: Counters) -> Iterator[Index]:
     """Batches of one team, one after the other, until nothing is left."""
 
     def batches(number: int) -> Iterator[Index]:

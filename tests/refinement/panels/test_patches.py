@@ -12,7 +12,7 @@ from petcontact.geometry.round_surfaces import CylinderSurface, SphereSurface
 from petcontact.mesh.panelling import round_mesh
 from petcontact.refinement.panels.patches import patches_of
 from petcontact.refinement.panels.rings import ringed, sector
-from petcontact.refinement.panels.zone import Zone
+from petcontact.refinement.panels.zone import ContactEllipse
 
 BALL = SphereSurface(np.zeros(3), 1.0)
 CYLINDER = CylinderSurface(np.array([0.0, 0.0, -2.0]), np.array([0.0, 0.0, 2.0]), 1.0)
@@ -31,7 +31,7 @@ def zone_at(point, a, b):
     normal = point / np.linalg.norm(point)
     first = np.cross(normal, [0.3, 0.5, 0.8])
     first /= np.linalg.norm(first)
-    return Zone(point, np.column_stack([a * first, b * np.cross(normal, first)]))
+    return ContactEllipse(point, np.column_stack([a * first, b * np.cross(normal, first)]))
 
 
 def normal_integral(mesh):
@@ -118,7 +118,7 @@ def test_rings_lie_on_the_side_of_a_cylinder():
     check(
         CYLINDER,
         "side",
-        Zone(np.array([0.0, 1.0, 0.1]), np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.2]])),
+        ContactEllipse(np.array([0.0, 1.0, 0.1]), np.array([[0.1, 0.0], [0.0, 0.0], [0.0, 0.2]])),
         2,
         0.5,
     )
@@ -128,7 +128,9 @@ def test_rings_lie_on_the_side_of_a_cylinder():
 def test_rings_lie_on_the_disc_of_a_cylinder_wherever_the_zone_is(off):
     """A zone is that of the other side of the contact, which may be curved: the middle of its
     pressure is off the disc."""
-    zone = Zone(np.array([0.2, -0.1, 2.0 + off]), np.array([[0.15, 0.0], [0.0, 0.15], [0.0, 0.0]]))
+    zone = ContactEllipse(
+        np.array([0.2, -0.1, 2.0 + off]), np.array([[0.15, 0.0], [0.0, 0.15], [0.0, 0.0]])
+    )
     mesh = check(CYLINDER, "top", zone, 2, 0.5)
     assert np.abs(mesh.x[mesh.nodes_of("top")][:, 2] - 2.0).max() < 1e-12
 

@@ -10,7 +10,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.refinement.panels import rings as module
 from petcontact.refinement.panels.patches import patches_of
-from petcontact.refinement.panels.zone import ELONGATED, Zone, stick_of, zone_of
+from petcontact.refinement.panels.zone import ELONGATED, ContactEllipse, stick_of, zone_of
 
 SHAPE = BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0]))
 BOX = box_mesh(SHAPE, lambda part: 0.75, 1, 1.0)
@@ -36,7 +36,9 @@ def axes(a, b, angle):
     st.floats(-0.4, 0.4),
 )
 def test_rings_cover_the_face_and_their_inner_ones_the_zone(a, ratio, angle, part, rings, x):
-    mesh = ringed(BOX, part, Zone(np.array([x, 0.3, 0.0]), axes(a, ratio * a, angle)), rings)
+    mesh = ringed(
+        BOX, part, ContactEllipse(np.array([x, 0.3, 0.0]), axes(a, ratio * a, angle)), rings
+    )
     assert mesh is not None
     area = np.bincount(mesh.part, np.bincount(mesh.element, mesh.weight))
     np.testing.assert_allclose(
@@ -49,7 +51,7 @@ def test_rings_cover_the_face_and_their_inner_ones_the_zone(a, ratio, angle, par
         np.tile([0.0, 0.0, 1.0 if part == "top" else -1.0], (len(nodes), 1)),
         atol=1e-12,
     )
-    zone = Zone(np.array([x, 0.3, level]), axes(a, ratio * a, angle))
+    zone = ContactEllipse(np.array([x, 0.3, level]), axes(a, ratio * a, angle))
     inner = np.linalg.norm(zone.local(mesh.x[nodes]), axis=1) < 1.0
     assert mesh.weight[nodes][inner].sum() == pytest.approx(np.pi * a * ratio * a, rel=1e-3)
     # no panel has nodes on both sides of the edge
@@ -58,13 +60,19 @@ def test_rings_cover_the_face_and_their_inner_ones_the_zone(a, ratio, angle, par
 
 
 def test_a_zone_at_the_rim_of_a_face_or_too_long_has_no_rings():
-    assert ringed(BOX, "top", Zone(np.array([1.2, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2) is None
-    assert ringed(BOX, "top", Zone(np.array([2.0, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2) is None
+    assert (
+        ringed(BOX, "top", ContactEllipse(np.array([1.2, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2)
+        is None
+    )
+    assert (
+        ringed(BOX, "top", ContactEllipse(np.array([2.0, 0.0, 0.0]), axes(0.3, 0.3, 0.0)), 2)
+        is None
+    )
 
 
 @pytest.mark.parametrize(("a", "b", "angle"), [(0.8, 0.8, 0.0), (0.9, 0.4, 0.5)])
 def test_moments_of_a_pressure_give_its_ellipse(a, b, angle):
-    true, size = Zone(np.array([0.1, -0.2, 0.5]), axes(a, b, angle)), 0.05
+    true, size = ContactEllipse(np.array([0.1, -0.2, 0.5]), axes(a, b, angle)), 0.05
     line = size * (np.arange(-20, 20) + 0.5)
     x = np.stack([*np.meshgrid(line, line), np.full((40, 40), 0.5)], axis=-1).reshape(-1, 3)
     weight, rest = np.full(len(x), size**2), 1.0 - np.sum(true.local(x) ** 2, axis=1)
@@ -93,8 +101,8 @@ def test_contacts_of_other_shapes_have_no_zone():
     ("radius", "shift", "rings"), [(0.6, 0.0, 1), (0.3, 0.1, 2), (0.85, 0.04, 3)]
 )
 def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shift, rings):
-    zone = Zone(np.array([0.0, 0.3, 0.0]), axes(0.6, 0.4, 0.7))
-    stick = Zone(zone.centre + zone.axes @ [shift, 0.0], radius * zone.axes)
+    zone = ContactEllipse(np.array([0.0, 0.3, 0.0]), axes(0.6, 0.4, 0.7))
+    stick = ContactEllipse(zone.centre + zone.axes @ [shift, 0.0], radius * zone.axes)
     mesh = ringed(BOX, "top", zone, rings, stick)
     nodes = mesh.nodes_of("top")
     assert mesh.weight[nodes].sum() == pytest.approx(9.0, rel=1e-12)
@@ -111,7 +119,7 @@ def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shif
 def test_slip_shows_where_a_stick_zone_ends():
     """Cattaneo's slip on panels in which no node is within .05 of the edge, and states of which no
     ellipse comes."""
-    zone, line = Zone(np.zeros(3), axes(0.9, 0.6, 0.3)), 0.1 * (np.arange(-10, 10) + 0.5)
+    zone, line = ContactEllipse(np.zeros(3), axes(0.9, 0.6, 0.3)), 0.1 * (np.arange(-10, 10) + 0.5)
     x = np.stack([*np.meshgrid(line, line), np.zeros((20, 20))], axis=-1).reshape(-1, 3)
     middle, c = np.array([0.05, 0.0]), 0.6
     away = np.linalg.norm(zone.local(x) - middle, axis=1)
