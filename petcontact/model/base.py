@@ -44,6 +44,8 @@ SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
 Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
+SHOWN = 3
+"""Mistakes of a file that are named at once: more would not be one line."""
 LONGEST_EXPRESSION = 500
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
@@ -312,7 +314,7 @@ def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> A
 
 
 def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
-    """The first mistake of a report as `key: what is allowed, got what was given`, and how many
+    """The first mistakes of a report as `key: what is allowed, got what was given`, and how many
     more there are."""
     found = error.errors(include_url=False)
     wrong_entries = {m["loc"][:-k] for m in found for k in range(1, len(m["loc"]))}
@@ -321,14 +323,17 @@ def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what
     # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
-    first, more = telling[0], len(telling) - 1
-    if first["type"] == "control":
-        text = f"{_key([*first['loc'], first['ctx']['key']], data)}: {first['msg']}"
-    else:
-        text = _mistake(first, cls, data)
-    return " ".join(text.split()) + (
+    lines = [" ".join(_text(each, cls, data).split()) for each in telling[:SHOWN]]
+    more = len(telling) - len(lines)
+    return "; ".join(lines) + (
         f" (and {more} more mistake{'s' if more > 1 else ''})" if more else ""
     )
+
+
+def _text(mistake: Any, cls: type, data: Any) -> str:
+    if mistake["type"] == "control":
+        return f"{_key([*mistake['loc'], mistake['ctx']['key']], data)}: {mistake['msg']}"
+    return _mistake(mistake, cls, data)
 
 
 def _mistake(mistake: Any, cls: type, data: Any) -> str:

@@ -171,10 +171,13 @@ def test_each_mistake_names_its_key(key, value, wanted):
     assert wanted in message(data(key, value))
 
 
-def test_several_mistakes_are_counted():
+def test_several_mistakes_are_named():
+    """Three of them; the others are counted."""
     wrong = data("method.omega", 5.0)
     wrong["method"]["tau"] = -1.0
-    assert message(wrong).endswith("(and 1 more mistake)")
+    assert "method.omega: " in message(wrong) and "; method.tau: " in message(wrong)
+    wrong["method"] |= {"rho": -1.0, "max_iterations": -1}
+    assert message(wrong).count("method.") == 3 and message(wrong).endswith("(and 1 more mistake)")
 
 
 def test_a_long_value_is_cut():

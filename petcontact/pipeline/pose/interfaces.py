@@ -92,7 +92,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if isinstance(side.law, Contact) and role == "secondary":
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
-        _known_part(f"{key}: body {body.name!r}", part, boundary.parts)
+        noun = "part or [[obstacle]]" if role == "primary" and problem.is_flat else "part"
+        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, noun)
         if part in taken:
             raise InputError(
                 f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
@@ -107,9 +108,9 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         )
 
 
-def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:
+def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part") -> None:
     if part not in parts:
-        raise InputError(f"{key}: no part {part!r}{among(part, parts, 'parts are')}")
+        raise InputError(f"{key}: no {noun} {part!r}{among(part, parts, 'parts are')}")
 
 
 def _check_components(key: str, value: Sized, d: int) -> None:
