@@ -323,22 +323,15 @@ def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what
     # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
-    lines = [" ".join(_text(each, cls, data).split()) for each in telling[:SHOWN]]
-    more = len(telling) - len(lines)
-    return "; ".join(lines) + (
-        f" (and {more} more mistake{'s' if more > 1 else ''})" if more else ""
-    )
-
-
-def _text(mistake: Any, cls: type, data: Any) -> str:
-    if mistake["type"] == "control":
-        return f"{_key([*mistake['loc'], mistake['ctx']['key']], data)}: {mistake['msg']}"
-    return _mistake(mistake, cls, data)
+    lines = "; ".join(" ".join(_mistake(each, cls, data).split()) for each in telling[:SHOWN])
+    return lines + (f"; and {len(telling) - SHOWN} more" if len(telling) > SHOWN else "")
 
 
 def _mistake(mistake: Any, cls: type, data: Any) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {_shown(mistake['input'])}"
+    if kind == "control":
+        return f"{_key([*loc, context['key']], data)}: {mistake['msg']}"
     if kind == "extra_forbidden":
         keys = sorted(
             {

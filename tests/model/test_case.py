@@ -177,7 +177,7 @@ def test_several_mistakes_are_named():
     wrong["method"]["tau"] = -1.0
     assert "method.omega: " in message(wrong) and "; method.tau: " in message(wrong)
     wrong["method"] |= {"rho": -1.0, "max_iterations": -1}
-    assert message(wrong).count("method.") == 3 and message(wrong).endswith("(and 1 more mistake)")
+    assert message(wrong).count("method.") == 3 and message(wrong).endswith("; and 1 more")
 
 
 def test_a_long_value_is_cut():

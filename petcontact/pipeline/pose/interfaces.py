@@ -92,8 +92,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if isinstance(side.law, Contact) and role == "secondary":
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
-        noun = "part or [[obstacle]]" if role == "primary" and problem.is_flat else "part"
-        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, noun)
+        or_obstacle = (role, problem.is_flat) == ("primary", True)
+        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, or_obstacle)
         if part in taken:
             raise InputError(
                 f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
@@ -108,8 +108,9 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         )
 
 
-def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part") -> None:
+def _known_part(key: str, part: str, parts: tuple[str, ...], or_obstacle: bool = False) -> None:
     if part not in parts:
+        noun = "part or [[obstacle]]" if or_obstacle else "part"
         raise InputError(f"{key}: no {noun} {part!r}{among(part, parts, 'parts are')}")
 
 
