@@ -188,18 +188,19 @@ def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
 
 
 @functools.singledispatch
-def gap_edges(boundary: Any, part: str, gap: Value) -> Array:
-    """Return the points of a part on which an edge presses, (k, d) [length].
+def gap_edges(boundary: Any, part: str, gap: Value) -> list[Array]:
+    """Return the points (k, d) of each edge that presses on a part [length].
 
     There the gap jumps, or has a kink that points to the part, as the apex of a wedge or, on the
-    axis of revolution, of a cone. On surfaces they are not looked for.
+    axis of revolution, of a cone. On faces of boxes they are lines on which the gap jumps. On
+    other surfaces they are not looked for.
     """
-    return np.empty((0, 0))
+    return []
 
 
 @gap_edges.register
-def _(boundary: Outline, part: str, gap: Value) -> Array:
-    points = [np.empty((0, 2))]
+def _(boundary: Outline, part: str, gap: Value) -> list[Array]:
+    points: list[Array] = []
     for number, (side, s) in enumerate(zip(boundary.sides, boundary.offsets, strict=True)):
         if side.part == part and gap != "geometry":
             bent, jumps = gap_switches(gap, side, s)
@@ -212,8 +213,8 @@ def _(boundary: Outline, part: str, gap: Value) -> Array:
                 for k, end in boundary.axis_ends
                 if k == number and gap_slope(gap, side, s, end, 1.0 - 2.0 * end) > SINGLE
             ]
-            points.append(side.point(np.concatenate([jumps, bent[pressing], apex])))
-    return np.vstack(points)
+            points += [*side.point(np.concatenate([jumps, bent[pressing], apex]))[:, None]]
+    return points
 
 
 def gap_slope(gap: Value, side: Side, offset: float, fraction: float, way: float) -> float:

@@ -161,8 +161,8 @@ class Evaluated:
         }
 
     @functools.cached_property
-    def gap_edges(self) -> dict[str, Array]:
-        """Points (k, d) of each interface's secondary on which an edge presses, by its gap
+    def gap_edges(self) -> dict[str, list[Array]]:
+        """Points (k, d) of each edge that presses on an interface's secondary, by its gap
         [length]."""
         boundaries = self.problem.boundaries
         return {

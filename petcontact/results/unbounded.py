@@ -156,7 +156,8 @@ def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbo
     for side in (each for each in interfaces if each.law.normal == "unilateral"):
         pair, name = step.pairs[side.name], solution.sides[side.name][0]
         mesh, closed = solution.meshes[name], pair.x[pair.pressure > 0.0]
-        for number, x in enumerate(solution.gap_edges[side.name], 1):
+        edges = enumerate(solution.gap_edges[side.name], 1)
+        for number, x in ((number, x) for number, points in edges for x in points):
             elements = meeting(mesh, x, float(sizes(mesh).min()))[1]
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
+from ...linalg.nearest import nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...model.interfaces import PosedInterface
@@ -147,6 +149,11 @@ class TailErrors:
                 )
         return result
 
+    @property
+    def of_loads(self) -> float:
+        """Relative error of the resultants of given tractions [-]."""
+        return self._data.resultant_error()
+
     def error(self, whole: float = math.nan) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
         [-].
@@ -177,7 +184,7 @@ class TailErrors:
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
             bending = max(map(bending_error, self.meshes))
-            of_resultants = worst**2 + uneven + EVENLY * even + bending + unseen
+            of_resultants = worst**2 + uneven + EVENLY * even + bending + unseen + self.of_loads
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )
@@ -219,7 +226,8 @@ class TailErrors:
         """Return the weights of an interface's nodes (m,), faded out towards the rim of the part
         [area]."""
         mesh, nodes = self.meshes[side.body], self.solution.nodes[side.name]
-        return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
+        edges = self.solution.gap_edges.get(side.name, [])
+        return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes, edges))
 
     def smooth(self) -> list[Mask]:
         """Return which linear panels of secondaries have smooth p and q, (n_elements,) for each
@@ -315,11 +323,13 @@ def _errors(pair: PairResult) -> tuple[Array, Array]:
     return pair.pressure_error, pair.sigma_t_error
 
 
-def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:
-    """Return factors (m,) for nodes of a part that fall from 1 to 0 towards its rim over `FADE` of
-    its size.
+def inside(mesh: BoundaryMesh, part: str, nodes: Index, pressing: Sequence[Array] = ()) -> Array:
+    """Return factors (m,) for nodes of a part that fall from 1 to 0 over `FADE` of its size,
+    towards its rim and the points of edges that press on it, see `gap_edges`.
 
-    p may be infinite at the rim, so that no mesh has its exact L2 norm.
+    p may be infinite there, so that no mesh has its exact L2 norm.
     """
     size = float(mesh.weight[mesh.nodes_of(part)].sum()) ** (1.0 / (mesh.dim - 1))
-    return np.asarray(np.minimum(1.0, rim_distance(mesh, nodes, FADE * size) / (FADE * size)) ** 2)
+    away = [nearest(points, mesh.x[nodes])[0][:, 0] for points in pressing]
+    distance = np.min([rim_distance(mesh, nodes, FADE * size), *away], axis=0)
+    return np.asarray(np.minimum(1.0, distance / (FADE * size)) ** 2)

@@ -17,6 +17,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
 from ...model.problem import Problem
+from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large, wider_than
@@ -71,7 +72,7 @@ class PanelTails:
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
         self._problem, self._sides = problem, problem.interfaces
         self._estimates: list[float] = []
-        self._resultants, self._motions = math.nan, 0
+        self._resultants, self._loads, self._motions = math.nan, 0.0, 0
         self._last: Solution | None = None
         self._meshes, self._expected = (
             list[BoundaryMesh](),
@@ -110,6 +111,7 @@ class PanelTails:
         """Estimate the error of a solution, and make the next meshes from its panels."""
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
+        self._loads = errors.of_loads
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted and not self._follows(solution):
             steps = step_ends(solution.steps)
@@ -330,15 +332,16 @@ class PanelTails:
         ]
 
     def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
-        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim
-        and are long."""
+        """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
+        or at an edge that presses, and are long."""
         result = [np.zeros_like(mask) for mask in marked]
         for side in self._sides:
             mesh = meshes[side.body]
             size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
             on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
             long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
-            ends = at_edges(self._problem.outline(side.body), mesh)
+            outline = self._problem.outline(side.body)
+            ends = at_edges(outline, mesh, gap_edges(outline, side.part, side.law.gap))
             result[side.body] |= marked[side.body] & long & ends
         return result
 
@@ -395,6 +398,7 @@ class PanelTails:
         )
 
     def shown(self) -> dict[str, Any]:
-        """Return fields of `Accuracy`: the estimates of all meshes, and that of resultants on the
-        last."""
-        return {"estimates": self._estimates, "resultants": self._resultants}
+        """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants and of
+        loads on the last."""
+        last = {"resultants": self._resultants, "loads": self._loads}
+        return {"estimates": self._estimates} | last

@@ -241,7 +241,7 @@ class DataRemainders:
 
     def __init__(self, problem: Problem, meshes: Sequence[BoundaryMesh]) -> None:
         self._problem, self._meshes = problem, meshes
-        self._known: dict[int, tuple[object, Array, float]] = {}
+        self._known: dict[int, tuple[object, Array, float, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
         """Return the squared error of p from each element of a body at the end of a step,
@@ -267,11 +267,23 @@ class DataRemainders:
                 result += scale**2 * self.left(number, part, term)[0]
         return result * faded(mesh, contact)
 
+    def resultant_error(self) -> float:
+        """Return the largest error of the integrals of given tractions over their size [-]."""
+        errors = [
+            self.left(number, part, term)[2]
+            for number in range(len(self._meshes))
+            for state in self._problem.conditions(number)
+            for part, condition in state.items()
+            for term in (condition.apart if isinstance(condition, Displacement | Traction) else ())
+            if isinstance(term, Traction)
+        ]
+        return max(errors, default=0.0)
+
     def left(
         self, number: int, part: str, condition: Displacement | Traction
-    ) -> tuple[Array, float]:
-        """Return the squared remainder on each element, and its share of the data [-]; computed
-        once."""
+    ) -> tuple[Array, float, float]:
+        """Return the squared remainder on each element, its share of the data [-] and the error of
+        their integral over that of their size [-]; computed once."""
         if id(condition) not in self._known:
             remainder = self._looked_at(number, part, condition)
             self._known[id(condition)] = condition, *remainder
@@ -279,15 +291,18 @@ class DataRemainders:
 
     def _looked_at(
         self, number: int, part: str, condition: Displacement | Traction
-    ) -> tuple[Array, float]:
+    ) -> tuple[Array, float, float]:
         mesh = self._meshes[number]
         function = known_function(condition, mesh, part)
         if function is None:
-            return np.zeros(mesh.n_elements), 0.0
+            return np.zeros(mesh.n_elements), 0.0, 0.0
         samples, nodes = sampled(mesh, part, function, condition), mesh.nodes_of(part)
         nodal, names = np.zeros((mesh.n_nodes, mesh.components)), mesh.variables(nodes)
         normal = lifted(mesh.normal[nodes], mesh.components)
         at_nodes = given_values(condition, names, normal, part, otherwise=0.0)
         nodal[nodes] = approximated(samples, nodes, at_nodes)
         left = samples.left(nodal)
-        return samples.over_elements((left**2).sum(axis=1)), samples.share(left, samples.values)
+        lost = float(np.linalg.norm(samples.weight @ left)) + samples.doubt
+        size = float(samples.weight @ np.linalg.norm(samples.values, axis=1))
+        square = samples.over_elements((left**2).sum(axis=1))
+        return square, samples.share(left, samples.values), lost / size if size else 0.0

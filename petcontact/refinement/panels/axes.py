@@ -6,6 +6,7 @@ Edges of contact and of bodies need panels that are narrow across them.
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -86,17 +87,23 @@ def matched(sides: Array, others: Array) -> Index:
 
 
 @functools.singledispatch
-def at_edges(boundary: Boundary, mesh: SurfaceMesh) -> Mask:
-    """Return the coordinates along which panels of a box end at an edge of their face,
-    (n_elements, 2); other surfaces have none."""
+def at_edges(boundary: Boundary, mesh: SurfaceMesh, pressing: Sequence[Array]) -> Mask:
+    """Return the coordinates along which panels of a box end at an edge, (n_elements, 2).
+
+    It is an edge of their face, or a line whose points (k, 3) are among `pressing`, see
+    `gap_edges`. Other surfaces have none.
+    """
     return np.zeros((mesh.n_elements, 2), dtype=bool)
 
 
 @at_edges.register
-def _(box: BoxSurface, mesh: SurfaceMesh) -> Mask:
+def _(box: BoxSurface, mesh: SurfaceMesh, pressing: Sequence[Array]) -> Mask:
     low, high = mesh.boxes
     vectors = np.abs(sides(mesh))
     near = WRITTEN * (box.upper - box.lower)
     ends = (low - box.lower < near) | (box.upper - high < near)
+    for points in pressing:
+        reached = (np.abs(low - points[0]) < near) | (np.abs(high - points[0]) < near)
+        ends |= reached & (np.ptp(points, axis=0) < near)
     axis = vectors.argmax(axis=2)
     return np.take_along_axis(ends, axis, axis=1)

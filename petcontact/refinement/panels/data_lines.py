@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 
 import numpy as np
 
@@ -17,8 +18,11 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Problem
 from ..expression_features import kinks, uniform
-from ..known_data import given_data
+from ..known_data import JUMP, gap_edges, given_data
 
+ALONG = 128
+"""Number of points along an edge of a gap. They are closer than half of the strip beside it in
+which errors fade out."""
 MOST = 16
 """Largest number of lines along one axis of a face; data with more lines are rough everywhere."""
 
@@ -70,27 +74,45 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
         given = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
         varying = [v for v in given if callable(v) or isinstance(v, str)]
         for k, value in itertools.product((0, 1), varying):
-            far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
-            fractions = _across(value, functools.partial(_variables, box, condition.part, k), far)
+            fractions = _across(value, box, condition.part, k)
             result[2 * number + k] = distinct(
                 np.concatenate([result[2 * number + k], fractions]), TOLERANCE, 1.0
             )
     return result
 
 
-def _across(value: Value, names: functools.partial[dict[str, Array]], far: float) -> Array:
-    """Return the fractions of an axis with a kink or a jump on at least two lines along it."""
+@gap_edges.register
+def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
+    varies = callable(gap) or (isinstance(gap, str) and gap != "geometry")
+    shares = (np.arange(ALONG) + 0.5) / ALONG
+    names = [
+        _variables(box, part, k, shares, np.full(ALONG, fraction))
+        for k in ((0, 1) if varies else ())
+        for fraction in _across(gap, box, part, k, JUMP)
+    ]
+    return [np.column_stack([each[key] for key in "xyz"]) for each in names]
+
+
+def _across(value: Value, box: BoxSurface, part: str, axis: int, below: float = math.inf) -> Array:
+    """Return the fractions of an axis of a face with a kink on at least two lines along it.
+
+    The powers of these kinks, see `kinks`, are below the given one; jumps have powers below
+    `JUMP`.
+    """
     shares = uniform()
+    far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())
 
     def values(share: float, fractions: Array) -> Array:
-        return evaluate(value, names(share, fractions), len(fractions), "", otherwise=0.0)
+        names = _variables(box, part, axis, share, fractions)
+        return evaluate(value, names, len(fractions), "", otherwise=0.0)
 
     # multiples of the golden section: only a line across has equal kinks at two of them
-    by_line = [
-        kinks(functools.partial(values, share), shares, values(share, shares), far)[0]
+    found = [
+        kinks(functools.partial(values, share), shares, values(share, shares), far)
         for share in 0.618 * np.arange(1.0, 8.0) % 1.0
     ]
-    ends = np.sort(np.concatenate([np.unique(line) for line in by_line]))
+    by_line = [np.unique(fractions[powers < below]) for fractions, powers in found]
+    ends = np.sort(np.concatenate(by_line))
     twice = ends[1:][np.diff(ends) < TOLERANCE]
     lines = distinct(twice, TOLERANCE, 1.0)
     lines = lines[(lines > 0.0) & (lines < 1.0)]
@@ -98,10 +120,10 @@ def _across(value: Value, names: functools.partial[dict[str, Array]], far: float
 
 
 def _variables(
-    box: BoxSurface, part: str, axis: int, share: float, fractions: Array
+    box: BoxSurface, part: str, axis: int, share: Array | float, fractions: Array
 ) -> dict[str, Array]:
-    """Return the variables of expressions at fractions (n,) of an axis of a face, at one share of
-    the other axis."""
+    """Return the variables of expressions at fractions (n,) of an axis of a face, at a share, or
+    shares (n,), of the other axis."""
     across, side = BOX_PARTS[part]
     axes, shares = face_axes(across, side), np.empty((len(fractions), 3))
     shares[:, axes[axis]], shares[:, axes[1 - axis]], shares[:, across] = (
