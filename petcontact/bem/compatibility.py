@@ -13,7 +13,7 @@ from ..geometry.meridian import Meridian
 from ..geometry.outline import Outline, Side
 from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
-from ..model.bodies import Condition
+from ..model.bodies import Body, Condition
 from ..model.expressions import evaluate
 from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
 from ..model.problem import Contact, Displacement, Periodic, Problem
@@ -21,7 +21,7 @@ from ..round_off import SINGLE
 
 
 @functools.singledispatch
-def check_compatible(boundary: Boundary, problem: Problem) -> None:
+def check_compatible(boundary: Boundary, body: Body) -> None:
     """Refuse a displacement that moves the end of a contact part of an outline along its normal,
     where bilateral contact has u_n = 0.
 
@@ -33,9 +33,9 @@ def check_compatible(boundary: Boundary, problem: Problem) -> None:
 
 
 @check_compatible.register
-def _(outline: Outline, problem: Problem) -> None:
+def _(outline: Outline, body: Body) -> None:
     conditions = {
-        condition.part: (number, condition) for number, condition in enumerate(problem.boundary)
+        condition.part: (number, condition) for number, condition in enumerate(body.boundary)
     }
     for k, following in enumerate(outline.neighbours[1].tolist()):
         if following != k:

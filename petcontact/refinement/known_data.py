@@ -20,7 +20,7 @@ from ..geometry.same_place import SMALLEST
 from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
-from ..model.problem import Condition, Contact, Displacement, Problem, Traction
+from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
 from .expression_features import degree, kinks, samples_of, uniform
 
@@ -104,7 +104,7 @@ class SideData:
         return np.asarray(0.5 * (np.append(width, 0.0) + np.insert(width, 0, 0.0)))
 
 
-def fields(problem: Problem, outline: Outline) -> list[list[SideData]]:
+def fields(body: Body, outline: Outline) -> list[list[SideData]]:
     """Return the data of each side that vary along it.
 
     Raises
@@ -118,7 +118,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[SideData]]:
     data = []
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
         variables_at = functools.partial(variables, side, offset)
-        for kind, given, values in _conditions(problem, side, variables_at):
+        for kind, given, values in _conditions(body, side, variables_at):
             varies = any(callable(v) or isinstance(v, str) for v in given) or (
                 side.curvature and kind == "traction"
             )
@@ -247,13 +247,13 @@ def _normals(side: Side, fractions: Array) -> Array:
 
 
 def _conditions(
-    problem: Problem, side: Side, variables_at: Callable[[Array], dict[str, Array]]
+    body: Body, side: Side, variables_at: Callable[[Array], dict[str, Array]]
 ) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
     """Yield kind, components and values of the given data on a side.
 
     Arrays are left out, since they belong to the nodes of one mesh.
     """
-    for number, condition in enumerate(problem.boundary):
+    for number, condition in enumerate(body.boundary):
         if condition.part != side.part:
             continue
         key = f"boundary[{number}] ({condition.part})"
@@ -265,7 +265,7 @@ def _conditions(
                     functools.partial(_values, given, key, variables_at, normal and side),
                 )
     # the tractions of a particular solution are about as rough as its load
-    for key, given in _in_volume(problem.loads):
+    for key, given in _in_volume(body.loads):
         yield (
             key,
             given,

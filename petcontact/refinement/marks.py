@@ -22,7 +22,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
-from ..model.problem import Contact, Problem
+from ..model.problem import Body, Contact
 from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import gap_minima
 from .known_data import SideData, fields, resolved
@@ -98,17 +98,17 @@ class GradedOutline:
     last: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
-    def from_problem(problem: Problem, outline: Outline) -> GradedOutline:
-        """Return the body of a problem and its outline."""
+    def from_body(body: Body, outline: Outline) -> GradedOutline:
+        """Return the data of a body and its outline."""
         if len(outline.sides) * NODES_A_SIDE > LARGEST_MESH:
             raise InputError(
                 f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
                 "name an element_size, or describe the body by fewer sides"
             )
-        parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
+        parts = {condition.part for condition in body.boundary if isinstance(condition, Contact)}
         given = [
             side.length * f
-            for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)
+            for side, f in zip(outline.sides, points_on_sides(outline, body.mesh), strict=True)
         ]
         contact = [side.part in parts for side in outline.sides]
         return GradedOutline(
@@ -116,9 +116,9 @@ class GradedOutline:
             outline.thickness,
             contact,
             given,
-            fields(problem, outline),
+            fields(body, outline),
             singular_ends(outline),
-            corner_exponents(problem, outline),
+            corner_exponents(body, outline),
         )
 
     def with_powers(self) -> GradedOutline:
@@ -258,20 +258,18 @@ class LevelMesh:
     missed: float
 
 
-def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
-    """Return the mesh of a problem without element size, order or grading.
+def default_mesh(body: Body, outline: Outline) -> BoundaryMesh:
+    """Return the mesh of a body without element size, order or grading.
 
     It is that of a refinement level, with the user's points.
     """
-    body, level = (
-        GradedOutline.from_problem(problem, outline),
-        REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)],
-    )
+    graded = GradedOutline.from_body(body, outline)
+    level = REFINEMENT_LEVELS[first_level(body.mesh.accuracy or ACCURACY)]
     largest = [
         side.length / UNSEEN if contact and not len(given) else np.inf
-        for side, contact, given in zip(outline.sides, body.contact, body.given, strict=True)
+        for side, contact, given in zip(outline.sides, graded.contact, graded.given, strict=True)
     ]
-    return body.mesh(level, largest, None).mesh
+    return graded.mesh(level, largest, None).mesh
 
 
 def marks_for(

@@ -1,4 +1,4 @@
-"""Meshes from the options of a problem, by the kind of its boundary."""
+"""Meshes from the options of a body, by the kind of its boundary."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..geometry.outline import Outline
 from ..geometry.revolved.surface import RevolvedSurface
 from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurface
 from ..geometry.superelement import CondensedSurface
-from ..geometry.surface import BoxSurface, FacetSurface
+from ..geometry.surface import Boundary, BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
@@ -23,7 +23,7 @@ from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.ring_mesh import RingMesh
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.problem import Problem
+from ..model.problem import Body
 from ..model.solver_options import MeshOptions
 from .marks import default_mesh
 
@@ -41,37 +41,35 @@ BOX_KEYS = ("element_sizes", "exponent")
 """Keys of `[mesh]` that apply only to boxes."""
 
 
-def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
-    """Return the mesh of a problem of one body from its options, or the default one.
-
-    `boundary` is the body's boundary, if it is made already.
+def mesh_of(body: Body, boundary: Boundary) -> BoundaryMesh:
+    """Return the mesh of a body from its options, or the default one.
 
     Raises
     ------
     InputError
         If the mesh options do not fit the body, or the mesh is too large.
     """
-    return _mesh(problem.outline() if boundary is None else boundary, problem)
+    return _mesh(boundary, body)
 
 
 @functools.singledispatch
-def _mesh(boundary: Any, problem: Problem) -> BoundaryMesh:
+def _mesh(boundary: Any, body: Body) -> BoundaryMesh:
     raise TypeError(f"no mesh for {type(boundary).__name__}")
 
 
 @_mesh.register
-def _(boundary: Outline, problem: Problem) -> BoundaryMesh:
-    if "exponent" in problem.mesh.model_fields_set:
+def _(boundary: Outline, body: Body) -> BoundaryMesh:
+    if "exponent" in body.mesh.model_fields_set:
         raise InputError("mesh.exponent: is for bodies in space; grade plane ones by mesh.grading")
-    check_compatible(boundary, problem)
-    if problem.mesh.automatic:
-        return default_mesh(problem, boundary.joined)
-    return mesh_outline(boundary.joined if problem.mesh.graded else boundary, problem.mesh)
+    check_compatible(boundary, body)
+    if body.mesh.automatic:
+        return default_mesh(body, boundary.joined)
+    return mesh_outline(boundary.joined if body.mesh.graded else boundary, body.mesh)
 
 
 @_mesh.register
-def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
-    options, order = problem.mesh, _order(problem.mesh)
+def _(boundary: BoxSurface, body: Body) -> SurfaceMesh:
+    options, order = body.mesh, _order(body.mesh)
     for name in options.element_sizes:
         if name not in boundary.parts:
             raise InputError(
@@ -89,24 +87,24 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register(SphereSurface)
 @_mesh.register(CylinderSurface)
 @_mesh.register(RevolvedSurface)
-def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
-    order = _order(problem.mesh)
+def _(boundary: RoundSurface, body: Body) -> SurfaceMesh:
+    order = _order(body.mesh)
     _refuse(
-        problem.mesh,
+        body.mesh,
         BOX_KEYS,
         "is for boxes; panels of round bodies are of one size, mesh.element_size",
     )
-    size = problem.mesh.element_size or boundary.usual_size
+    size = body.mesh.element_size or boundary.usual_size
     _check_size(boundary.area / size / size * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
 
 
 @_mesh.register
-def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
-    order = _order(problem.mesh)
+def _(boundary: FacetSurface, body: Body) -> SurfaceMesh:
+    order = _order(body.mesh)
     keys = ("element_size", *BOX_KEYS)
     _refuse(
-        problem.mesh,
+        body.mesh,
         keys,
         "the facets of a surface from a file are its panels; mesh it finer in Gmsh",
     )
@@ -118,14 +116,14 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
 
 
 @_mesh.register
-def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
-    order = _order(problem.mesh)
+def _(boundary: CadSurface, body: Body) -> SurfaceMesh:
+    order = _order(body.mesh)
     _refuse(
-        problem.mesh,
+        body.mesh,
         BOX_KEYS,
         "is for boxes; panels of CAD files are of one size, mesh.element_size",
     )
-    size = problem.mesh.element_size or boundary.usual_size
+    size = body.mesh.element_size or boundary.usual_size
     _check_size(2.0 * boundary.area / size / size * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)
     _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)
@@ -133,8 +131,8 @@ def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
 
 
 @_mesh.register
-def _(boundary: CondensedSurface, problem: Problem) -> BoundaryMesh:
-    _refuse(problem.mesh, MeshOptions.model_fields, "the faces of a superelement are its elements")
+def _(boundary: CondensedSurface, body: Body) -> BoundaryMesh:
+    _refuse(body.mesh, MeshOptions.model_fields, "the faces of a superelement are its elements")
     return _faces(boundary)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from ..geometry.outline import Outline, Side
 from ..mesh.grading import at_ends, turn
-from ..model.problem import Condition, Contact, Displacement, Periodic, Problem, Symmetry, Traction
+from ..model.problem import Body, Condition, Contact, Displacement, Periodic, Symmetry, Traction
 from .corner_exponents import (
     CLAMPED,
     FREE,
@@ -19,15 +19,15 @@ from .corner_exponents import (
 )
 
 
-def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, float]]:
+def corner_exponents(body: Body, outline: Outline) -> list[tuple[float, float]]:
     """Return λ in (0, 1] at the start and the end of each side; displacements behave like r^λ
     there.
 
     A contact side may stick, slip or open. It is tried as clamped, sliding and free, and the least
     λ is taken.
     """
-    conditions = {condition.part: condition for condition in problem.boundary}
-    kappa = 3.0 - 4.0 * problem.material.plane_strain_ratio
+    conditions = {condition.part: condition for condition in body.boundary}
+    kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
 
     def kinds(side: Side, leaving: float) -> tuple[SideKind, ...]:
         return kinds_seen(conditions.get(side.part), leaving, 2)

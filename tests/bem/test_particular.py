@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from petcontact import (
+    Body,
     Box,
     Material,
     MeshOptions,
     Polygon,
-    Problem,
     Rectangle,
     SideBySide,
     Traction,
@@ -57,9 +57,8 @@ def meshed(name):
     boundary = geometry.outline()
     free = [Traction(part, (0.0,) * boundary.dim) for part in boundary.parts]
     mesh = MeshOptions(element_size=0.25, order=2)
-    return mesh_of(
-        Problem(material=steel("strain"), geometry=geometry, mesh=mesh, boundary=free), boundary
-    )
+    body = Body("body", steel("strain"), geometry, mesh, boundary=free)
+    return mesh_of(body, boundary)
 
 
 @functools.cache

@@ -40,7 +40,7 @@ def many_sided(sides, **mesh):
 def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
     """0.3 s; 12 s when every side was compared with every other."""
     case = many_sided(1000)
-    assert 10_000 < mesh_of(case).n_nodes < 20_000
+    assert 10_000 < mesh_of(case.body[0], case.outline()).n_nodes < 20_000
 
 
 @pytest.mark.slow
@@ -50,7 +50,7 @@ def test_too_many_graded_sides_are_refused_before_the_work():
         InputError,
         match=r"^mesh: 100000 graded sides give more than 1e\+06 nodes; name an element_size",
     ):
-        mesh_of(case)
+        mesh_of(case.body[0], case.outline())
 
 
 def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, comm):
@@ -76,9 +76,10 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
     small = many_sided(100, element_size=1.0)
     prepare(small, comm, announce=announce).close()
-    seconds = 2.0 * choice.dense_seconds(mesh_of(small))
+    seconds = 2.0 * choice.dense_seconds(mesh_of(small.body[0], small.outline()))
     assert [words[:3] for words in told] == [(100, 200, seconds)] and told[0][3] > 8 * 200**2
-    mesh = mesh_of(many_sided(1000))
+    large = many_sided(1000)
+    mesh = mesh_of(large.body[0], large.outline())
     memory = choice.COMPRESSIONS["hodlr"].memory(mesh, 0)
     for adaptive in (False, True):
         announcer(Status, adaptive)(

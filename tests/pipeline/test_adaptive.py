@@ -230,7 +230,9 @@ def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
         again = observe(solution, level)
         shown.append(
             (
-                contact_lines(GradedOutline.from_problem(case, case.geometry.outline()), solution),
+                contact_lines(
+                    GradedOutline.from_body(case.body[0], case.geometry.outline()), solution
+                ),
                 work.strategy.estimate,
             )
         )
@@ -246,7 +248,7 @@ def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
 
 def test_elements_in_a_narrow_zone_shrink_from_level_to_level():
     case, below = example(1), 1e-4
-    body = GradedOutline.from_problem(case, case.geometry.outline())
+    body = GradedOutline.from_body(case.body[0], case.geometry.outline())
     s = np.array([0.2, 0.8, 1.2, 1.8, 5.0, 7.0]) * np.array([below] * 4 + [1.0, 1.0])
     line = ContactLine(
         s,
@@ -329,7 +331,7 @@ def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
             )
         }
     )
-    body = GradedOutline.from_problem(case, case.geometry.outline())
+    body = GradedOutline.from_body(case.body[0], case.geometry.outline())
     mesh = graded_mesh(
         body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4
     )
@@ -342,7 +344,7 @@ def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them(he
     """But for those at its tip; they were 41 times as long, and the default mesh was refused."""
     wedge = Polygon(vertices=((0, 0), (4, 0), (4, height)), parts=("bottom", "right", "top"))
     case = example(1).model_copy(update={"geometry": wedge})
-    body, grading = GradedOutline.from_problem(case, wedge.outline()), Grading(2, 0.3)
+    body, grading = GradedOutline.from_body(case.body[0], wedge.outline()), Grading(2, 0.3)
     mesh = graded_mesh(body.outline, marks_for(body, grading, 1e-3, None), grading, [np.inf] * 3)
     over = slenderness(mesh) > 4.0
     assert over.any() and np.bincount(mesh.element, mesh.measure)[over].sum() < 0.01
@@ -360,7 +362,7 @@ def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accurac
 
 def test_points_of_the_config_are_graded(comm):
     case = example(1, mesh=MeshOptions(graded_points=((2.0, 0.0),)))
-    body = GradedOutline.from_problem(case, case.geometry.outline())
+    body = GradedOutline.from_body(case.body[0], case.geometry.outline())
     assert 2.0 in marks_for(body, Grading(3, 0.3), 1e-4, None)[0].position
 
 

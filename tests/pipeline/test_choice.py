@@ -103,7 +103,8 @@ def test_surfaces_are_compressed_by_predicted_cost():
     """A break-even, below which all are dense and above which none is, where both cost about the
     same."""
     sizes = (1.8, 1.4, 1.2, 1.0, 0.9, 0.8)
-    meshes = [mesh_of(load(BLOCK, {"mesh.element_size": size})) for size in sizes]
+    blocks = [load(BLOCK, {"mesh.element_size": size}) for size in sizes]
+    meshes = [mesh_of(block.body[0], block.outline()) for block in blocks]
     taken = [choice.compression_of(Bem(), mesh) is not None for mesh in meshes]
     assert taken == sorted(taken) and not taken[0] and taken[-1]
     first = meshes[taken.index(True)]

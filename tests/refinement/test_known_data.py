@@ -40,7 +40,7 @@ def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
             Displacement(part="top", value=(0.0, 0.0)),
         ),
     )
-    body = GradedOutline.from_problem(problem, problem.geometry.outline())
+    body = GradedOutline.from_body(problem.body[0], problem.geometry.outline())
     assert [*map(len, body.kinks)] == [1, 0, 0, 0]
     assert body.kinks[0] == pytest.approx([3.25], abs=1e-9)
 
@@ -68,7 +68,7 @@ def test_kinks_are_found_at_a_thousand_lengths_from_the_origin():
 )
 def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
     problem = block(bound)
-    body = GradedOutline.from_problem(problem, problem.geometry.outline())
+    body = GradedOutline.from_body(problem.body[0], problem.geometry.outline())
     assert body.kinks[0] == pytest.approx(expected, abs=1e-9)
     assert all(len(body.kinks[k]) == 0 for k in (1, 2, 3))
 
@@ -78,7 +78,7 @@ def test_kinks_of_tractions_are_found_on_arcs_by_arc_length():
     rim = Traction(part="rim", pressure="abs(s - 5)")
     boundary = tuple(rim if condition.part == "rim" else condition for condition in case.boundary)
     outline = case.geometry.outline()
-    body = GradedOutline.from_problem(case.model_copy(update={"boundary": boundary}), outline)
+    body = GradedOutline.from_body(case.model_copy(update={"boundary": boundary}).body[0], outline)
     first = next(k for k, side in enumerate(outline.sides) if side.part == "rim")
     assert body.kinks[first] == pytest.approx([5.0])
     assert sum(len(body.kinks[k]) for k in range(len(outline.sides))) == 1
@@ -98,7 +98,7 @@ def test_smooth_peaks_of_any_width_are_resolved(text, width):
     if width == 1e-8 and "5.42" in text:
         pytest.skip("the expression itself is lost in round-off there")
     problem = block(50.0, text.format(w=width))
-    data = fields(problem, problem.geometry.outline())
+    data = fields(problem.body[0], problem.geometry.outline())
     assert [len(row) for row in data] == [0, 1, 0, 0]
     breaks, orders, missed = resolved(np.linspace(0.0, 1.0, 5), np.full(4, 1), data[1], 1e-4)
     assert missed == 0.0 and breaks[0] == 0.0 and breaks[-1] == 1.0
@@ -126,7 +126,7 @@ def test_smooth_peaks_of_any_width_are_resolved(text, width):
 
 def test_smooth_data_need_no_more_elements():
     problem = block("60 + 10*x + x**3", "20*(1 - y/3)")
-    data = fields(problem, problem.geometry.outline())
+    data = fields(problem.body[0], problem.geometry.outline())
     for side in (0, 1):
         breaks, orders, missed = resolved(np.linspace(0.0, 1.0, 4), np.full(3, 1), data[side], 1e-3)
         assert len(breaks) == 4 and missed == 0.0 and orders.max() <= 3
@@ -134,19 +134,19 @@ def test_smooth_data_need_no_more_elements():
 
 def test_data_rough_everywhere_are_reported():
     problem = block(50.0, "sin(1e6*y)")
-    data = fields(problem, problem.geometry.outline())
+    data = fields(problem.body[0], problem.geometry.outline())
     assert resolved(np.linspace(0.0, 1.0, 5), np.full(4, 1), data[1], 1e-3)[2] > 1e-3
 
 
 def test_values_that_are_not_finite_at_ends_are_left_to_the_nodes():
     problem = block("1/x")
-    assert np.isfinite(fields(problem, problem.geometry.outline())[0][0].sampled).all()
+    assert np.isfinite(fields(problem.body[0], problem.geometry.outline())[0][0].sampled).all()
 
 
 def test_mistakes_of_expressions_keep_their_words():
     problem = block("60 + z")
     with pytest.raises(InputError, match="unknown name 'z'"):
-        fields(problem, problem.geometry.outline())
+        fields(problem.body[0], problem.geometry.outline())
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_mistakes_of_expressions_keep_their_words():
 )
 def test_polynomials_need_the_order_of_their_degree_and_no_more(text, degree):
     problem = block(text)
-    field = fields(problem, problem.geometry.outline())[0][0]
+    field = fields(problem.body[0], problem.geometry.outline())[0][0]
     assert field.degree == degree
     ends = np.linspace(0.0, 1.0, 5)
     if math.isfinite(degree):

@@ -51,7 +51,7 @@ def l_shaped(friction_bound: float | str) -> Problem:
 
 def test_corners_are_as_strong_as_their_angles_and_sides():
     problem = l_shaped(80.0)
-    found = corner_exponents(problem, problem.geometry.outline())
+    found = corner_exponents(problem.body[0], problem.geometry.outline())
     # free sides meet at (4, 2); the right angles are clamped and free, or free
     assert found[2][1] == found[3][0] == pytest.approx(0.5445, abs=1e-3)
     assert found[0] == pytest.approx((0.711, 0.711), abs=2e-3) and found[1] == (found[0][1], 1.0)
@@ -65,13 +65,15 @@ def test_corners_are_as_strong_as_their_angles_and_sides():
         Displacement(part="top", value=(0.0, 0.0)),
     )
     problem = problem.model_copy(update={"geometry": flat, "boundary": boundary})
-    assert corner_exponents(problem, flat.outline())[0] == pytest.approx((0.711, 0.5), abs=2e-3)
+    assert corner_exponents(problem.body[0], flat.outline())[0] == pytest.approx(
+        (0.711, 0.5), abs=2e-3
+    )
     held = tuple(
         Displacement(part="shelf", value=(0.0, 0.0)) if c.part == "shelf" else c
         for c in l_shaped(80.0).boundary
     )
     problem = l_shaped(80.0).model_copy(update={"boundary": held})
-    assert corner_exponents(problem, problem.geometry.outline())[2][1] == pytest.approx(
+    assert corner_exponents(problem.body[0], problem.geometry.outline())[2][1] == pytest.approx(
         0.3417, abs=1e-3
     )
 
@@ -79,7 +81,7 @@ def test_corners_are_as_strong_as_their_angles_and_sides():
 def test_a_skew_roller_is_held_in_its_own_direction():
     """Contact may slide at (40, 0); the side from (55, 12) leans and is held in x: neither sliding
     nor clamped."""
-    found = corner_exponents(skew(), skew().geometry.outline())
+    found = corner_exponents(skew().body[0], skew().geometry.outline())
     assert found[0][1] == pytest.approx(0.528, abs=2e-3)
     clamped = skew().model_copy(
         update={
@@ -89,7 +91,11 @@ def test_a_skew_roller_is_held_in_its_own_direction():
             )
         }
     )
-    assert found[2][0] == found[1][1] != corner_exponents(clamped, clamped.geometry.outline())[2][0]
+    assert (
+        found[2][0]
+        == found[1][1]
+        != corner_exponents(clamped.body[0], clamped.geometry.outline())[2][0]
+    )
 
 
 def skew(**mesh) -> Problem:
@@ -114,7 +120,7 @@ def skew(**mesh) -> Problem:
 
 def true_error(solution, best) -> float:
     """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
-    body = GradedOutline.from_problem(solution.problem, solution.problem.geometry.outline())
+    body = GradedOutline.from_body(solution.problem.body[0], solution.problem.geometry.outline())
     return difference(
         contact_lines(body, solution), contact_lines(body, best)
     ) / displacement_scale(best)
@@ -218,5 +224,5 @@ def test_torsion_has_the_exponents_of_laplace_s_equation():
         "boundary": [held, turned, *free],
     }
     problem = Problem.model_validate(data)
-    found = corner_exponents(problem, problem.boundaries[0])
+    found = corner_exponents(problem.body[0], problem.boundaries[0])
     assert [round(a, 3) for a, _ in found] == [1.0, 0.711, 1.0, 0.5]

@@ -166,7 +166,9 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     outline = problem.body[0].geometry.outline()
     expected = [
         side.start
-        for side, (least, _) in zip(outline.sides, corner_exponents(problem, outline), strict=True)
+        for side, (least, _) in zip(
+            outline.sides, corner_exponents(problem.body[0], outline), strict=True
+        )
         if least < 1.0
     ]
     assert expected

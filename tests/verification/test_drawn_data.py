@@ -8,7 +8,7 @@ from cosine_blocks import Block
 from drawn_data import KINDS, compared, drawn
 
 from petcontact import Box, Displacement, Material, MeshOptions, Obstacle, Pair, Problem, solve
-from petcontact.pipeline.pose.interfaces import as_problem
+from petcontact.pipeline.pose.interfaces import body_alone
 from petcontact.refinement.meshes import mesh_of
 from petcontact.refinement.panels.data_lines import data_lines, with_data_lines
 
@@ -58,7 +58,7 @@ def test_panels_of_boxes_end_where_data_jump_or_have_a_kink_along_a_line(gap, li
         contact=[Pair("c", "top", "punch", gap=gap)],
     )
     (box,) = problem.boundaries
-    one = as_problem(problem, 0, box)
+    one = body_alone(problem, 0, box)
     found = data_lines(one, box)
     expected = [line for part in box.parts for line in lines.get(part, ([], []))]
     assert len(found) == len(expected) == 12

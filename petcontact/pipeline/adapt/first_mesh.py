@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Contact, Problem
+from ...model.problem import Body, Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
@@ -24,7 +23,7 @@ from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
 from ..judge.meshes import STIFF
 from ..judge.thickness import SHARE, slenderness
-from ..pose.interfaces import as_problem
+from ..pose.interfaces import body_alone
 
 FIRST = 36
 """Approximate number of panels on a contact face of the first mesh; other faces have a quarter."""
@@ -64,16 +63,14 @@ class FirstMeshes:
         self._all: list[SurfaceMesh] = []
         self.plain, self.thin = dict[int, SurfaceMesh](), dict[int, float]()
 
-    def mesh(
-        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, nodes: float
-    ) -> SurfaceMesh:
+    def mesh(self, number: int, posed: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
         """Return the first mesh of a body; a thin body may have about `nodes` nodes."""
         if not self._soft:
-            return self._own(number, single_problem(), boundary, nodes)
+            return self._own(number, posed, boundary, nodes)
         self._all = self._all or self._of_all(nodes)
         return self._all[number]
 
-    def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
+    def _own(self, number: int, given: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
         mesh = as_surface(mesh_of(posed, boundary))
         if given.mesh.automatic:
@@ -88,7 +85,7 @@ class FirstMeshes:
         secondaries."""
         outlines = self._problem.boundaries
         meshes = [
-            self._own(b, as_problem(self._problem, b, outline), outline, nodes)
+            self._own(b, body_alone(self._problem, b, outline), outline, nodes)
             for b, outline in enumerate(outlines)
         ]
         for side, (b, part) in self._soft:
@@ -108,32 +105,32 @@ class FirstMeshes:
         )
 
 
-def first_options(single: Problem, boundary: Boundary, *, bilateral: bool) -> Problem:
-    """Return the body's problem with the options of its first mesh.
+def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
+    """Return the body with the options of its first mesh.
 
     The order is 2 for u_t, which is smooth. Otherwise it is 1, which is as accurate for the same
     number of nodes and cheaper.
     """
-    if not single.mesh.automatic:
-        return single
+    if not body.mesh.automatic:
+        return body
     options: dict[str, Any] = {"order": 2 if bilateral else 1}
-    touching = [c.part for c in single.boundary if isinstance(c, Contact)]
-    options |= _first_sizes(boundary, single, touching)
-    return single.model_copy(update={"mesh": MeshOptions(**options)})
+    touching = [c.part for c in body.boundary if isinstance(c, Contact)]
+    options |= _first_sizes(boundary, body, touching)
+    return body.model_copy(update={"mesh": MeshOptions(**options)})
 
 
 @functools.singledispatch
-def _first_sizes(boundary: Any, single: Problem, touching: list[str]) -> dict[str, Any]:
+def _first_sizes(boundary: Any, body: Body, touching: list[str]) -> dict[str, Any]:
     """Return the options for the size of the first panels."""
     if not boundary.known:
         return {}
-    usual = mesh_of(single.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+    usual = mesh_of(body.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
     areas = [usual.weight[usual.nodes_of(part)].sum() for part in touching]
     return {"element_size": math.sqrt(min(areas) / ROUND)}
 
 
 @_first_sizes.register
-def _(boundary: BoxSurface, single: Problem, touching: list[str]) -> dict[str, Any]:
+def _(boundary: BoxSurface, body: Body, touching: list[str]) -> dict[str, Any]:
     extent = boundary.upper - boundary.lower
     longest = LONGEST * float(extent.min())
     area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
@@ -143,14 +140,14 @@ def _(boundary: BoxSurface, single: Problem, touching: list[str]) -> dict[str, A
 
 
 def thick_enough(
-    single: Problem, boundary: Boundary, mesh: SurfaceMesh, nodes: float
+    body: Body, boundary: Boundary, mesh: SurfaceMesh, nodes: float
 ) -> tuple[SurfaceMesh, float]:
     """Return the first mesh with panels that are small next to the thickness, and their entry of
     MULTIPLES.
 
     Parameters
     ----------
-    single : Problem
+    body : Body
         The body with the options of its first mesh.
     boundary : Boundary
         The surface onto which cut panels are projected.
@@ -170,12 +167,12 @@ def thick_enough(
     if needed[-1] > nodes or not slender(mesh, multiple).any():
         return mesh, multiple
     # choose the first size such that repeated halving ends just below the limit
-    worst, size = float(ratio.max()) / multiple, single.mesh.element_size
+    worst, size = float(ratio.max()) / multiple, body.mesh.element_size
     assert size is not None
-    options = single.mesh.model_copy(
+    options = body.mesh.model_copy(
         update={"element_size": size / (worst / 2.0 ** math.floor(math.log2(worst)))}
     )
-    mesh = as_surface(mesh_of(single.model_copy(update={"mesh": options}), boundary))
+    mesh = as_surface(mesh_of(body.model_copy(update={"mesh": options}), boundary))
     while (over := slender(mesh, multiple)).any():
         mesh = cut(mesh, over, boundary)
     return mesh, multiple

@@ -140,14 +140,14 @@ def _costly(solution: Solution) -> str:
 
 def _exponents(solution: Solution) -> list[tuple[float, float]]:
     """Return the exponents λ at both ends of each side of the body."""
-    return corner_exponents(solution.problem, as_outline(solution.problem.outline(), "u_t"))
+    return corner_exponents(solution.problem.body[0], as_outline(solution.problem.outline(), "u_t"))
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
     """Return the solution on meshes with half as many elements."""
     meshes = [as_curve(mesh) for mesh in solution.meshes.values()]
     return _again(
-        solution, lambda number, one, boundary: joined(meshes[number], boundary), comm, law
+        solution, lambda number, body, boundary: joined(meshes[number], boundary), comm, law
     )
 
 
@@ -178,8 +178,8 @@ def _difference(solution: Solution, coarse: Solution) -> Accuracy:
     if not solution.nodes:
         return Accuracy(error=displacement_difference(coarse, solution))
     if solution.kind == "bilateral":
-        body = GradedOutline.from_problem(
-            solution.problem, as_outline(solution.problem.outline(), "u_t")
+        body = GradedOutline.from_body(
+            solution.problem.body[0], as_outline(solution.problem.outline(), "u_t")
         )
         apart = line_difference(contact_lines(body, coarse), contact_lines(body, solution))
         return Accuracy(error=apart / displacement_scale(solution))

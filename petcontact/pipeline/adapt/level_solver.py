@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from ...errors import InaccurateOperator
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import Problem
+from ...model.problem import Body, Problem
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
@@ -127,10 +126,8 @@ class LevelSolver:
         self.missed = 0.0
         self._release()
 
-        def make(
-            number: int, single_problem: Callable[[], Problem], boundary: Boundary
-        ) -> BoundaryMesh:
-            made = strategy.refine(number, single_problem, boundary, level)
+        def make(number: int, posed: Body, boundary: Boundary) -> BoundaryMesh:
+            made = strategy.refine(number, posed, boundary, level)
             self.missed = max(self.missed, made.missed)
             mesh: BoundaryMesh = made.mesh
             return mesh

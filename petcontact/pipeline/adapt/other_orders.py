@@ -142,7 +142,7 @@ def _converged(
 ) -> Solution | None:
     """Return the converged solution on other meshes, or None."""
     try:
-        solution = solved_on(lambda number, one, boundary: meshes[number])
+        solution = solved_on(lambda number, body, boundary: meshes[number])
     except PetcontactError:  # data given for the nodes of one mesh
         return None
     return solution if solution.converged else None

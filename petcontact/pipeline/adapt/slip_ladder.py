@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
-from ...model.problem import Problem
+from ...model.problem import Body
 from ...refinement.contact_line import (
     ContactLine,
     difference,
@@ -77,9 +76,7 @@ class Slip:
         """The levels of `SLIP_LADDER` that the wanted accuracy needs."""
         return SLIP_LADDER.reaching(self.wanted)
 
-    def refine(
-        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Level
-    ) -> LevelMesh:
+    def refine(self, number: int, posed: Body, boundary: Boundary, level: Level) -> LevelMesh:
         """Return a mesh that is graded to the transition points of the last solution.
 
         Raises
@@ -88,9 +85,8 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            posed = single_problem()
             outline = as_outline(boundary, "--adapt").joined
-            self._body = GradedOutline.from_problem(posed, outline).with_powers()
+            self._body = GradedOutline.from_body(posed, outline).with_powers()
             check_compatible(self._body.outline, posed)
         body = self._body
         longest = [

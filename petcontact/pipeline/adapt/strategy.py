@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from ...contact.state import Start
 from ...geometry.surface import Boundary
-from ...model.problem import Problem
+from ...model.problem import Body
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
@@ -61,10 +61,8 @@ class Strategy(Protocol):
         marked."""
         ...
 
-    def refine(
-        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Any
-    ) -> LevelMesh:
-        """Return the next mesh of the body `number`, by the marks and the level."""
+    def refine(self, number: int, posed: Body, boundary: Boundary, level: Any) -> LevelMesh:
+        """Return the next mesh of a body that has a condition on each part."""
         ...
 
     def start(self, problem: PreparedProblem) -> Start | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.interfaces import PosedInterface
-from ...model.problem import Problem
+from ...model.problem import Body, Problem
 from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
@@ -82,16 +82,14 @@ class PanelTails:
         self._elliptic = EllipticContacts(problem, self._first.plain)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
-    def refine(
-        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: int
-    ) -> LevelMesh:
+    def refine(self, number: int, posed: Body, boundary: Boundary, level: int) -> LevelMesh:
         """Return the first mesh of a body, from the config if it names one; later the refined
         mesh."""
         if not self._meshes:
             bodies = len(self._problem.body)
             return LevelMesh(
                 self._first.mesh(
-                    number, single_problem, boundary, budget_of(bodies, self.asked).nodes / bodies
+                    number, posed, boundary, budget_of(bodies, self.asked).nodes / bodies
                 ),
                 0.0,
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,8 +14,8 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
-from ...model.loads import NO_LOADS, loads_by_step
-from ...model.problem import Problem
+from ...model.loads import NO_LOADS, VolumeLoads, loads_by_step
+from ...model.problem import Body, Problem
 from ...refinement.contact_edges import Edge, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, LEAST_GAIN, Level, believed
@@ -87,15 +87,14 @@ class Tractions:
         """The levels of `CONTACT_LADDER` that the wanted accuracy needs."""
         return CONTACT_LADDER.reaching(self.wanted)
 
-    def refine(
-        self, number: int, single_problem: Callable[[], Problem], boundary: Boundary, level: Level
-    ) -> LevelMesh:
+    def refine(self, number: int, posed: Body, boundary: Boundary, level: Level) -> LevelMesh:
         """Return a mesh graded to corners, to the user's points and to edges on secondary parts."""
         if number not in self._bodies:
-            posed = single_problem()
-            body = GradedOutline.from_problem(posed, as_outline(boundary, "--adapt").joined)
+            body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
-            self._bodies[number] = with_later_data(body, self._problem, number, posed)
+            self._bodies[number] = with_later_data(
+                body, self._problem.conditions(number), loads_by_step(self._problem, number), posed
+            )
         body, pressed = self._bodies[number], self._pressed[number]
         edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
@@ -222,33 +221,27 @@ def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedO
 
 
 def with_later_data(
-    body: GradedOutline, problem: Problem, number: int, single: Problem
+    body: GradedOutline,
+    steps: list[dict[str, Any]],
+    loads_of_steps: list[VolumeLoads],
+    posed: Body,
 ) -> GradedOutline:
-    """Return the body with the data of all steps; `single` is the problem of this body alone."""
-    steps = problem.conditions(number)
+    """Return the body with its conditions and volume loads in all steps.
+
+    `posed` has those of the beginning.
+    """
     for condition in {
-        id(c): c for step in steps for c in step.values() if c not in single.boundary
+        id(c): c for step in steps for c in step.values() if c not in posed.boundary
     }.values():
-        rest = tuple(given for given in single.boundary if given.part != condition.part)
-        later = fields(single.model_copy(update={"boundary": (*rest, condition)}), body.outline)
+        rest = tuple(given for given in posed.boundary if given.part != condition.part)
+        later = fields(posed.model_copy(update={"boundary": (*rest, condition)}), body.outline)
         on_part = [side.part == condition.part for side in body.outline.sides]
         body = _with_data(
             body, [more if is_on else [] for more, is_on in zip(later, on_part, strict=True)]
         )
-    for loads in set(loads_by_step(problem, number)) - {single.loads or NO_LOADS}:
-        body = _with_data(
-            body,
-            fields(
-                single.model_copy(
-                    update={
-                        "body": (
-                            single.body[0].model_copy(update={"loads": loads, "boundary": ()}),
-                        )
-                    }
-                ),
-                body.outline,
-            ),
-        )
+    for loads in set(loads_of_steps) - {posed.loads or NO_LOADS}:
+        loaded = posed.model_copy(update={"loads": loads, "boundary": ()})
+        body = _with_data(body, fields(loaded, body.outline))
     return body
 
 

@@ -23,22 +23,22 @@ from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import PairParts, matched
 from ...model.interfaces import PosedInterface
 from ...model.loads import loads_by_step
-from ...model.problem import Problem
+from ...model.problem import Body, Problem
 from ...refinement.meshes import mesh_of
 from ...results.report import Finding
 from ..choice import contact_sizes, needed_memory, resolved_bem, suitable_bem
 from ..judge.findings import new_finding, refuse
 from ..judge.meshes import check_meshes, check_stiffness, too_long_to_bend
 from .facing import contact_interface, facing_of, mismatch, periodic_interface
-from .interfaces import as_problem, check_parts
+from .interfaces import body_alone, check_parts
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that determine the discrete one. The other fields are the method's."""
-MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
-"""Function that returns the mesh of a body. Its arguments are the body's number, a function that
-returns the body as a problem of its own, and its boundary. Primaries are matched afterwards."""
+MeshMaker = Callable[[int, Body, Any], BoundaryMesh]
+"""Function that returns the mesh of a body. Its arguments are the body's number, the body with a
+condition on each part, and its boundary. Primaries are matched afterwards."""
 
 
 @dataclass
@@ -247,18 +247,14 @@ def meshed(
     """Return the boundaries and the meshes of the bodies; meshes match where parts are opposite."""
     boundaries = list(like.boundaries) if like else problem.boundaries
     check_parts(problem, boundaries)
-    posed = [
-        functools.partial(as_problem, problem, b, boundary) for b, boundary in enumerate(boundaries)
-    ]
+    bodies = [body_alone(problem, b, boundary) for b, boundary in enumerate(boundaries)]
     if like is not None:
-        for single_problem, boundary in zip(posed, boundaries, strict=True):
-            check_compatible(boundary, single_problem())
+        for body, boundary in zip(bodies, boundaries, strict=True):
+            check_compatible(boundary, body)
         return boundaries, like.meshes
     own = [
-        mesh_of(single_problem(), boundaries[b])
-        if make_mesh is None
-        else make_mesh(b, single_problem, boundaries[b])
-        for b, single_problem in enumerate(posed)
+        mesh_of(body, boundaries[b]) if make_mesh is None else make_mesh(b, body, boundaries[b])
+        for b, body in enumerate(bodies)
     ]
     pairs = [
         PairParts((i.body, i.part), i.primary, i.direction, i.periodic)

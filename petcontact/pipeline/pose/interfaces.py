@@ -1,4 +1,4 @@
-"""Checks of a problem's parts and vectors, and one body as a problem of its own."""
+"""Checks of a problem's parts and vectors, and one body with a condition on each part."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
 from ...model.hints import among
 from ...model.loads import loads_by_step
-from ...model.problem import Contact, Periodic, Problem, Traction
+from ...model.problem import Body, Contact, Periodic, Problem, Traction
 
 
 def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
@@ -119,10 +119,11 @@ def _check_components(key: str, value: Sized, d: int) -> None:
         raise InputError(f"{key}: the body has {d} dimensions, got {len(value)} components")
 
 
-def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
-    """Return one body as a problem of its own.
+def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:
+    """Return one body with a condition on each of its parts.
 
-    It serves callers that need to know only which parts are held, loaded or in contact.
+    A contact condition stands for each interface, and free parts have a traction of zero. It serves
+    callers that need to know only which parts are held, loaded or in contact.
     """
     body, contact = problem.body[number], Contact.model_construct  # of values that were checked
     touching: dict[str, Contact] = {}
@@ -147,11 +148,4 @@ def as_problem(problem: Problem, number: int, boundary: Boundary) -> Problem:
         for part in boundary.parts
         if part not in named
     ]
-    return Problem(
-        symmetry=problem.symmetry,
-        material=body.material,
-        geometry=body.geometry,
-        mesh=body.mesh,
-        boundary=tuple(conditions),
-        loads=body.loads,
-    )
+    return body.model_copy(update={"boundary": tuple(conditions)})

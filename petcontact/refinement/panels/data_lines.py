@@ -16,7 +16,7 @@ from ...mesh.pairs.box_faces import grid_lines, mesh_of_lines
 from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import Value, evaluate
-from ...model.problem import Problem
+from ...model.problem import Body
 from ..expression_features import kinks, uniform
 from ..known_data import JUMP, gap_edges, given_data
 
@@ -28,7 +28,7 @@ MOST = 16
 
 
 @functools.singledispatch
-def with_data_lines(boundary: Boundary, problem: Problem, mesh: SurfaceMesh) -> SurfaceMesh:
+def with_data_lines(boundary: Boundary, body: Body, mesh: SurfaceMesh) -> SurfaceMesh:
     """Return the mesh of a box with panels that end at the lines of `data_lines`.
 
     Other ends of panels that are too close to a line are dropped. The meshes of other bodies
@@ -37,8 +37,8 @@ def with_data_lines(boundary: Boundary, problem: Problem, mesh: SurfaceMesh) -> 
 
 
 @with_data_lines.register
-def _(box: BoxSurface, problem: Problem, mesh: SurfaceMesh) -> SurfaceMesh:
-    lines = data_lines(problem, box)
+def _(box: BoxSurface, body: Body, mesh: SurfaceMesh) -> SurfaceMesh:
+    lines = data_lines(body, box)
     sides = grid_lines(box, mesh) if any(map(len, lines)) else []
     if not sides:
         return mesh
@@ -51,7 +51,7 @@ def _(box: BoxSurface, problem: Problem, mesh: SurfaceMesh) -> SurfaceMesh:
     )
 
 
-def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
+def data_lines(body: Body, box: BoxSurface) -> list[Array]:
     """Return fractions of both axes of each face, twelve arrays, at which data have a kink or a
     jump.
 
@@ -59,17 +59,16 @@ def data_lines(problem: Problem, box: BoxSurface) -> list[Array]:
 
     Parameters
     ----------
-    problem : Problem
-        A problem of one body.
+    body : Body
     box : BoxSurface
 
     Examples
     --------
-    >>> [line.round(3).tolist() for line in data_lines(problem, box) if len(line)]
+    >>> [line.round(3).tolist() for line in data_lines(body, box) if len(line)]
     [[0.25, 0.75]]
     """
     result, names = [np.empty(0) for _ in range(12)], list(BOX_PARTS)
-    for condition in problem.boundary:
+    for condition in body.boundary:
         number = names.index(condition.part)
         given = itertools.chain.from_iterable(values for _, values, _ in given_data(condition))
         varying = [v for v in given if callable(v) or isinstance(v, str)]

@@ -44,7 +44,7 @@ def test_rigid_motions_where_sides_hang_twice_over(shape, monkeypatch):
         boundary=[Displacement("top", (0, 0, 0))],
     )
     surface = one.geometry.outline()
-    mesh = first = mesh_of(one, surface)
+    mesh = first = mesh_of(one.body[0], surface)
     for count in (1, 2):
         along = np.zeros((mesh.n_elements, 2), dtype=bool)
         along[-count:] = True
