@@ -22,7 +22,7 @@ from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
-from .expression_features import degree, kinks, samples_of, uniform
+from .expression_features import SAMPLES, degree, kinks, samples_of, uniform
 
 ORDER = 5
 """Largest order of an element."""
@@ -155,10 +155,13 @@ def _shown(
 ) -> tuple[Array, Array, Array]:
     """Return kinks and jumps, samples, and the values there, of expressions and functions together.
 
-    Only an expression can be examined; a function has no text. A parabola is resolved by few
-    samples.
+    Only an expression can be examined; a function has no text. A polynomial has no kinks, and by
+    Markov's inequality its slope is at most 2 power² times its largest value.
     """
-    texts = [value for value in given if isinstance(value, str) and power > 2.0]
+    if (enough := 4.0 * power**2) <= SAMPLES:
+        fractions = np.linspace(0.0, 1.0, max(ARC_SAMPLES, int(enough)))
+        return np.empty((2, 0)), fractions, values(fractions)
+    texts = [value for value in given if isinstance(value, str)]
     samples = [samples_of(text, variables_at) for text in texts] or [
         uniform() if any(map(callable, given)) else np.empty(0)
     ]

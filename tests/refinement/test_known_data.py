@@ -170,3 +170,14 @@ def test_polynomials_need_the_order_of_their_degree_and_no_more(text, degree):
     if math.isfinite(degree):
         assert field.defects(ends[:-1], ends[1:], degree).max() < 1e-15
         assert field.defects(ends[:-1], ends[1:], degree - 1).max() > 1e-5
+
+
+def test_a_polynomial_is_not_searched_for_narrow_features():
+    """Zeros of its 48 sub-expressions took 85 % of the time of an adaptive solve."""
+    nested = "0.1"
+    for k in range(16):
+        nested = f"{(-1.0) ** k / (k + 2)} + (0.5*y - 1)*({nested})"
+    problem = block(80.0, nested)
+    (outline,) = problem.boundaries
+    ((field,),) = [found for found in fields(problem, outline) if found]
+    assert field.degree == 16 and len(field.samples) == 4 * 16**2 and not field.switches.size

@@ -17,7 +17,7 @@ from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Body
-from ..expression_features import kinks, uniform
+from ..expression_features import degree, kinks, uniform
 from ..known_data import JUMP, gap_edges, given_data
 
 ALONG = 128
@@ -82,7 +82,7 @@ def data_lines(body: Body, box: BoxSurface) -> list[Array]:
 
 @gap_edges.register
 def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
-    varies = callable(gap) or (isinstance(gap, str) and gap != "geometry")
+    varies = callable(gap) or (isinstance(gap, str) and math.isinf(degree(gap)))
     shares = (np.arange(ALONG) + 0.5) / ALONG
     names = [
         _variables(box, part, k, shares, np.full(ALONG, fraction))
