@@ -3,39 +3,74 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Index
 from ..errors import SolverError
 from .blocked_lu import default_type
 from .dense_matrix import on_memory
 from .ksp import LinearSolver
+from .row_layout import summed
 
 PREFIX = "elastic_"
 """Of the options of the elimination's KSP."""
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Unknowns that no other ones know of.
+
+    Attributes
+    ----------
+    unknowns, rows, own : int arrays
+        Numbers of its unknowns, of its equations on this rank, and of its columns of B.
+    solver : LinearSolver
+    contact, load : arrays
+        Its columns of B and b, begun.
+    at_rest : (own, K) array
+    """
+
+    unknowns: Index
+    rows: Index
+    own: Index
+    solver: LinearSolver
+    contact: Array
+    load: Array
+    at_rest: Array
+
+    def with_load(self, loads: Array) -> Self:
+        """The same with another load (K, rows), which may be overwritten."""
+        load = self.solver.begun(np.ascontiguousarray(loads[:, self.rows]))
+        return replace(self, load=load, at_rest=_kept(self.solver, load))
 
 
 class Elimination:
     """x = A⁻¹ (b s + B y) of a dense PETSc matrix A that the ranks share by rows.
 
     Of all columns of B and b some unknowns are known at once; the others follow for each y that
-    asks for them.
+    asks for them. Unknowns that do not know of each other, as torsion and the rest of a body of
+    revolution, have a factorisation each.
 
     Parameters
     ----------
     system : (n, rows) array
         This rank's rows of A, by columns; the memory of the matrix, overwritten by its factors.
-    contact, loads : (m, rows), (K, rows) arrays
+    contact, loads : (k, rows), (K, rows) arrays
         The same of B and b; overwritten.
     kept : (k,) int array
-        Numbers of those unknowns.
+        Numbers of those unknowns, one for each column of B.
     comm : PETSc.Comm
+    kinds : pair of int arrays, optional
+        Kinds of the unknowns (n,) and of the equations (rows,), 0, 1, ...: those of one kind stay
+        together. By default all do.
 
     Attributes
     ----------
-    influence : (k, m) array
+    influence : (k, k) array
         Their rows of A⁻¹ B.
     at_rest : (k, K) array
         The same of A⁻¹ b.
@@ -46,17 +81,38 @@ class Elimination:
         If A is singular, or the solution not finite.
     """
 
-    def __init__(self, system: Array, contact: Array, loads: Array, kept: Index, comm: Any) -> None:
-        self._solver = LinearSolver(
-            comm, PREFIX, "factor", in_place=True, pc_type=default_type(), last=kept
-        )
-        matrix = self._solver.owned(on_memory(system, len(system), comm))
-        self._solver.set_operator(matrix)
-        self._contact, self._load = self._solver.begun(contact), self._solver.begun(loads)
-        self.influence, self.at_rest = self._kept(self._contact), self._kept(self._load)
+    def __init__(
+        self,
+        system: Array,
+        contact: Array,
+        loads: Array,
+        kept: Index,
+        comm: Any,
+        kinds: tuple[Index, Index] | None = None,
+    ) -> None:
+        self._size, self.influence = len(system), np.zeros((len(kept), len(kept)))
+        unknown, row = kinds or [np.zeros(count, dtype=np.int64) for count in system.shape]
+        group = _groups(system, contact, kept, unknown, row, comm)
+        self._blocks = list[_Block]()
+        for number in range(group.max(initial=0) + 1):
+            own = np.flatnonzero(group[unknown[kept]] == number)
+            inside, rows = (np.flatnonzero(group[kind] == number) for kind in (unknown, row))
+            solver = _factors(_part(system, inside, rows), np.searchsorted(inside, kept[own]), comm)
+            begun = solver.begun(_part(contact, own, rows))
+            self.influence[np.ix_(own, own)] = _kept(solver, begun)
+            block = _Block(inside, rows, own, solver, begun, loads, loads)
+            self._blocks.append(block.with_load(loads))
 
-    def with_load(self, loads: Array) -> Elimination:
-        """The same matrix and columns with another load (K, rows), which is overwritten.
+    @property
+    def at_rest(self) -> Array:
+        """As above."""
+        result = np.empty((len(self.influence), self._blocks[0].at_rest.shape[1]))
+        for block in self._blocks:
+            result[block.own] = block.at_rest
+        return result
+
+    def with_load(self, loads: Array) -> Self:
+        """The same matrix and columns with another load (K, rows), which may be overwritten.
 
         Raises
         ------
@@ -64,27 +120,62 @@ class Elimination:
             If the solution is not finite.
         """
         other = copy.copy(self)
-        other._load = self._solver.begun(loads)
-        other.at_rest = self._kept(other._load)
+        other._blocks = [block.with_load(loads) for block in self._blocks]
         return other
 
-    def _kept(self, begun: Array) -> Array:
-        result = self._solver.kept(begun)
-        if not np.isfinite(result).all():
-            raise SolverError(
-                "factor", "the solution is not finite", "look at the data and the mesh"
-            )
-        return result
-
     def unknowns(self, shares: Array, y: Array) -> Array:
-        """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several
+        """x (n, ...) for loads weighted by `shares` (K, ...) and y (k, ...), one or several
         columns. Collective."""
-        return self._solver.combined((self._load, shares), (self._contact, y))
+        result = np.empty((self._size, *y.shape[1:]))
+        for block in self._blocks:
+            pairs = (block.load, shares), (block.contact, y[block.own])
+            result[block.unknowns] = block.solver.combined(*pairs)
+        return result
 
     def solve(self, rhs: Array) -> Array:
         """A⁻¹ of one right-hand side, this rank's rows of it, on every rank. Collective."""
-        return self._solver.solved(rhs)
+        result = np.empty(self._size)
+        for block in self._blocks:
+            result[block.unknowns] = block.solver.solved(rhs[block.rows])
+        return result
 
     def close(self) -> None:
         """Free every PETSc object."""
-        self._solver.close()
+        for block in self._blocks:
+            block.solver.close()
+
+
+def _groups(
+    system: Array, contact: Array, kept: Index, unknown: Index, row: Index, comm: Any
+) -> Index:
+    """Return the group of each kind: kinds of different groups share no entry. Collective."""
+    count = int(unknown.max(initial=0)) + 1
+    places = [np.flatnonzero(row == kind) for kind in range(count)]
+    coupled = np.zeros((count, count))
+    for kind in range(count):
+        columns = [system[i] for i in np.flatnonzero(unknown == kind)]
+        columns += [contact[j] for j in np.flatnonzero(unknown[kept] == kind)]
+        # most often the first entries say so
+        coupled[kind] = [any(column[at].any() for column in columns) for at in places]
+    graph = scipy.sparse.csr_array(summed(coupled, comm))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+
+
+def _factors(matrix: Array, last: Index, comm: Any) -> LinearSolver:
+    """Return the solver of a matrix, in whose place its factors go."""
+    solver = LinearSolver(comm, PREFIX, "factor", in_place=True, pc_type=default_type(), last=last)
+    solver.set_operator(solver.owned(on_memory(matrix, len(matrix), comm)))
+    return solver
+
+
+def _part(columns: Array, some: Index, rows: Index) -> Array:
+    """Return rows of some columns; all of them are returned in their place."""
+    whole = columns.shape == (len(some), len(rows))
+    return columns if whole else np.ascontiguousarray(columns[np.ix_(some, rows)])
+
+
+def _kept(solver: LinearSolver, begun: Array) -> Array:
+    result = solver.kept(begun)
+    if not np.isfinite(result).all():
+        raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
+    return result

@@ -49,6 +49,28 @@ def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place, comm):
     )
 
 
+def test_kinds_that_share_no_entry_have_a_factorisation_each(comm):
+    """As torsion of a body of revolution, which elasticity does not couple with the rest; a border
+    row goes with its own kind. One entry of a kept unknown's column couples all again."""
+    random, kind = np.random.default_rng(3), np.append(np.tile(np.arange(3), 4), 3)
+    apart = np.array([0, 0, 1, 1])[kind]
+    kept = np.array([3, 5, 8])
+    system, contact = random.standard_normal((13, 13)), random.standard_normal((13, 3))
+    system *= apart[:, None] == apart
+    contact *= apart[:, None] == apart[kept]
+    load, sizes = random.standard_normal((13, 2)), []
+    for extra in (0.0, 1e-3):
+        contact[0, 1] = extra
+        found = Elimination(*map(by_column, (system, contact, load)), kept, comm, (kind, kind))
+        sizes.append([len(block.unknowns) for block in found._blocks])
+        y, shares = random.standard_normal(3), random.standard_normal(2)
+        every = np.linalg.solve(system, contact @ y + load @ shares)
+        np.testing.assert_allclose(found.unknowns(shares, y), every, rtol=1e-9)
+        np.testing.assert_allclose(found.influence @ y + found.at_rest @ shares, every[kept])
+        np.testing.assert_allclose(found.solve(load[:, 0]), np.linalg.solve(system, load[:, 0]))
+    assert sizes == [[8, 5], [13]]
+
+
 @pytest.mark.parametrize(
     "given", [{"elastic_pc_type": "lu"}, {"elastic_ksp_type": "gmres", "elastic_ksp_rtol": 1e-14}]
 )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
@@ -44,7 +44,12 @@ class DenseBody(ElasticBody):
             system = DenseRows(operators, modes, comm)
         with stage("factor"):
             self._solved = Elimination(
-                system.system, system.contact, system.loads, operators.data.contact_unknowns, comm
+                system.system,
+                system.contact,
+                system.loads,
+                operators.data.contact_unknowns,
+                comm,
+                system.kinds,
             )
             self.digits_lost = forward_error(self._solved.solve(system.of_known), system.known)
         self.compliance = self._solved.influence / operators.traction_scale
@@ -106,6 +111,8 @@ class DenseRows:
         A known solution, see `conditioning`.
     of_known : (rows,) array
         Right-hand side of the known solution.
+    kinds : pair of int arrays
+        Components of the unknowns (d n + r,) and of the equations (rows,), each motion being one.
     """
 
     def __init__(
@@ -131,6 +138,7 @@ class DenseRows:
             self.system[d * n :, :inner] = modes.reshape(d * n, r)[own].T
             if border:
                 self.system[: d * n, inner:] = gauge(operators.mesh, data, modes).T
+            self.kinds = self._kinds(n, d, r), self._kinds(len(nodes), d, border)
             self.known = known_solution(self.system, comm)
             self.of_known = self.known @ self.system
         loads += operators.point_loads.T.reshape(data.states, n, d)[:, nodes]
@@ -139,3 +147,8 @@ class DenseRows:
     def _inside(columns: Array, count: int, d: int) -> Array:
         """Return a view of columns (c, rows) on the integral equations, by node and component."""
         return columns[:, : d * count].reshape(len(columns), count, d)
+
+    @staticmethod
+    def _kinds(nodes: int, d: int, motions: int) -> Index:
+        """Return the components at some nodes, and a kind for each motion."""
+        return np.append(np.tile(np.arange(d), nodes), np.arange(d, d + motions))
