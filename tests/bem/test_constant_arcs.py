@@ -35,6 +35,7 @@ def test_a_rigid_rotation_has_no_traction_to_second_order(nu):
     assert worst[1] < 4e-4 and np.log2(worst[0] / worst[1]) > 1.9
 
 
+@pytest.mark.slow
 def test_a_sliding_ring_converges_monotonically_with_second_order():
     """A ring in a rough socket, turned and pushed at its hub; the reference has elements of order 3
     (error 1e-8)."""

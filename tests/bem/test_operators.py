@@ -130,6 +130,7 @@ def test_diagonal_of_the_mixed_operator_is_not_small():
     assert np.abs(np.diag(matrix)).min() > 0.01
 
 
+@pytest.mark.slow
 def test_assembly_stays_within_its_memory():
     """Peak memory of the assembly below 1.3 times the blocks, measured in a process of its own."""
     import subprocess

@@ -101,6 +101,7 @@ def test_projection_and_newton_agree_at_every_order(order):
     assert np.array_equal(newton.contact.state, projection.contact.state)
 
 
+@pytest.mark.slow
 def test_convergence_is_exponential_when_order_and_levels_grow(comm):
     """The logarithm of the error falls like the square root of the number of unknowns at least, as
     theory has it."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 
 from petcontact import (
     Body,
@@ -129,13 +130,13 @@ def test_what_a_heated_bar_without_room_feels_is_e_alpha_over_its_constants():
     [
         ("plate", lambda x: 3.0 - x[:, 0] + x[:, 1] ** 3, 1e-13),
         ("plate", lambda x: np.exp(5.0 * x[:, 0]), 1e-12),
-        ("plate", lambda x: np.tanh(5.0 * (x[:, 0] - 1.0)), 3e-5),
+        slow("plate", lambda x: np.tanh(5.0 * (x[:, 0] - 1.0)), 3e-5),
         ("far", lambda x: np.exp((x[:, 0] - 1e4) / 20) * np.cos(x[:, 1]), 1e-12),
         ("ring", lambda x: np.log(np.hypot(*x.T)), 1e-7),
         ("ring", lambda x: 1.0 / np.hypot(*x.T), 1e-7),
         ("thin", lambda x: np.exp(x[:, 0] + x[:, 1]), 1e-12),
         ("box", lambda x: np.exp(x[:, 0]) * x[:, 2], 1e-12),
-        ("box", lambda x: np.tanh(3.0 * x[:, 0]), 1e-3),
+        slow("box", lambda x: np.tanh(3.0 * x[:, 0]), 1e-3),
     ],
 )
 def test_a_fit_misses_as_much_as_it_says(name, function, largest):

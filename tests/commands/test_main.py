@@ -12,6 +12,7 @@ import forked
 import h5py
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact import load
 from petcontact.commands.main import COMMANDS, main, split_arguments
@@ -149,7 +150,7 @@ def test_bad_petsc_options_are_one_line_and_status_2(folder, words, message):
     assert sorted(os.listdir(folder)) == ["case.toml"]
 
 
-@pytest.mark.parametrize("program", [(), ("-m", "petcontact")])
+@pytest.mark.parametrize("program", [(), slow(("-m", "petcontact"))])
 def test_status_0_and_what_is_written(folder, program):
     done = solve(folder, program=program)
     assert done.returncode == 0 and done.stderr == ""

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import forked
 import pytest
+from marks import slow
 
 from petcontact.runtime.figure_style import plain
 from petcontact.runtime.terminal import StatusLine, printable
@@ -68,7 +69,7 @@ def test_a_report_that_cannot_be_written_is_a_failure(folder):
     )
 
 
-@pytest.mark.parametrize("locale", ["C.UTF-8", "C"])
+@pytest.mark.parametrize("locale", [slow("C.UTF-8"), "C"])
 def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, locale):
     """Formulas that are none, escape sequences, line ends, letters that the stream has not."""
     (folder / "c.toml").write_text(
@@ -94,6 +95,7 @@ def toml(text):
     return f'"{escaped}"'
 
 
+@pytest.mark.slow
 def test_set_takes_utf8_whatever_the_locale(folder):
     done = shell(
         folder,

@@ -27,6 +27,7 @@ def rows(comm):
     return compare(cases, rhos=(1.0, 1e3, 1e7), comm=comm)
 
 
+@pytest.mark.slow
 def test_every_contender_runs_and_agrees(rows):
     rules = [name for name, keys in CONTENDERS.items() if "rule" in keys]
     assert len(rows) == 2 * (3 * len(rules) + len(CONTENDERS) - len(rules))
@@ -50,6 +51,7 @@ def test_followed_runs_count_their_own_work(rows):
             assert row.path[-1][1] == pytest.approx(row.residual, rel=1e-3, abs=1e-15)
 
 
+@pytest.mark.slow
 def test_reference_from_a_file(tmp_path, comm):
     from petcontact import solve, write_solution
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 from conftest import example
+from marks import slow, some
 from prepared import Posed
 from shapes import drawn, elastic, moved, rectangle, touching
 
@@ -103,7 +104,7 @@ def same_body(body, dense, tolerance):
         )
 
 
-@pytest.mark.parametrize("name", ["blade", "pin"])
+@pytest.mark.parametrize("name", [slow("blade"), "pin"])
 def test_compressed_body_is_the_dense_one(name, comm):
     """Held and free, with load states, point forces and all; S formed and not."""
     discrete = discretise(config(name))
@@ -146,9 +147,7 @@ def test_bodies_that_are_held_agree_in_two_load_states(comm):
     full.close()
 
 
-@pytest.mark.parametrize(
-    "case", [1, 4, *(pytest.param(case, marks=pytest.mark.slow) for case in ("stack", "pin", 2))]
-)
+@pytest.mark.parametrize("case", some((1,), (1, 4, "stack", "pin", 2)))
 def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in
     it."""
@@ -166,6 +165,7 @@ def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     assert difference(run(Posed(assembly.model_copy(update={"bem": TIGHT})).prepared), dense) < 1e-9
 
 
+@pytest.mark.slow
 def test_t_of_a_pair_is_spectrally_equivalent_to_s():
     system = Posed(config("fretting")).system
     values = scipy.linalg.eigvals(system.compliance(), system.surrogate().matrix())
@@ -173,6 +173,7 @@ def test_t_of_a_pair_is_spectrally_equivalent_to_s():
     assert np.quantile(np.abs(values), 0.05) > 0.9 and np.quantile(np.abs(values), 0.95) < 1.1
 
 
+@pytest.mark.slow
 def test_projection_and_operator_robin_need_products_only(monkeypatch):
     monkeypatch.setattr(eliminate, "FORMED", 0)
     case = config("press_fit")

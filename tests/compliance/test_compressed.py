@@ -9,6 +9,7 @@ import forked
 import numpy as np
 import pytest
 from conftest import example
+from marks import slow
 from prepared import Posed, operators
 
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
@@ -36,8 +37,7 @@ def compressed(case, **bem):
 
 @pytest.mark.parametrize(
     ("number", "mesh"),
-    list(zip((1, 2, 1), MESHES, strict=True)),
-    ids=["uniform", "order 3", "graded"],
+    [slow(1, MESHES[0], id="uniform"), slow(2, MESHES[1], id="order 3"), (1, MESHES[2])],
 )
 def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
     case = example(number, mesh=mesh)
@@ -60,6 +60,7 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
     whole.close()
 
 
+@pytest.mark.slow
 def test_elements_of_a_billionth_of_the_body(comm):
     """G of the smallest elements is 1e-10 of H: the factorisation keeps the digits of both."""
     case = example(1, mesh=MeshOptions(order=3, grading=0.25, levels=17))
@@ -76,6 +77,7 @@ def test_elements_of_a_billionth_of_the_body(comm):
         each.close()
 
 
+@pytest.mark.slow
 def test_the_unit_of_length_does_not_matter(comm):
     """Single and double layers stand in one matrix; in metres the first would be a thousand times
     smaller."""

@@ -130,6 +130,7 @@ def stack() -> dict:
     return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
 
 
+@pytest.mark.slow
 def test_operator_robin_where_surfaces_may_separate() -> None:
     """What Newton's method finds: blocks that contact holds, and a sphere that is dragged along."""
     sphere = load(CONFIGS / "space_sphere.toml", {"body.0.mesh": {"element_size": 1.0}})

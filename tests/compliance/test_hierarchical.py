@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 from prepared import Posed
 
 from petcontact import InputError, SolverError, load, solve
@@ -70,10 +71,10 @@ def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, de
     ("name", "method"),
     [
         ("space_a", {}),
-        pytest.param("space_bracket", {}, marks=pytest.mark.slow),
-        pytest.param("space_b", {"method.rule": "self-adaptive"}, marks=pytest.mark.slow),
-        pytest.param("space_a", {"method.name": "operator-robin"}, marks=pytest.mark.slow),
-        pytest.param("space_b", {"method.rule": "modified"}, marks=pytest.mark.slow),
+        slow("space_bracket", {}),
+        slow("space_b", {"method.rule": "self-adaptive"}),
+        slow("space_a", {"method.name": "operator-robin"}),
+        slow("space_b", {"method.rule": "modified"}),
     ],
     ids=["A", "bracket", "B 4.2", "A by T", "B 4.3"],
 )
@@ -114,6 +115,7 @@ def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
         Posed(problem(**TIGHT), comm)
 
 
+@pytest.mark.slow
 def test_auto_compresses_what_is_cheaper_compressed(comm):
     small, large = (
         Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9)
@@ -125,6 +127,7 @@ def test_auto_compresses_what_is_cheaper_compressed(comm):
         Posed(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)
 
 
+@pytest.mark.slow
 def test_sets_that_change_more_than_before_are_those_of_a_more_exact_solve(comm, monkeypatch):
     asked, solved = [], MixedEquations.solve
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import some
 from prepared import compressed_from
 from shapes import cuboid, drawn, elastic, touching
 
@@ -144,12 +145,7 @@ def solved(data, **changes):
     )
 
 
-SLOW = ("stiff", "frictionless", "Tresca", "worn")
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES]
-)
+@pytest.mark.parametrize("name", some(("Coulomb", "bonded", "ground"), CASES))
 def test_bodies_are_solved_as_on_dense_operators(name):
     """The same sets, and everything to some ten times the tolerance of the compression, each body
     by its own size."""
@@ -186,6 +182,7 @@ def test_bodies_are_solved_as_on_dense_operators(name):
             )
 
 
+@pytest.mark.slow
 def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
     compressed_from(230, "hmatrix", monkeypatch)
     data = blocks(friction_coefficient=0.3)
@@ -288,6 +285,7 @@ def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, stat
     assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")
 
 
+@pytest.mark.slow
 def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
     """The upper one is moved as a whole, the lower one by nothing: what round-off leaves of it has
     no residual."""
@@ -328,6 +326,7 @@ def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, un
     assert any("in equilibrium" in text for text in [found.reason, *found.warnings]) == unbalanced
 
 
+@pytest.mark.slow
 def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
     """Near the largest load that friction holds a Krylov solve may fail before Newton's method
     does."""
@@ -375,6 +374,7 @@ def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
     assert found.converged and max(found.history.ksp_iterations) <= 20
 
 
+@pytest.mark.slow
 def test_given_tractions_on_round_bodies_that_only_contact_holds(monkeypatch):
     """S σ took more than 2000 iterations: contact directions, which unknowns of open contact are
     along, are not the axes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact.compression.hmatrix import build
 from petcontact.compression.hmatrix.block_tree import block_tree, cluster
@@ -82,7 +83,8 @@ def columns_of(compressed):
 
 
 @pytest.mark.parametrize(
-    ("shape", "tolerance"), [("block", 1e-3), ("plate", 1e-7), ("plane", 1e-3), ("anywhere", 1e-7)]
+    ("shape", "tolerance"),
+    [slow("block", 1e-3), slow("plate", 1e-7), ("plane", 1e-3), ("anywhere", 1e-7)],
 )
 def test_each_block_holds_the_tolerance(shape, tolerance):
     kernel, tree = prepared(shape)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import scipy
 from half_space import half_plane, half_plane_on, pressed
+from marks import slow
 from reduced_system import ReducedSystem
 
 import petcontact.contact
@@ -277,7 +278,7 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
             assert bound_excess(law, state.sigma) <= 1e-6
 
 
-@pytest.mark.parametrize("push", [1e-3, 1e-9])
+@pytest.mark.parametrize("push", [1e-3, slow(1e-9)])
 def test_a_light_touch_is_not_lost_beside_its_gap(push):
     """A gap of half a length that closes by a billionth: the force is some share of the push, and
     no method drops it."""

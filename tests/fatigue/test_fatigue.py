@@ -73,6 +73,7 @@ def test_uniform_stress_in_the_plane():
     assert np.abs(one.normal[:, 0]) == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_uniform_stress_in_space():
     one = uniform(solve(pulled(Box((0, 0, 0), (2, 1, 1)), ["top", "back"], plane=False)))
     assert one.value == pytest.approx(3.0 * 2.0 / 200.0, rel=1e-6)

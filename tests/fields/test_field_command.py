@@ -74,6 +74,7 @@ def test_options_that_would_do_nothing_are_refused(result, words, message, capsy
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_progress_rises_from_nothing_and_changes_nothing():
     solution = solve(example(1, mesh=MeshOptions(element_size=0.02)))
     arguments = solution.mesh, solution.u, solution.traction, solution.problem.material, (20, 20)

@@ -46,6 +46,7 @@ def loop(rng):
     return sides
 
 
+@pytest.mark.slow
 def test_random_outlines():
     """Two straight sides, arcs whose ends meet, circles lost in round-off ended as defects
     before."""

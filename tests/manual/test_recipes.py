@@ -18,8 +18,8 @@ from petcontact.manual import chapter
 ROOT = Path(__file__).parents[2]
 CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.toml"))
 
-SLOW = ("load_path.toml", "rounded_pin.toml", "o_ring.toml")
-"""Take ten times as long as the others."""
+SLOW = ("load_path.toml", "rounded_pin.toml", "o_ring.toml", "limit_torque.toml", "limit_load.toml")
+"""Take longer than the others."""
 
 
 def command(config: str) -> list[str]:

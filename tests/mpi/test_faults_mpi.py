@@ -11,6 +11,7 @@ from pathlib import Path
 
 import h5py
 import pytest
+from marks import slow
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
@@ -62,7 +63,7 @@ def solve(folder, *words, program=("-m", "petcontact"), ranks=2):
     [
         ("raise ValueError('broken here')", "ValueError: broken here"),
         # slow: the same with other words, which runtime/test_memory.py has, too
-        pytest.param("raise MemoryError", "out of memory", marks=pytest.mark.slow),
+        slow("raise MemoryError", "out of memory"),
     ],
     ids=["exception", "memory"],
 )
@@ -127,9 +128,7 @@ FOREVER = [
 
 
 # slow: Open MPI passes both on as SIGTERM
-@pytest.mark.parametrize(
-    "number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("number", [signal.SIGTERM, slow(signal.SIGINT)])
 def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number, monkeypatch):
     # Open MPI kills what has not ended one second after the signal: too soon for a loaded machine
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "3")
@@ -238,7 +237,7 @@ mat_type = "hmatrix"
 )
 
 
-@pytest.mark.parametrize("number", [pytest.param(2, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize("number", [slow(2), 3])
 def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(
     tmp_path, number
 ):

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 from sweep_files import CONFIGS
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -106,9 +107,7 @@ if world.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(
-    ("pace", "faster"), [(0.1, 0.0), pytest.param(2.0, 1.9, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("pace", "faster"), [(0.1, 0.0), slow(2.0, 1.9)])
 def test_every_case_is_dealt_once_and_two_ranks_are_nearly_twice_as_fast(tmp_path, pace, faster):
     """Cases that sleep: what is measured is the dealing, not the machine's other work."""
     done = launch.run(2, "-c", DEALT, str(tmp_path), str(pace))
@@ -197,7 +196,7 @@ sys.exit(cli.main(sys.argv[2:]))
 """
 
 
-@pytest.mark.parametrize("kills", [5, pytest.param(120, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kills", [5, slow(120)])
 def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
     tmp_path, monkeypatch, kills
 ):

@@ -13,6 +13,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from marks import slow
 
 from petcontact import native
 
@@ -39,7 +40,7 @@ def test_the_interface_is_that_of_the_c_files():
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no compiler")
-@pytest.mark.parametrize("interface", [None, "0x1"])
+@pytest.mark.parametrize("interface", [slow(None), "0x1"])
 def test_a_library_of_other_files_is_refused(tmp_path, interface):
     """One that is older than the check, and one that has another number."""
     source, library = tmp_path / "old.c", tmp_path / "old.so"

@@ -86,6 +86,7 @@ def test_counts_are_below_the_published_ones(table):
         assert 0.5 < cell.ours / cell.published < 0.7
 
 
+@pytest.mark.slow
 def test_the_nearest_reading(comm):
     sweep = read_sweep(CONFIGS / "sweep_readings.toml")
     groups = make_groups(sweep)

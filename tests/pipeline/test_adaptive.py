@@ -418,6 +418,7 @@ def test_a_narrow_load_is_seen(later):
     assert solution.last.pairs["sole"].force[1] == pytest.approx(pressed, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_data_that_no_mesh_resolves_are_told():
     solution = adapt(block("1 + 0.5*sin(1e6*x)"), 1e-2)
     assert solution.status == "not converged"

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from facets import box as facet_box
+from marks import slow
 from prepared import compressed_from
 from shapes import cuboid, drawn, elastic, touching
 
@@ -73,6 +74,7 @@ def true_error(solution):
     return np.linalg.norm(found - exact) / np.linalg.norm(exact)
 
 
+@pytest.mark.slow
 def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact():
     shown = []
     solution = adapt(parse(Problem, hertz(exact=True), "hertz"), 0.15, reached=shown.append)
@@ -142,6 +144,7 @@ def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatc
     assert max(step.pairs["pair"].imbalance for step in solution.steps) < 1e-11
 
 
+@pytest.mark.slow
 def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
     file = facet_box(tmp_path / "box.msh", (0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (4, 2, 2))
     free = [
@@ -164,6 +167,7 @@ def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
     assert finer.converged and finer.accuracy.error <= wanted and finer.mesh.n_elements > 80
 
 
+@pytest.mark.slow
 def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
     """A sphere that touches where the first panels have no nodes: the mesh is cut until they see
     it."""
@@ -194,7 +198,7 @@ def failing(monkeypatch, number, status, **residuals):
 
 
 @pytest.mark.parametrize(
-    ("given", "meshes"), [(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])]
+    ("given", "meshes"), [slow(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])]
 )
 def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_these_are_too_few(
     given, meshes, monkeypatch

@@ -180,7 +180,7 @@ def assert_alike(solution: Solution, other: Solution, tolerance: float):
             ), key
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module")
 def case(request):
     return Case(request.param)
 
@@ -423,7 +423,28 @@ YET_TO_COME = {
 formulation is for its own problem; contact that cannot open does not wear."""
 
 
-@pytest.mark.parametrize("capability", CAPABILITIES, ids=lambda capability: capability.__name__)
+SLOW = {
+    (capability, kind)
+    for capability in (wear, rule_of_ones_own, fields, monitor_of_the_command_line)
+    for kind in STEPPED
+}
+"""More than a second each."""
+
+
+@pytest.mark.parametrize(
+    ("case", "capability"),
+    [
+        pytest.param(
+            kind,
+            capability,
+            id=f"{kind}-{capability.__name__}",
+            marks=[pytest.mark.slow] * ((capability, kind) in SLOW),
+        )
+        for kind in KINDS
+        for capability in CAPABILITIES
+    ],
+    indirect=["case"],
+)
 def test_every_kind_of_problem(case, capability, tmp_path, request, monkeypatch):
     monkeypatch.chdir(tmp_path)
     more = (

@@ -76,6 +76,7 @@ def case():
     )
 
 
+@pytest.mark.slow
 def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm):
     """A tolerance of 1e-7 leaves more than the integral equations may miss."""
     lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm)

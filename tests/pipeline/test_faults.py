@@ -195,6 +195,7 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
     assert read_result(tmp_path / "example1.h5").converged
 
 
+@pytest.mark.slow
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
     """SIGTERM after the third increment, of several whose fields are computed together: three are
     kept, and the rest is solved from there."""
@@ -375,6 +376,7 @@ def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
 
 # --- memory
 # --------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_too_little_memory_is_one_line(tmp_path):
     def limit():
         resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))

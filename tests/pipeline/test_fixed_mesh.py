@@ -41,6 +41,7 @@ def test_error_of_constant_elements(number, h, comm, request):
     assert "against half as many elements" in solution.verdict()
 
 
+@pytest.mark.slow
 def test_large_meshes_are_left_alone(comm):
     large = solve(example(1, mesh=MeshOptions(element_size=0.019)), comm=comm)
     assert large.mesh.n_nodes > CHEAP and not with_estimate(large, comm).accuracy.is_known

@@ -78,6 +78,7 @@ def test_discs_in_a_column_with_little_friction_are_solved_in_few_iterations():
     assert forces[0] > 0.0
 
 
+@pytest.mark.slow
 def test_balls_that_no_race_loads_are_accepted_without_tractions():
     """Three balls between two races; the outer one moves down onto the two upper ones, so that the
     lower one is free."""

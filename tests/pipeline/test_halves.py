@@ -33,6 +33,7 @@ def pressed(increments):
     return solve(parse(Problem, data, "pressed"))
 
 
+@pytest.mark.slow
 def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twice(monkeypatch):
     """Its halves differ by the same share of the tractions at all loads: these are not what they
     are compared with."""

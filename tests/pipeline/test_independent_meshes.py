@@ -9,6 +9,7 @@ import facets
 import h5py
 import numpy as np
 import pytest
+from marks import slow
 from shapes import elastic, touching
 
 from petcontact import Problem, read_result, solve
@@ -85,6 +86,7 @@ def blocks(tmp_path, top=None, bottom=None, **upper):
     ]
 
 
+@pytest.mark.slow
 def test_bonded_cubes_under_an_even_pressure(tmp_path):
     """Only the bond holds them: p is the pressure everywhere, on both sides, and nothing is left
     over."""
@@ -103,7 +105,7 @@ def test_bonded_cubes_under_an_even_pressure(tmp_path):
     assert "better" not in str(told) and "do not match" in str(told)
 
 
-@pytest.mark.parametrize("small", ["secondary", "primary"])
+@pytest.mark.parametrize("small", ["secondary", slow("primary")])
 def test_a_sandwich_that_only_contact_holds(tmp_path, small):
     """A small block between two large ones, all free: whichever side is the secondary, and with
     nodes that face nothing."""
@@ -159,7 +161,7 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     balances(solution, contact)
 
 
-@pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), ("outer.inner", 0.3)])
+@pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), slow("outer.inner", 0.3)])
 def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, ripple):
     """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side
     is the secondary."""
@@ -253,6 +255,7 @@ def test_both_sides_are_in_the_result_and_the_file(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
     """What the primary feels is scaled in its map: 3 % less, and the verdict is another one."""
     halved = facing.face

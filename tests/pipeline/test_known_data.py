@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact import (
     Bem,
@@ -100,7 +101,7 @@ TURN = {2: ("0.01*(y - 1)", "-0.01*x"), 3: ("0.01*(z - 1)", "0.02*z", "-0.01*x -
     [
         (RING, "hodlr", 2),
         (Sphere(centre=(0, 0, 0), radius=1), "dense", 1),
-        (Sphere(centre=(0, 0, 0), radius=1), "hmatrix", 1),
+        slow(Sphere(centre=(0, 0, 0), radius=1), "hmatrix", 1),
     ],
 )
 def test_rotations_that_are_given_strain_no_curved_body(body, storage, order):

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from conftest import example
 
 from petcontact import MeshOptions, solve
@@ -22,6 +23,7 @@ def resident() -> int:
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
+@pytest.mark.slow
 def test_70_cases_in_flat_memory(comm):
     def batch(count):
         for k in range(count):
@@ -54,6 +56,7 @@ for k in range(4):
 """
 
 
+@pytest.mark.slow
 def test_petsc_counts_as_many_destructions_as_creations():
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
     done = subprocess.run(

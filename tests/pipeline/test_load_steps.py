@@ -352,6 +352,7 @@ def going_on(start, text=CYCLE, size=0.25, **changes):
     return solve(assembly(text, body__0__mesh=mesh, method={"start": f"{start}"}, **changes))
 
 
+@pytest.mark.slow
 def test_a_solve_goes_on_from_any_increment_of_a_file(written):
     """One that begins where an increment of it ended, also inside a step."""
     whole, path = written

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 from shapes import cuboid, elastic, touching
 
 from petcontact import solve
@@ -32,7 +33,7 @@ def solved(**tables):
     return solve(parse_problem(tables, "nothing.toml", {}, Path()))
 
 
-@pytest.mark.parametrize("storage", ["dense", "hmatrix"])
+@pytest.mark.parametrize("storage", ["dense", slow("hmatrix")])
 def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     """A rigid motion: no round-off is told as traction, resultant, tension, error or peak, and
     Newton's method ends."""
@@ -50,7 +51,7 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     ("storage", "condition", "size"),
     [
         ("dense", "displacement", 2.0),
-        pytest.param("hmatrix", "traction", 1.5, marks=pytest.mark.slow),
+        slow("hmatrix", "traction", 1.5),
     ],
 )
 def test_steps_of_nothing_and_back_to_nothing(storage, condition, size):

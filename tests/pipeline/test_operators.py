@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 
 import petcontact.pipeline.operators as module
 from petcontact import (
@@ -42,7 +43,9 @@ PROBLEMS = {
 }
 
 
-@pytest.mark.parametrize("kind", PROBLEMS)
+@pytest.mark.parametrize(
+    "kind", [slow(kind) if kind == "space, bodies" else kind for kind in PROBLEMS]
+)
 def test_a_solution_satisfies_the_operators(kind):
     """v = u_0 + Sσ + Mα - gap at what the solve found, and ½u + Hu = Gt in each body."""
     name, changes = PROBLEMS[kind]

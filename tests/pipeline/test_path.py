@@ -6,6 +6,7 @@ import functools
 
 import numpy as np
 import pytest
+from marks import slow
 from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import Problem, solve
@@ -51,7 +52,7 @@ def warned(solution):
     return [float(text.split("differs by ")[1].split("%")[0]) / 100.0 for text in texts]
 
 
-@pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
+@pytest.mark.parametrize("space", [False, slow(True)], ids=["plane", "space"])
 def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error(space):
     gap = "(x**2 + y**2)/4" if space else "x**2/8"
     one, exact = (pressed(space, gap, increments) for increments in (1, 16))
@@ -75,7 +76,7 @@ def test_few_increments_are_compared_with_others():
 
 
 @pytest.mark.parametrize(
-    ("space", "begins"), [(False, 0.05 / 0.06), (True, 0.4)], ids=["plane", "space"]
+    ("space", "begins"), [(False, 0.05 / 0.06), slow(True, 0.4)], ids=["plane", "space"]
 )
 def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
     """Two increments, of which the first closes no gap, agree with one: only what follows after the
@@ -106,6 +107,7 @@ def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
 
 
+@pytest.mark.slow
 def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     looked = []
     monkeypatch.setattr(

@@ -63,6 +63,7 @@ def test_westergaards_waves_wherever_the_period_begins(crest=0.0):
     assert solution.traction[left] == pytest.approx(-solution.traction[right][::-1], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_compressed_operators_and_friction():
     """What the wave drags along arrives at the bottom, and nowhere else."""
     dragged = {"contact.0.friction_coefficient": 0.3, "obstacle.0.displacement": [0.02, "free"]}

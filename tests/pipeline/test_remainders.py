@@ -6,6 +6,7 @@ import math
 import re
 
 import pytest
+from marks import slow
 
 from petcontact import (
     Box,
@@ -43,7 +44,7 @@ def pressed(gap: str, size: float, *, free: bool = True) -> Problem:
 @pytest.mark.parametrize(
     ("load", "exact"),
     [
-        ("where((x-1)**2+(y-1)**2 < 0.09, -0.01, 0.0)", -0.01 * math.pi * 0.09),
+        slow("where((x-1)**2+(y-1)**2 < 0.09, -0.01, 0.0)", -0.01 * math.pi * 0.09),
         ("-0.01*where(abs(x-.31) < .04, 1, 0)", -0.01 * 0.08 * 2.0),
     ],
 )

@@ -25,6 +25,7 @@ def test_the_same_bits_in_one_process(comm, formulation):
     assert digest(1, formulation, comm) == first
 
 
+@pytest.mark.slow
 def test_the_same_bits_in_two_processes():
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-c", PROGRAM.format(number=1, formulation="condensed")]

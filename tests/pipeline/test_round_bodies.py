@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 from shapes import cuboid, elastic, moved, touching
 
 from petcontact import Problem, solve
@@ -117,7 +118,7 @@ def cup(friction):
     )
 
 
-@pytest.mark.parametrize("friction", [None, 0.3])
+@pytest.mark.parametrize("friction", [slow(None), 0.3])
 def test_a_ball_in_a_smooth_cup_is_not_turned_by_the_roughness_of_its_panels(friction):
     solution = solve(parse(Problem, cup(friction), "cup"))
     told = [text for text in solution.warnings if "nothing holds 3 motions" in text]
@@ -182,6 +183,7 @@ def test_blocks_that_just_touch_carry_nothing():
     assert any("touches without pressure" in text for text in solution.warnings)
 
 
+@pytest.mark.slow
 def test_a_bonded_ball_is_not_cut_without_end():
     """Panels of faces that stay together need not follow these more closely than their errors
     ask."""
@@ -217,6 +219,7 @@ def test_a_bonded_ball_is_not_cut_without_end():
     assert adapt(parse(Problem, {"body": bodies, "contact": [pair]}, "bonded"), 0.5).converged
 
 
+@pytest.mark.slow
 def test_what_thin_bodies_bend_too_little_is_in_the_estimate():
     """A ring of thickness 2 and panels of 20: an error of forces by the square of size over
     thickness."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from marks import slow
 
 from petcontact import load, solve
 
@@ -14,9 +15,7 @@ pytestmark = pytest.mark.usefixtures("unsampled", "unestimated")
 LIMIT_TORQUE = Path(__file__).parents[2] / "configs" / "recipes" / "limit_torque.toml"
 
 
-@pytest.mark.parametrize(
-    "method", [pytest.param("operator-robin", marks=pytest.mark.slow), "semismooth-newton"]
-)
+@pytest.mark.parametrize("method", [slow("operator-robin"), "semismooth-newton"])
 def test_a_bore_that_is_pressed_and_held_keeps_its_tractions(method):
     """The plug is bonded into a shaft that a ring presses on: its face has tractions and does not
     move, before it is turned and after."""

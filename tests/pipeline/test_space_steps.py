@@ -11,6 +11,7 @@ import meshio
 import numpy as np
 import pytest
 import scipy
+from marks import slow
 from problems import block, contact_pair, load_step, obstacle
 
 from petcontact import solve
@@ -172,7 +173,7 @@ def test_a_block_on_the_floor_held_by_friction():
             [0.288, 0.119, -1.0],
             "cannot be held",
         ),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
-        (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
+        slow(["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
     ],
 )
 def test_loads_that_nothing_holds_are_named(value, why):
@@ -351,6 +352,7 @@ def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_gaps_are_distances_along_the_direction():
     """A block above the base, pushed down by more than the distance, along its normal or an oblique
     direction."""
@@ -369,10 +371,7 @@ def test_gaps_are_distances_along_the_direction():
     assert all("apart" in text for text in oblique.warnings)
 
 
-SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 12)]
-
-
-@pytest.mark.parametrize("seed", [0, *SLOW])
+@pytest.mark.parametrize("seed", [0, *map(slow, range(1, 12))])
 def test_random_problems_obey_the_law(seed):
     """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every
     node, step by step."""

@@ -11,6 +11,7 @@ import sys
 import facets
 import numpy as np
 import pytest
+from marks import slow
 from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 import petcontact as pc
@@ -276,9 +277,9 @@ def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
 @pytest.mark.parametrize(
     ("size", "order"),
     [
-        pytest.param(1e4, 2, marks=pytest.mark.slow),
+        slow(1e4, 2),
         (1e6, 1),
-        pytest.param(1e6, 2, marks=pytest.mark.slow),
+        slow(1e6, 2),
     ],
 )
 def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, size, order):
@@ -450,9 +451,7 @@ def test_memory_is_predicted(tmp_path):
     assert 0.8 < ratios[-1] < 1.2, ratios
 
 
-@pytest.mark.parametrize(
-    ("size", "told"), [(1.0, True), pytest.param(0.125, False, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("size", "told"), [(1.0, True), slow(0.125, False)])
 def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size, told):
     """A rigid ball on panels wider than the contact: only nodes beside the middle are pressed."""
     data = {

@@ -104,6 +104,7 @@ def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium
     assert (pair.state == 0).sum() == 1
 
 
+@pytest.mark.slow
 def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
     """A plate pressed by a given displacement, so that no linear program sees a limit of the
     torque: what is said is no proof."""
@@ -257,6 +258,7 @@ def test_a_body_that_nothing_holds_is_refused_where_its_loads_do_not_balance():
     assert "body 'b' cannot be held: the load pushes it along +x" in solution.reason
 
 
+@pytest.mark.slow
 def test_a_slender_beam_is_in_equilibrium_beside_its_large_displacement(unestimated):
     """Its residual is small next to how far it moves; its forces were 6e-5 out of balance, without
     end. The load q = 4e-6 bends it onto z = kx², k = .002, up to c: q(10 - c)²/2 = 2kEI/(1 - ν²),

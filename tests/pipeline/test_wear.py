@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow
 from shapes import drawn, elastic, moved, touching
 
 from petcontact import InputError, read_result, solve
@@ -149,6 +150,7 @@ def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     )
 
 
+@pytest.mark.slow
 def test_gross_slip_in_few_jumps():
     """p_0 of an explicit scheme in 400 jumps; five jumps against twenty in L2."""
     few, more = (solve(gross_slip(jumps)) for jumps in (5, 20))
@@ -170,7 +172,7 @@ TABLE = {
 """p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
 
 
-@pytest.mark.parametrize("jump", ["auto", pytest.param(50, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("jump", ["auto", slow(50)])
 def test_partial_slip_over_cycles(jump):
     solution = partial_slip(0.03, 0, 10_000, jump, 0.03)
     assert solution.converged and (jump != "auto" or len(solution.wear.cycle) < 100)
@@ -196,6 +198,7 @@ def test_the_limit_of_partial_slip():
     assert x[depth > 1e-3].max() == pytest.approx(1.2457, abs=0.06) and depth[x < c].max() < 1e-4
 
 
+@pytest.mark.slow
 def test_jumps_that_explicit_schemes_do_not_survive():
     """k N = 2, forty times λ_min: no p that jumps from node to node, and the same end."""
     far = partial_slip(0.1, 0, 10, 1)
@@ -225,6 +228,7 @@ def test_without_a_cycle_the_steps_themselves_wear():
     assert worn[7::8] == pytest.approx(2e-3 / FRICTION * spent[7::8], rel=1e-2)
 
 
+@pytest.mark.slow
 def test_files_and_restart(tmp_path):
     problem = parabola(0.3, 0, 2.0 / 100, {"count": 100}, shear=0.64 * FRICTION * LOAD)
     half = problem.model_copy(update={"cycle": problem.cycle.model_copy(update={"count": 30})})
@@ -270,6 +274,7 @@ def test_a_jump_that_fails_keeps_what_was_before():
     assert solution.last.cycle == solution.wear.cycle[-1] > 1
 
 
+@pytest.mark.slow
 def test_a_sweep_over_wear_shares_the_elimination():
     problem = confined(1e-2)
     prepared = prepare(problem)

@@ -7,6 +7,7 @@ import csv
 
 import numpy as np
 import pytest
+from marks import slow
 from mpi.launch import run
 
 import petcontact
@@ -58,7 +59,7 @@ def stretched(x, pull=PULL):
 
 @pytest.mark.parametrize(
     ("d", "petsc"),
-    [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), (3, {"bem_mat_type": "hmatrix"})],
+    [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), slow(3, {"bem_mat_type": "hmatrix"})],
 )
 def test_a_bar_is_stretched_as_it_should(d, petsc):
     solution = solve(Problem(body=[bar(d)]), petsc_options=petsc)
@@ -100,7 +101,7 @@ def test_what_needs_contact_is_refused():
         solve(problem)
 
 
-@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("d", [2, slow(3)])
 def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())

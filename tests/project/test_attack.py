@@ -12,13 +12,14 @@ from pathlib import Path
 
 import h5py
 import pytest
+from marks import slow
 
 from petcontact import solve, write_solution
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "attack"
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [4, slow(200)])
 def test_attacks_end_in_a_line_or_a_right_result(count):
     words = [sys.executable, str(SCRIPT), "--count", str(count)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=1800)

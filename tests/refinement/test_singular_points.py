@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contact_lines import line_of
+from marks import slow
 from random_bodies import random_case
 
 from petcontact import (
@@ -174,7 +175,7 @@ def test_data_that_no_mesh_resolves_are_refused(comm):
     assert solution.status == "not converged" and "resolve" in solution.reason
 
 
-@pytest.mark.parametrize("number", [pytest.param(0, marks=pytest.mark.slow), 1])
+@pytest.mark.parametrize("number", [slow(0), 1])
 def test_random_bodies_get_honest_estimates(number, comm):
     """The first of those that scripts/verify_random draws; it tries hundreds."""
     case = random_case(1, number)
@@ -184,6 +185,7 @@ def test_random_bodies_get_honest_estimates(number, comm):
     assert true_error(solution, best) <= 2.0 * solution.accuracy.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bound", ["60 + 30*abs(x - 3)"])
 def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
     problem = l_shaped(bound)
@@ -197,7 +199,7 @@ def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
         assert true <= accuracy and 0.5 < solution.accuracy.error / true < 40
 
 
-@pytest.mark.parametrize("name", ["toe", "disc", pytest.param("bracket", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["toe", "disc", slow("bracket")])
 def test_the_gallery_can_be_solved_adaptively(name, comm):
     """Frictionless parts, arcs, holes, several contact sides."""
     solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)

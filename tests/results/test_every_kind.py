@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from marks import slow
 from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
@@ -133,7 +134,9 @@ def test_views_of_one_body_are_refused_of_several(solution):
     assert set(solution.reactions()) == set(solution.meshes)
 
 
-@pytest.mark.parametrize("solution", ["plane, bodies", "torsion", "space, bodies"], indirect=True)
+@pytest.mark.parametrize(
+    "solution", ["plane, bodies", "torsion", slow("space, bodies")], indirect=True
+)
 def test_figures_of_the_file(solution, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     solution.save("r.h5")

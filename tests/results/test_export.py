@@ -211,6 +211,7 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
         assert np.allclose(root["PointData/von_mises"][-points:][inside], solution.von_mises_at(x))
 
 
+@pytest.mark.slow
 def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     solution, path = plane
     assert main(["plot", str(path), "--animate", str(tmp_path / "a.gif")]) == 0, (

@@ -74,6 +74,7 @@ def test_the_suffix_is_the_format(solution, tmp_path):
         deformed_figure(solution, tmp_path / "own.jpeg")
 
 
+@pytest.mark.slow
 def test_figures_have_the_same_bytes_again(solution, tmp_path):
     for suffix in ("pdf", "svg"):
         for name in "ab":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 from printed_numbers import compared
 from random_bodies import random_case, random_contact
 
@@ -67,7 +68,7 @@ def test_a_maximum_is_that_of_the_function_between_nodes():
     [
         (random_contact, 1, 11),
         (random_case, 7302, 9),
-        *(pytest.param(random_case, 7302, n, marks=pytest.mark.slow) for n in (6, 16)),
+        *(slow(random_case, 7302, number) for number in (6, 16)),
     ],
 )
 def test_true_errors_are_those_that_are_told(draw, seed, number):

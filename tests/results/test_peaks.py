@@ -64,6 +64,7 @@ def test_a_clamped_corner_is_named_and_does_not_hide_the_rest(block):
     assert "stress has no bound at " in block.verdict()
 
 
+@pytest.mark.slow
 def test_a_sample_may_lie_on_a_place_without_a_bound(block):
     (body,) = block.meshes
     places = unbounded_places(block, block.last)[body]
@@ -72,6 +73,7 @@ def test_a_sample_may_lie_on_a_place_without_a_bound(block):
     assert stress_peaks(block, [(block.last, {body: moved})]).keys() == stress_peaks(block).keys()
 
 
+@pytest.mark.slow
 def test_what_is_left_does_not_depend_on_the_mesh(block):
     finer = solve(_finer(block.problem))
     for name, peaks in stress_peaks(block).items():

@@ -166,6 +166,7 @@ accuracy = [5e-2, 2e-2]
     assert f"largest von Mises stress: {peak}" in alone.verdict()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unestimated", "unsampled")
 def test_friction_and_motions_of_obstacles_share_one_elimination(tmp_path, comm, monkeypatch):
     (tmp_path / "punch.toml").write_text(PUNCH)

@@ -11,6 +11,7 @@ import forked
 import h5py
 import numpy as np
 import pytest
+from marks import slow
 from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact import load_case, load_sweep
@@ -151,7 +152,7 @@ element_size = 0.8
 
 
 @pytest.mark.parametrize(
-    ("text", "eliminations"), [(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"]
+    ("text", "eliminations"), [slow(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"]
 )
 def test_loads_gaps_and_friction_share_one_elimination(
     text, eliminations, tmp_path, monkeypatch, comm
@@ -200,6 +201,7 @@ PROPORTIONAL = (
 )
 
 
+@pytest.mark.slow
 def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(
     tmp_path, monkeypatch, comm
 ):
@@ -220,6 +222,7 @@ def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(
         )
 
 
+@pytest.mark.slow
 def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path, computed):
     for pattern in ("*modified-rho1e3-h0.4", "*-rho1-*", "*"):
         quietly(small, tmp_path / "bits", only=[pattern])
@@ -252,7 +255,7 @@ def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch
     }
 
 
-@pytest.mark.parametrize("keep", ["scalars", "contact", "all"])
+@pytest.mark.parametrize("keep", ["scalars", "contact", slow("all")])
 def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
     sweep = read_sweep(sweep_file(tmp_path, keep=keep))
     quietly(sweep, tmp_path / "out")
@@ -306,7 +309,7 @@ def log_of(folder) -> tuple[Path, list[Record]]:
     return path, list(records(path))
 
 
-@pytest.mark.parametrize("damage", ["truncated", "inverted", "gone", "a row"])
+@pytest.mark.parametrize("damage", ["truncated", slow("inverted"), slow("gone"), "a row"])
 def test_damaged_records_are_computed_again(small, tmp_path, computed, damage):
     shutil.copytree(computed, tmp_path / "out")
     before = table_of(tmp_path / "out")
@@ -350,6 +353,7 @@ def test_a_damaged_table_costs_nothing(small, tmp_path, computed, damage):
         assert np.array_equal(file["cases/iterations"][()], iterations)
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_end_with_one_right_table(small, tmp_path, computed):
     """The same command twice: each computes, one of them remarks it, and the table has every case
     once."""
@@ -418,6 +422,7 @@ def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
     for name in ("gallery_bracket.toml", "gallery_bracket.msh"):
         (tmp_path / name).write_bytes((CONFIGS / name).read_bytes())

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from axial_forms import indented, indented_errors
 from climbs import solved
+from marks import slow
 from random_revolution import random_revolution
 
 from petcontact import InputError, adapt, operators, read_result, solve, write_solution
@@ -313,9 +314,9 @@ def test_indenters_of_a_half_space(name, least):
     [
         (1, 0, 2e-2),
         # an edge next to the corner is on the first mesh only
-        pytest.param(1, 2, 5e-2, marks=pytest.mark.slow),
-        pytest.param(7, 1, 2e-2, marks=pytest.mark.slow),  # edges of two steps are close
-        pytest.param(1, 3, 2e-2, marks=pytest.mark.slow),
+        slow(1, 2, 5e-2),
+        slow(7, 1, 2e-2),  # edges of two steps are close
+        slow(1, 3, 2e-2),
     ],
 )
 def test_random_problems_reach_what_is_wanted_and_report_no_less_than_the_error(

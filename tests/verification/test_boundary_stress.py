@@ -6,6 +6,7 @@ from __future__ import annotations
 import h5py
 import numpy as np
 import pytest
+from marks import slow
 from verification.test_exact_blocks import GIVEN, exact, solved
 from verification.test_exact_solutions import METHOD, STEEL, Kirsch, Lame
 from verification.test_volume_loads import ALPHA, E, M, ring_problem, spinning_ring, steel
@@ -30,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("unestimated")
 
 
 @pytest.mark.parametrize(
-    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)]
+    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), slow(Kirsch, 2e-4, 2e-4)]
 )
 def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     """Nodal stress in the file, too, and points given by coordinates."""
@@ -73,7 +74,7 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     [
         ({"order": 3, "levels": 4}, 1.4e-3),
         ({"order": 4, "levels": 6}, 3e-4),
-        pytest.param({"order": 5, "levels": 8}, 1e-4, marks=pytest.mark.slow),
+        slow({"order": 5, "levels": 8}, 1e-4),
     ],
 )
 def test_stress_along_contact_graded_to_its_edges(mesh, bound):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
@@ -56,9 +57,7 @@ def error(solution, angle):
     return float(np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)))
 
 
-@pytest.mark.parametrize(
-    "degrees", [20.0, *(pytest.param(angle, marks=pytest.mark.slow) for angle in (60.0, 84.0))]
-)
+@pytest.mark.parametrize("degrees", [20.0, *(slow(angle) for angle in (60.0, 84.0))])
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
     solution = adapt(pin(angle), 1e-5)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact import (
     Bem,
@@ -239,9 +240,7 @@ def test_a_quadratic_temperature_between_walls(plane):
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
 
-@pytest.mark.parametrize(
-    ("width", "away"), [(1.0, 0.0), pytest.param(0.1, 1e5, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("width", "away"), [(1.0, 0.0), slow(0.1, 1e5)])
 def test_a_steep_temperature_between_walls(width, away):
     """A plate, and a thin one far away: tanh is followed to 1e-5 by a polynomial of degree 40."""
     boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]

@@ -198,6 +198,7 @@ def test_a_node_off_the_middle_of_a_constant_element():
         assert np.max(np.abs(ours[..., 0] - expected)) < 1e-13
 
 
+@pytest.mark.slow
 def test_oracle_agrees_with_scipy():
     element = Element(np.array([0.1, 0.2]), np.array([1.4, -0.3]), 0.0, 2)
     point = np.array([0.8, 0.05])

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from curved_bodies import a_curved_panel, as_surface, icosphere
+from marks import slow
 from panel_oracle import by_subdivision
 
 from petcontact.bem.kelvin3d.integrals import integrals
@@ -32,10 +33,10 @@ def beside(panel: CurvedPanels, heights: tuple[float, ...], rng: np.random.Gener
     )
 
 
+@pytest.mark.parametrize("order", [2, slow(0), slow(3)])
 @pytest.mark.parametrize(
-    "order", [2, pytest.param(0, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
+    "shape", ["spherical", slow("warped triangle"), slow("warped quadrilateral")]
 )
-@pytest.mark.parametrize("shape", ["spherical", "warped triangle", "warped quadrilateral"])
 def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
     """Within 1e-8 near a piece of a sphere with arcs of 32 degrees, and where points are moved at
     random by 4 %."""

@@ -80,6 +80,7 @@ def test_any_positive_definite_matrix_is_solved(m, seed, skewness):
     satisfies(matrix, base, bound, last.sigma[:, 0], last.v[:, 0])
 
 
+@pytest.mark.slow
 def test_backup_ends_where_full_exchanges_cycle():
     """A cyclic matrix on which full exchanges repeat for ever: the single exchanges of the backup
     end it."""

@@ -28,6 +28,7 @@ def closed(rng, count):
     return Curves(start, end, bend)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from(["along normals", "one direction", "any"]))
 def test_curves_sorted_out_beforehand_are_not_met(seed, kind):

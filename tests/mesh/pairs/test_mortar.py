@@ -11,6 +11,7 @@ import scipy
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from marks import slow
 
 from petcontact import OutlineSide, Revolved
 from petcontact.geometry.round_surfaces import SphereSurface
@@ -254,7 +255,7 @@ def test_polygons_are_clipped(seed):
         assert np.allclose((weight[0] @ x[0]) / weight.sum(), middle, atol=1e-9)
 
 
-@pytest.mark.parametrize(("order", "size"), [(1, 0.25), (2, 0.4), (3, 0.4)])
+@pytest.mark.parametrize(("order", "size"), [(1, 0.25), (2, 0.4), slow(3, 0.4)])
 def test_pressure_passes_evenly_between_curved_panels(order, size):
     """A ball in a hollow sphere: panels of one go over the curved sides of those of the other, or
     match.

@@ -145,6 +145,7 @@ def test_points_are_brought_onto_their_part_of_a_cylinder(part, point):
     assert np.allclose(CYLINDER.onto(np.array([part]), found[None, None])[0, 0], found, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_zone_that_reaches_the_rim_of_a_face_or_is_as_large_as_it_has_no_rings():
     first = round_mesh(BALL, 0.4, 1)
     for point, a in (

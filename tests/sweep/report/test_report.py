@@ -385,6 +385,7 @@ def test_a_study_of_loads_and_materials_is_asked_about_its_contact():
     assert asked_about(methods) == (ITERATIONS,)
 
 
+@pytest.mark.slow
 def test_the_command(swept, tmp_path, capsys):
     target = [str(tmp_path / "t.csv"), str(tmp_path / "t.html")]
     layout = [

@@ -8,6 +8,7 @@ import sys
 import threading
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -117,6 +118,7 @@ def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
     assert [sum(map(len, some)) for some in batches] == [2] * 4
 
 
+@pytest.mark.slow
 def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
     counters = Counters(tmp_path)
     won: list[int] = []

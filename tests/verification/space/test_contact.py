@@ -11,6 +11,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from marks import slow
 from shapes import cuboid, elastic, moved, touching
 
 from petcontact import Problem, adapt, solve
@@ -71,7 +72,7 @@ def relative(weight, found, exact):
     )
 
 
-@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("order", [1, slow(2)])
 def test_hertz_on_a_rigid_sphere(order):
     """p_0 = 1, a = 1, ν = 0.3: pressure, and its resultant 2π/3."""
     nu = 0.3
@@ -119,6 +120,7 @@ def cattaneo(x, sign):
     ]
 
 
+@pytest.mark.slow
 def test_cattaneo_and_mindlin_between_two_blocks():
     """ν = 0: slip is exactly along x, the stick zone a circle. The primary's face takes the panels
     of the secondary."""
@@ -171,7 +173,7 @@ def test_cattaneo_and_mindlin_between_two_blocks():
     )
 
 
-@pytest.mark.parametrize("primary", [pytest.param(0.43, marks=pytest.mark.slow), 0.75])
+@pytest.mark.parametrize("primary", [slow(0.43), 0.75])
 def test_hertz_on_faces_that_do_not_match(primary, monkeypatch):
     """Order 2, panels of .5: p is at most 2.3 times as far off as on matching ones, force and
     moment pass exactly."""
@@ -237,6 +239,7 @@ displacement = {right}
 """
 
 
+@pytest.mark.slow
 def test_plane_strain_between_rollers_is_that_of_the_plane():
     """A slice of a long block with rollers on its ends: unilateral contact with Coulomb friction,
     two load steps."""

@@ -88,6 +88,7 @@ def test_lame_with_orders_beyond_those_of_flat_panels(tmp_path: Path) -> None:
     assert np.all(np.log2(coarse / fine) > (3.0, 2.5)), (coarse, fine)
 
 
+@pytest.mark.slow
 def test_a_compressed_operator_of_curved_panels(tmp_path: Path) -> None:
     dense = lame(tmp_path, 1).last.bodies["shell"]
     compressed = lame(tmp_path, 1, mat_type="hmatrix", hmatrix_tol=1e-6).last.bodies["shell"]
