@@ -54,6 +54,7 @@ def wedge(degrees: float) -> tuple[Problem, float, float]:
     return parse(Problem, data, "wedge"), power, first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [177.0, *(slow(d) for d in (179.9, 180.02, 193.0))])
 def test_a_weak_corner_between_sliding_sides_is_solved(degrees, comm, tmp_path):
     problem, power, first = wedge(degrees)

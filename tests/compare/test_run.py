@@ -42,6 +42,7 @@ def test_every_contender_runs_and_agrees(rows):
     assert stuck and all(row.rho in (1.0, 1e7) for row in stuck)
 
 
+@pytest.mark.slow
 def test_followed_runs_count_their_own_work(rows):
     for row in rows:
         assert bool(row.path) == (row.rho in (None, 1e3) and row.contender != "tao")

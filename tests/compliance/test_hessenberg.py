@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from marks import slow
 from prepared import Posed
 
 from petcontact import MeshOptions
@@ -24,8 +25,7 @@ MESHES = [
 
 @pytest.mark.parametrize(
     ("number", "mesh"),
-    list(zip((1, 2, 1), MESHES, strict=True)),
-    ids=["uniform", "order 3", "graded"],
+    [slow(1, MESHES[0], id="uniform"), slow(2, MESHES[1], id="order 3"), (1, MESHES[2])],
 )
 def test_robin_solves_are_those_of_the_system(number, mesh, comm):
     rng = np.random.default_rng(3)

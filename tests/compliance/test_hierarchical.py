@@ -91,6 +91,7 @@ def test_solves_are_those_of_dense_operators(name, method, comm):
     assert found["hmatrix"].elastic_residual < 1e-5
 
 
+@pytest.mark.slow
 def test_options_of_petsc_reach_the_mixed_solve(comm):
     case = problem()
     for table in (

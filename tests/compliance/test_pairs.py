@@ -145,7 +145,7 @@ def solved(data, **changes):
     )
 
 
-@pytest.mark.parametrize("name", some(("Coulomb", "bonded", "ground"), CASES))
+@pytest.mark.parametrize("name", some(("Coulomb", "ground"), CASES))
 def test_bodies_are_solved_as_on_dense_operators(name):
     """The same sets, and everything to some ten times the tolerance of the compression, each body
     by its own size."""

@@ -85,6 +85,7 @@ def fretting():
     return solve(load(CONFIG, {"body.0.mesh.element_sizes.top": 0.1, **steps}))
 
 
+@pytest.mark.slow
 def test_ruiz_is_friction_work_and_tension(fretting):
     """Between the two ends of a cycle δ is half the way; both sides of the interface have the same
     work."""
@@ -125,6 +126,7 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     assert lower == pytest.approx(upper, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_cycle_of_the_problem_is_the_default(fretting):
     cycle = Cycle(first="pull", last="push again", count=3)
     cyclic = replace(fretting, problem=fretting.problem.model_copy(update={"cycle": cycle}))

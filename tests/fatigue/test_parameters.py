@@ -122,6 +122,7 @@ def test_out_of_phase_tension_and_torsion():
         assert crossland(stress, STEEL).value[0] == pytest.approx(wanted, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(
     seed=st.integers(0, 10**6), moments=st.integers(2, 6), name=st.sampled_from(sorted(PARAMETERS))

@@ -101,6 +101,7 @@ def steps(tmp_path_factory):
     return solution, folder / "f.h5"
 
 
+@pytest.mark.slow
 def test_points_inside_and_on_the_boundary(steps, tmp_path, capsys):
     """By step and body, as Python gives them; names in the first line and columns after the
     coordinates are passed over."""
@@ -170,6 +171,7 @@ def test_points_in_space(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_one_body_one_increment_one_window(steps, tmp_path, capsys):
     solution, path = steps
     words = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
 from shapes import drawn, moved
 from smooth_field import STEEL, boundary_data, exact, meshed
 
@@ -41,12 +40,13 @@ def worst(mesh, corners=False):
     return np.array(errors).T
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "sizes", "u", "stress"),
     [
-        slow(0, (0.1, 0.05), 1e-4, 6e-3),
+        (0, (0.1, 0.05), 1e-4, 6e-3),
         (1, (0.2, 0.1), 2e-3, 3e-2),
-        slow(4, (0.2, 0.1), 5e-7, 3e-4),
+        (4, (0.2, 0.1), 5e-7, 3e-4),
     ],
 )
 def test_stress_is_bounded_next_to_joints_and_converges_there(order, sizes, u, stress):

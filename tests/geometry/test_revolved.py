@@ -210,6 +210,7 @@ def solved(geometry, size, order, **conditions):
     )
 
 
+@pytest.mark.slow
 def test_lame_of_a_quarter_shell_between_planes_of_symmetry():
     """u given inside; u outside and t inside in L2, as good as whole spheres of as many
     triangles."""

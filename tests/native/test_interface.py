@@ -54,6 +54,7 @@ def test_a_library_of_other_files_is_refused(tmp_path, interface):
     refused(library, "was built from other C files; scripts/setup or pip install builds them again")
 
 
+@pytest.mark.slow
 def test_a_missing_library_is_told(tmp_path):
     refused(tmp_path / "none.so", "No such file")
 

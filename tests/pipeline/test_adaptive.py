@@ -108,6 +108,7 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     assert "1e-05 was wanted" in " ".join(solution.verdict().split())
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_left_open_is_found(comm):
     """Newton, or the method that the case names; the error is reported."""
     newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
@@ -158,6 +159,7 @@ def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
         assert abs(zone.end - other.end) <= 3.0 * errors[1] + 1e-9
 
 
+@pytest.mark.slow
 def test_what_the_own_method_leaves_is_in_the_estimate(comm):
     """The mesh is good to 1e-6; the projection method leaves twice as much of u_t on it."""
     newton, loose = (adapt(example(1, **keys), 1e-6, comm=comm) for keys in (NEWTON, {}))

@@ -111,6 +111,7 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
         assert solution.converged and any(said in text for text in solution.warnings)
 
 
+@pytest.mark.slow
 def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
     monkeypatch.setattr(first_mesh, "FIRST", 9)
     monkeypatch.setattr(budget, "BUDGETS", {True: Budget(700, 10.0)})
@@ -212,6 +213,7 @@ def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_
     assert solution.status == ("failed" if given else "converged")
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_not_solved_on_leaves_the_solution_of_the_one_before(monkeypatch):
     made = failing(monkeypatch, 2, "not converged")
     solution = adapt(parse(Problem, hertz(), "hertz"), 0.05)
@@ -340,6 +342,7 @@ def test_a_large_error_is_warned_of():
     assert any("the error is estimated to be" in text for text in solution.warnings)
 
 
+@pytest.mark.slow
 def test_the_error_of_slip_is_seen_from_other_faces_too():
     """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as
     coarsely."""

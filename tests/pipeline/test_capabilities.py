@@ -427,7 +427,7 @@ SLOW = {
     (capability, kind)
     for capability in (wear, rule_of_ones_own, fields, monitor_of_the_command_line)
     for kind in STEPPED
-}
+} | {(compressed_operators, "space, bodies and steps"), (restart, "space, bodies and steps")}
 """More than a second each."""
 
 

@@ -331,6 +331,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(
 
 # --- kill -9
 # --------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
     """3 kills of a process that does nothing but replace one result by the next: what is there is
     always whole."""

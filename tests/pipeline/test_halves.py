@@ -54,6 +54,7 @@ def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twic
     assert len(known) == len(tried) < 2.5 * len(found.steps) + 1
 
 
+@pytest.mark.slow
 def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
     """Nothing is tried that is not kept, unless one of them fails; meshes that show little show no
     increments."""

@@ -9,7 +9,6 @@ import facets
 import h5py
 import numpy as np
 import pytest
-from marks import slow
 from shapes import elastic, touching
 
 from petcontact import Problem, read_result, solve
@@ -105,7 +104,8 @@ def test_bonded_cubes_under_an_even_pressure(tmp_path):
     assert "better" not in str(told) and "do not match" in str(told)
 
 
-@pytest.mark.parametrize("small", ["secondary", slow("primary")])
+@pytest.mark.slow
+@pytest.mark.parametrize("small", ["secondary", "primary"])
 def test_a_sandwich_that_only_contact_holds(tmp_path, small):
     """A small block between two large ones, all free: whichever side is the secondary, and with
     nodes that face nothing."""
@@ -161,7 +161,8 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     balances(solution, contact)
 
 
-@pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), slow("outer.inner", 0.3)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), ("outer.inner", 0.3)])
 def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, ripple):
     """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side
     is the secondary."""
@@ -221,6 +222,7 @@ def test_a_pin_in_a_lug(tmp_path):
     assert plane.last.pairs["fit"].force[0] == pytest.approx(-0.05280, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_both_sides_are_in_the_result_and_the_file(tmp_path):
     """A block slides on a plate .1 below it: forces are opposite, and what friction across the gap
     turns is reported."""

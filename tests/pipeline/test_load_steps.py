@@ -275,6 +275,7 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
     assert again.verdict() == solution.verdict()
 
 
+@pytest.mark.slow
 def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
     (tmp_path / "case.toml").write_text(
         PUNCH.replace("order = 2, element_sizes = { top = 0.05 }", "order = 0")
@@ -365,6 +366,7 @@ def test_a_solve_goes_on_from_any_increment_of_a_file(written):
         assert np.allclose(one.slip, other.slip, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_file_of_another_mesh_is_refused(written):
     with pytest.raises(InputError, match="holds other bodies, pairs or meshes"):
         going_on(written[1], size=0.5)

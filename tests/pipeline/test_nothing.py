@@ -33,7 +33,8 @@ def solved(**tables):
     return solve(parse_problem(tables, "nothing.toml", {}, Path()))
 
 
-@pytest.mark.parametrize("storage", ["dense", slow("hmatrix")])
+@pytest.mark.slow
+@pytest.mark.parametrize("storage", ["dense", "hmatrix"])
 def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     """A rigid motion: no round-off is told as traction, resultant, tension, error or peak, and
     Newton's method ends."""
@@ -47,6 +48,7 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     assert "von Mises stress: 0\n" in found.verdict() and "PULLS" not in found.verdict()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("storage", "condition", "size"),
     [

@@ -52,6 +52,7 @@ def apart(solution, fine):
     return math.sqrt(fine.contact.weight @ np.sum(u[:, :2] ** 2, axis=1)) / displacement_scale(fine)
 
 
+@pytest.mark.slow
 def test_the_error_of_coarse_sides_is_bounded():
     """Of orders 1 to 3, against finer panels, and where linear panels as large as the sides see
     nothing of their bending."""

@@ -84,6 +84,7 @@ def test_the_integral_over_a_disc_is_known_to_what_the_samples_doubt(x, y, squar
     assert samples.doubt < 1e-3 * exact
 
 
+@pytest.mark.slow
 def test_waves_as_long_as_panels_are_told():
     """Closed all over at a third of the pressure of Westergaard: the nodes see no wave."""
     blind = solve(pressed("(1-cos(6*pi*x))/600", 1.0 / 3.0))

@@ -77,6 +77,7 @@ def ring(name, inner, outer, **more):
     }
 
 
+@pytest.mark.slow
 def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
     """What the fit of its centrifugal load leaves over moved it sideways: "cannot be held"."""
     loads = {"angular_velocity": 1000.0}

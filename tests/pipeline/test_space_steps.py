@@ -166,6 +166,7 @@ def test_a_block_on_the_floor_held_by_friction():
     assert np.allclose(pair.sigma_t, mirrored.sigma_t[place] * [-1.0, 1.0], atol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "why"),
     [
@@ -173,7 +174,7 @@ def test_a_block_on_the_floor_held_by_friction():
             [0.288, 0.119, -1.0],
             "cannot be held",
         ),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
-        slow(["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
+        (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
     ],
 )
 def test_loads_that_nothing_holds_are_named(value, why):
@@ -310,6 +311,7 @@ def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
     assert np.allclose(moved, ball.displacement, atol=1e-10 * np.abs(moved).max())
 
 
+@pytest.mark.slow
 def test_what_to_look_at_is_told():
     """Motions that nothing holds, parts that do not face each other, overlaps, contact of a few
     nodes."""
@@ -336,6 +338,7 @@ def test_what_to_look_at_is_told():
     assert "ONLY 4 of 64 nodes closed" in " ".join(few.verdict().split())
 
 
+@pytest.mark.slow
 def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
     solution = solved(BLOCK)
     write_solution(tmp_path / "block.h5", solution)

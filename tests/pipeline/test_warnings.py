@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from curved_bodies import icosphere, written
-from marks import slow
 from shapes import elastic, moved, touching
 
 from petcontact import (
@@ -38,7 +37,8 @@ def test_a_body_that_turns_is_warned_of(comm):
     assert "turns by 3 rad" in solve(block, comm=comm).verdict()
 
 
-@pytest.mark.parametrize("known", [slow(False), True])
+@pytest.mark.slow
+@pytest.mark.parametrize("known", [False, True])
 def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm, tmp_path, known):
     """A ball pressed on a floor, its panels those of a file, which stay where they are, and of a
     sphere, which follow it."""

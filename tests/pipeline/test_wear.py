@@ -216,6 +216,7 @@ def test_jumps_that_explicit_schemes_do_not_survive():
         assert np.count_nonzero(alternating[1:] & alternating[:-1]) <= 4
 
 
+@pytest.mark.slow
 def test_without_a_cycle_the_steps_themselves_wear():
     """Of Coulomb friction: k times what it dissipates over µ."""
     increments = {"step.1.increments": 8, "step.2.increments": 16}

@@ -101,7 +101,8 @@ def test_what_needs_contact_is_refused():
         solve(problem)
 
 
-@pytest.mark.parametrize("d", [2, slow(3)])
+@pytest.mark.slow
+@pytest.mark.parametrize("d", [2, 3])
 def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())

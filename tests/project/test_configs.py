@@ -24,7 +24,15 @@ SLOW = (
     *("space_sphere", "space_stack", "stack", "axial_press_fit", "fretting_specimen", "lap_joint"),
     *("axial_o_ring", "space_b", "axial_ball", "axial_torque", "rotating_blade", "shrink_fit"),
     *("gallery_bracket", "fretting", "heated_disc", "disc_between_plates", "blade", "gallery_disc"),
-    *("gallery_dovetail", "gallery_plate", "gallery_toe", "axial_bolt", "example1_adaptive"),
+    *(
+        "gallery_dovetail",
+        "gallery_plate",
+        "gallery_toe",
+        "axial_bolt",
+        "example1_adaptive",
+        "pin",
+        "wedge",
+    ),
 )
 DRAWN = ("example1", "pin")
 """Figures take longer than most solves; those of other kinds are drawn by test_every_kind and

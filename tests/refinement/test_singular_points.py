@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contact_lines import line_of
-from marks import slow
 from random_bodies import random_case
 
 from petcontact import (
@@ -127,6 +126,7 @@ def true_error(solution, best) -> float:
     ) / displacement_scale(best)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [((39.64002, 0.0),)])
 def test_a_point_that_is_nearly_right_does_no_harm(points, comm):
     best = adapt(skew(), 1e-5, comm=comm)
@@ -175,7 +175,8 @@ def test_data_that_no_mesh_resolves_are_refused(comm):
     assert solution.status == "not converged" and "resolve" in solution.reason
 
 
-@pytest.mark.parametrize("number", [slow(0), 1])
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [0, 1])
 def test_random_bodies_get_honest_estimates(number, comm):
     """The first of those that scripts/verify_random draws; it tries hundreds."""
     case = random_case(1, number)
@@ -199,7 +200,8 @@ def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
         assert true <= accuracy and 0.5 < solution.accuracy.error / true < 40
 
 
-@pytest.mark.parametrize("name", ["toe", "disc", slow("bracket")])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["toe", "disc", "bracket"])
 def test_the_gallery_can_be_solved_adaptively(name, comm):
     """Frictionless parts, arcs, holes, several contact sides."""
     solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)

@@ -76,7 +76,10 @@ PROBLEMS = {
 }
 
 
-@pytest.fixture(scope="module", params=PROBLEMS)
+@pytest.fixture(
+    scope="module",
+    params=[slow(kind) if kind == "space, bodies" else kind for kind in PROBLEMS],
+)
 def solution(request):
     return solve(PROBLEMS[request.param]())
 

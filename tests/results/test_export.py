@@ -127,6 +127,7 @@ def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
     assert heads["resultants"].endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
 
 
+@pytest.mark.slow
 def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path, capsys):
     solution, path = plane
     assert main(["export", str(path), "--csv", str(tmp_path / "a.csv"), "--step", "last"]) == 0

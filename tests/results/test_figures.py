@@ -65,6 +65,7 @@ def drawn(draw, solution):
     return figure
 
 
+@pytest.mark.slow
 def test_the_suffix_is_the_format(solution, tmp_path):
     heads = {"pdf": b"%PDF", "svg": b"<?xml"}
     for suffix, head in heads.items():

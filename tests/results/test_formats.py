@@ -52,9 +52,10 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
     assert again.verdict() == solution.verdict() and list(again.pairs) == list(solution.pairs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
-    some(("format1_space",), FROZEN),
+    FROZEN,
 )
 def test_every_command_takes_them(name, tmp_path, capsys):
     assert main(["plot", str(DATA / f"{name}.h5"), "-o", str(tmp_path)]) == 0

@@ -115,6 +115,7 @@ def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
     assert not [place for place in places["upper"] if "under" in place.sides]
 
 
+@pytest.mark.slow
 def test_stress_has_no_bound_at_point_forces_and_under_edges_that_are_jumps_of_a_gap():
     """A pin without corners, pushed in its middle onto a rigid plate that ends at x = ±0.02."""
     circle = {"part": "rim", "center": [0.0, 1.0], "radius": 1.0}

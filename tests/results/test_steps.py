@@ -77,6 +77,7 @@ def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc,
     assert not np.allclose(together[0].stress, together[2].stress, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_a_disc_on_the_floor_under_its_weight(disc, tmp_path):
     solution = disc
     assert solution.converged, solution.reason

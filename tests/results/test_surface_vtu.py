@@ -94,6 +94,7 @@ def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
     assert "the body has 3 dimensions" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_boundary_is_written_where_no_cell_of_the_grid_lies_inside(
     tmp_path, monkeypatch, capsys
 ) -> None:

@@ -233,6 +233,7 @@ def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_p
         assert np.array_equal(a.traction, b.traction)
 
 
+@pytest.mark.slow
 def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, computed):
     with h5py.File(computed / "results.h5") as file:
         columns = {name: column[()] for name, column in file["cases"].items()}
@@ -289,6 +290,7 @@ def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):
     assert read_case_table(tmp_path / "out").status.count("missing") == 2
 
 
+@pytest.mark.slow
 def test_parts_share_a_folder_and_its_table(small, tmp_path, computed):
     parts = [quietly(small, tmp_path / "out", part=(k, 3)) for k in (1, 2, 3)]
     assert sum(part.computed for part in parts) == 8
@@ -385,6 +387,7 @@ def test_another_tolerance_is_another_case(small, tmp_path, computed):
     assert quietly(small, tmp_path / "out").reused == 8
 
 
+@pytest.mark.slow
 def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
     (tmp_path / "own_quantities.py").write_text(
         "import numpy as np\n\ndef slip_work(solution):\n"
@@ -561,6 +564,7 @@ def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
     assert not any(path.exists() for path in leftovers)
 
 
+@pytest.mark.slow
 def test_another_sweep_in_the_folder_loses_and_mixes_nothing(small, tmp_path):
     quietly(small, tmp_path / "out")
     before = table_of(tmp_path / "out")
@@ -581,6 +585,7 @@ def test_a_folder_of_an_older_version_is_refused(small, tmp_path):
         quietly(small, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_a_sweep_that_grows_keeps_what_is_there(small, tmp_path):
     quietly(small, tmp_path / "out")
     file, data, problems = read_files(tmp_path / "small.toml")
@@ -632,6 +637,7 @@ def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
     assert "computed 8, reused 0" in redone.stdout
 
 
+@pytest.mark.slow
 def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small, tmp_path):
     """A limit on the size of a file stands for a full disk: the log fits it, the table does not."""
     sweep = read_sweep(sweep_file(tmp_path, keep="scalars"))

@@ -30,8 +30,9 @@ from petcontact.fields.boundary.places import best_places
 pytestmark = pytest.mark.usefixtures("unestimated")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), slow(Kirsch, 2e-4, 2e-4)]
+    ("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)]
 )
 def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     """Nodal stress in the file, too, and points given by coordinates."""

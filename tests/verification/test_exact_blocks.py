@@ -131,6 +131,7 @@ def test_a_cycle_dissipates_what_its_loop_encloses(increments):
     assert errors(solution)[1] < 3e-5
 
 
+@pytest.mark.slow
 def test_edges_are_found(monkeypatch):
     """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
     monkeypatch.setattr(level_solver, "discretise", discretise)

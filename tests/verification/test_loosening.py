@@ -17,6 +17,7 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 INNER, OUTER, YOUNG, NU = 20.0, 40.0, 210_000.0, 0.3
 
 
+@pytest.mark.slow
 def test_a_heated_disc_is_one_whose_plates_come_nearer():
     """By what it would grow, in plane strain (1 + ν)αT times the distance from the middle."""
     growth = 1.3 * 1.2e-5 * 40.0
@@ -48,6 +49,7 @@ def test_a_heated_disc_is_one_whose_plates_come_nearer():
     assert free.pairs["lower"].pressure.max() == pytest.approx(line.peak, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_the_fretting_specimen():
     """p_0 of half planes within 1 %; the stick zone moves off the middle; wear grows from cycle to
     cycle."""

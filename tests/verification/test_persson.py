@@ -57,6 +57,7 @@ def error(solution, angle):
     return float(np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [20.0, *(slow(angle) for angle in (60.0, 84.0))])
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
@@ -66,6 +67,7 @@ def test_pressure_and_angle_are_found(degrees):
     assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
 
 
+@pytest.mark.slow
 def test_elements_of_a_ten_millionth_add_no_rotation():
     """Rounded chords turn the normals of tiny arcs: the pin's free rotation is not to press it into
     the hole.

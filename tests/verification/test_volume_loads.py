@@ -240,6 +240,7 @@ def test_a_quadratic_temperature_between_walls(plane):
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "away"), [(1.0, 0.0), slow(0.1, 1e5)])
 def test_a_steep_temperature_between_walls(width, away):
     """A plate, and a thin one far away: tanh is followed to 1e-5 by a polynomial of degree 40."""
@@ -436,6 +437,7 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
 
 
+@pytest.mark.slow
 def test_a_temperature_that_no_polynomial_follows_is_reported_with_its_error():
     boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
     notes = heated(Rectangle((0, 0), (2, 1)), "where(x < 1, 0, 5)", boundary).warnings

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow, some
+from marks import some
 from ring_oracle import Arc
 
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
@@ -71,7 +71,8 @@ def test_elements_of_all_orders_at_all_distances(name):
                     assert error(whole[..., k], part) < allowed, (order, where[k])
 
 
-@pytest.mark.parametrize("name", [slow("from the axis"), "cap"])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["from the axis", "cap"])
 def test_stress_near_and_far(name):
     arc = ELEMENTS[name]
     where = [(0.3, 1e-6), (0.0, 2.0)]

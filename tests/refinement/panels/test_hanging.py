@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
 
 from petcontact import Cylinder, Displacement, Material, MeshOptions, Problem, Sphere
 from petcontact.bem.kelvin3d.integrals import integrals
@@ -29,9 +28,10 @@ def moved(mesh):
     return most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "shape",
-    [Sphere((0, 0, 0), 1.0), slow(Cylinder((0, 0, 0), (0, 0, 1.0), 0.7))],
+    [Sphere((0, 0, 0), 1.0), Cylinder((0, 0, 0), (0, 0, 1.0), 0.7)],
     ids=["ball", "cylinder"],
 )
 def test_rigid_motions_where_sides_hang_twice_over(shape, monkeypatch):

@@ -182,6 +182,7 @@ def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_many_rows_are_one_pass(tmp_path):
     rows = (
         {
@@ -282,6 +283,7 @@ class Page(HTMLParser):
         self.words.append(data)
 
 
+@pytest.mark.slow
 def test_the_page_stands_alone(table):
     source = html(table, make_tables(table), plots=[Plot("max_u_t", "rho", "rule")])
     page = Page(source)

@@ -196,6 +196,7 @@ def test_cavities_of_curved_cells_point_inward() -> None:
     assert np.all(outward[mesh.nodes_of("outer")] > 0.0)
 
 
+@pytest.mark.slow
 def test_results_keep_curved_panels(tmp_path: Path) -> None:
     solution = lame(tmp_path, 1)
     petcontact.write_solution(tmp_path / "r.h5", solution)
@@ -205,6 +206,7 @@ def test_results_keep_curved_panels(tmp_path: Path) -> None:
     assert np.allclose(mesh.x, again.x, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
     """Hertz: a ball whose upper half is moved down on a rigid plane, gap from the geometry."""
     ball = {

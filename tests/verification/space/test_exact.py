@@ -156,6 +156,7 @@ def test_hollow_sphere_of_lame() -> None:
     assert errors[1] < 0.08 and np.log2(errors[0] / errors[1]) > 1.6, errors
 
 
+@pytest.mark.slow
 @settings(max_examples=2, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_linear_fields_in_random_boxes(seed: int) -> None:

@@ -116,9 +116,8 @@ def posed(seed, folder):
     return data
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(seed, marks=[pytest.mark.slow] * (seed != 23)) for seed in range(2, 30)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 30))
 def test_random_pairs_are_solved_as_on_dense_operators(seed, tmp_path):
     """The same outcome; the same sets, and forces, pressures and displacements to ten times the
     tolerance."""
