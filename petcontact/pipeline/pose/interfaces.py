@@ -92,7 +92,7 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if isinstance(side.law, Contact) and role == "secondary":
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
-        or_obstacle = (role, problem.is_flat) == ("primary", True)
+        or_obstacle = (role, problem.is_flat, side.periodic) == ("primary", True, False)
         _known_part(f"{key}: body {body.name!r}", part, boundary.parts, or_obstacle)
         if part in taken:
             raise InputError(
