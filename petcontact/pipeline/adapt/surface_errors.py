@@ -222,6 +222,19 @@ class TailErrors:
         even = error if _is_even(pair, weight) else 0.0
         return error, even, math.sqrt(float(rough.sum()) / size)
 
+    def off_contact(self) -> float:
+        """Return the largest relative error of p from overlaps on elements without nodes in
+        contact [-]."""
+        worst = 0.0
+        for step in step_ends(self.solution.steps):
+            for number, side in enumerate(self._sides):
+                pair, mesh = step.pairs[side.name], self.meshes[side.body]
+                rough = self.gap_squares(step, number).copy()
+                rough[mesh.element[self.solution.nodes[side.name][pair.state != OPEN]]] = 0.0
+                size = float(self.weight(side, step) @ pair.size**2)
+                worst = max(worst, math.sqrt(rough.sum() / size) if size else 0.0)
+        return worst
+
     def weight(self, side: PosedInterface, step: StepResult) -> Array:
         """Return the weights of an interface's nodes (m,), faded out towards the rim of the part
         [area]."""

@@ -37,6 +37,9 @@ from .surface_errors import TailErrors
 
 SHARE = 0.9
 """Share of the sum of squared errors whose panels are cut [-]."""
+ELSEWHERE = 0.7
+"""Share of the estimate from overlaps off the contact from which rings are of no use [-]: half of
+its square."""
 SMALLEST = 12
 """Largest number of halvings of panels for one mesh where a contact is smaller than a panel."""
 DEEPEST = 4
@@ -111,7 +114,10 @@ class PanelTails:
         self.estimate, self._resultants = errors.error()
         self._loads = errors.of_loads
         self._estimates.append(self.estimate)
-        if self.estimate > self.wanted and not self._follows(solution):
+        # rings around one contact mend no error of another one that no node sees
+        if self.estimate > self.wanted and (
+            errors.off_contact() > ELSEWHERE * self.estimate or not self._follows(solution)
+        ):
             steps = step_ends(solution.steps)
             by_step = [self._squares(errors, step) for step in steps]
             by_body = [np.sum(mask, axis=0) for mask in zip(*by_step, strict=True)]
