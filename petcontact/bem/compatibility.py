@@ -15,8 +15,9 @@ from ..geometry.rotation import lifted
 from ..geometry.surface import Boundary
 from ..model.bodies import Body, Condition
 from ..model.expressions import evaluate
-from ..model.loads import VolumeLoads, forces_by_step, loads_by_step
-from ..model.problem import Contact, Displacement, Periodic, Problem
+from ..model.loaded_body import LoadedBody
+from ..model.loads import VolumeLoads
+from ..model.problem import Contact, Displacement, Periodic
 from ..round_off import SINGLE
 
 
@@ -67,7 +68,7 @@ def _check_end(
         )
 
 
-def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
+def check_revolution(loaded: LoadedBody, outline: Meridian) -> None:
     """Refuse data of a body of revolution, in any step, that are not the same all around its axis.
 
     Raises
@@ -75,16 +76,16 @@ def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
     InputError
         One line that names the key, what was given and what is allowed.
     """
-    name = f"body {problem.body[number].name!r}"
+    name = f"body {loaded.body.name!r}"
     try:
-        _check_axis(problem, number, outline)
-        for conditions in problem.conditions(number):
+        _check_axis(loaded, outline)
+        for conditions in loaded.conditions:
             for condition in conditions.values():
                 if isinstance(condition, Periodic):
                     _check_periodic(condition, outline)
-        for loads in loads_by_step(problem, number):
+        for loads in loaded.loads:
             _check_loads(loads)
-        for forces in forces_by_step(problem, number):
+        for forces in loaded.forces:
             for k, force in enumerate(forces):
                 across = [c for c in range(0, len(force.force), 2) if force.force[c] != 0.0]
                 if force.at[0] == 0.0 and across:
@@ -97,9 +98,9 @@ def check_revolution(problem: Problem, number: int, outline: Meridian) -> None:
         raise InputError(f"{name}: {error}") from None
 
 
-def _check_axis(problem: Problem, number: int, outline: Meridian) -> None:
+def _check_axis(loaded: LoadedBody, outline: Meridian) -> None:
     """Refuse displacements that move the axis along r."""
-    for conditions in problem.conditions(number):
+    for conditions in loaded.conditions:
         for k, end in outline.axis_ends:
             side, xi = outline.sides[k], 2.0 * end - 1.0
             moved = conditions.get(side.part)

@@ -11,7 +11,6 @@ from ..errors import InputError
 from .base import Model, Positive, whole_or_auto
 from .hints import among
 from .load_steps import changed_obstacle
-from .loads import forces_by_step, loads_by_step
 
 MOST = 10**12
 """Cycles, at most."""
@@ -102,8 +101,8 @@ def _ends(problem: Any) -> list[Any]:
     """All that steps may change, at the end of each step."""
     bodies = [
         each
-        for b in range(len(problem.body))
-        for each in (problem.conditions(b), loads_by_step(problem, b), forces_by_step(problem, b))
+        for loaded in problem.loaded
+        for each in (loaded.conditions, loaded.loads, loaded.forces)
     ]
     obstacles = [
         list(itertools.accumulate(problem.step, changed_obstacle, initial=o))[1:]

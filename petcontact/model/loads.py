@@ -140,27 +140,3 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
 
 
 NO_LOADS = VolumeLoads.model_construct()
-
-
-def loads_by_step(problem: Any, number: int) -> list[VolumeLoads]:
-    """Volume loads of a body at the end of each step (of one, where there are none)."""
-    name, now = problem.body[number].name, problem.body[number].loads or NO_LOADS
-    result: list[VolumeLoads] = []
-    for step in problem.step or (None,):
-        for change in step.loads if step else ():
-            if (change.body or problem.body[0].name) == name:
-                now = now.model_copy(
-                    update={key: getattr(change, key) for key in change.model_fields_set - {"body"}}
-                )
-        result.append(now)
-    return result
-
-
-def forces_by_step(problem: Any, number: int) -> list[list[PointForce]]:
-    """Point forces of a body at the end of each step (of one, where there are none)."""
-    now, result = list(problem.body[number].point_force), []
-    for step in problem.step or (None,):
-        changes = {change.name: change.force for change in (step.point_force if step else ())}
-        now = [f.model_copy(update={"force": changes.get(f.name, f.force)}) for f in now]
-        result.append(now)
-    return result

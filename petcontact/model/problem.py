@@ -34,6 +34,7 @@ from .cycle import Cycle, check_cycle
 from .hints import nearest
 from .interfaces import PosedInterface, posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, check_step
+from .loaded_body import LoadedBody, loaded_bodies
 from .loads import PointForce, VolumeLoads, check_material
 from .shapes.files import Gmsh
 from .solver_options import Bem, MeshOptions, Method, Options
@@ -320,19 +321,12 @@ class Problem(Setting):
     ) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
         """Conditions of a body by part at the end of each step (of one, where there are none); what
         a step leaves alone stays the same object."""
-        body, names = self.body[number], [body.name for body in self.body]
-        known = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
-        result = []
-        for s, step in enumerate(self.step or (None,)):
-            for k, change in enumerate(step.boundary if step else ()):
-                if (change.body or names[0]) == body.name:
-                    now = body.model_copy(update={"boundary": tuple(known.values())})
-                    known = {
-                        **known,
-                        change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]"),
-                    }
-            result.append(known)
-        return result
+        return self.loaded[number].conditions
+
+    @functools.cached_property
+    def loaded(self) -> tuple[LoadedBody, ...]:
+        """The bodies with their conditions and loads at the end of each step."""
+        return loaded_bodies(self.body, self.step)
 
     @functools.cached_property
     def interfaces(self) -> tuple[PosedInterface, ...]:
@@ -408,7 +402,7 @@ class Problem(Setting):
         if own:
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
-        for key in ("interfaces", "twisted"):  # they follow from what may have changed
+        for key in ("interfaces", "loaded", "twisted"):  # they follow from what may have changed
             copy.__dict__.pop(key, None)
         return copy
 

@@ -18,7 +18,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.ring_mesh import RingMesh
 from ..model.hints import among
-from ..model.problem import Problem
+from ..model.loaded_body import LoadedBody
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.petsc import options
@@ -147,9 +147,10 @@ def condensed_body(
         raise InputError(f"body {name!r} is in no contact")
     faces = [_free_face(mesh, number, part) for part in parts]
     meshes = list(solution.meshes.values())
-    data = [boundary_data(problem, b, body_mesh, faces) for b, body_mesh in enumerate(meshes)]
-    _check_steps(problem, number, mesh, faces, data[number])
-    data, law = add_volume_loads(problem, meshes, data), Tresca(np.zeros(0), mesh.components - 1)
+    data = [boundary_data(*body, faces) for body in zip(problem.loaded, meshes, strict=True)]
+    _check_steps(problem.loaded[number], mesh, faces, data[number])
+    data = add_volume_loads(problem.loaded, meshes, data)
+    law = Tresca(np.zeros(0), mesh.components - 1)
     discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else world())
@@ -164,18 +165,17 @@ def condensed_body(
 
 
 def _check_steps(
-    problem: Problem,
-    number: int,
+    loaded: LoadedBody,
     mesh: BoundaryMesh,
     faces: list[Interface],
     first: BoundaryData,
 ) -> None:
     """Refuse a body of which a later step holds or frees other components than the first one."""
-    for step in range(2, len(problem.step) + 1):
-        traction_known = boundary_data(problem, number, mesh, faces, step).traction_known
+    for step in range(2, len(loaded.conditions) + 1):
+        traction_known = boundary_data(loaded, mesh, faces, step).traction_known
         if not np.array_equal(traction_known, first.traction_known):
             raise InputError(
-                f"body {problem.body[number].name!r}: step {step} holds what is free before, or "
+                f"body {loaded.body.name!r}: step {step} holds what is free before, or "
                 "the other way round; a superelement has one compliance: condense the problem of "
                 "one of the steps"
             )

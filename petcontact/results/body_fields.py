@@ -20,7 +20,7 @@ from ..fields.interior import Progress, fields_at, points_in, stress_across
 from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.hints import among, nearest
-from ..model.problem import Problem
+from ..model.loaded_body import LoadedBody
 from ..round_off import SINGLE
 from .records import BodyResult
 
@@ -78,8 +78,7 @@ class BodyFields:
 
     Attributes
     ----------
-    problem, number
-        The body is that of a number.
+    loaded : LoadedBody
     mesh : BoundaryMesh
     found : BodyResult
     volume : VolumeSolution, optional
@@ -90,8 +89,7 @@ class BodyFields:
         Of the loads at the ends of steps.
     """
 
-    problem: Problem
-    number: int
+    loaded: LoadedBody
     mesh: BoundaryMesh
     found: BodyResult
     volume: VolumeSolution | None
@@ -101,9 +99,7 @@ class BodyFields:
     @functools.cached_property
     def loads(self) -> InsideLoads:
         """The displacement and the stress that volume loads add."""
-        return InsideLoads.from_problem(
-            self.problem, self.number, self.mesh, self.volume, self.shares
-        )
+        return InsideLoads.from_body(self.loaded, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
     def data(self) -> tuple[Array, Array]:
@@ -113,14 +109,12 @@ class BodyFields:
     @functools.cached_property
     def boundary(self) -> BoundaryField:
         """The field on the boundary, without volume loads."""
-        return BoundaryField(
-            self.mesh, *self.data, self.problem.body[self.number].material, self.state
-        )
+        return BoundaryField(self.mesh, *self.data, self.loaded.body.material, self.state)
 
     @property
     def known(self) -> bool:
         """Whether the stress is known: the stress in a superelement is not."""
-        return self.problem.body[self.number].geometry.has_inside
+        return self.loaded.body.geometry.has_inside
 
     def on_boundary(self, element: Index, place: Array) -> StressState:
         """Return the field at places of elements (see `Hits`); a superelement has NaN stress."""
@@ -155,7 +149,7 @@ class BodyFields:
     ) -> StressState:
         """Return the field with what volume loads add to u and to the stress."""
         stress = stress + loads[1]
-        material = self.problem.body[self.number].material
+        material = self.loaded.body.material
         across = stress_across(self.mesh, x, u + loads[0], stress, material, loads[2])
         return StressState(x, u + loads[0], self.mesh.with_hoop(stress, across), across)
 
@@ -173,7 +167,7 @@ def states_at(
     """
     one = increments[0]
     if not one.known:
-        name = one.problem.body[one.number].name
+        name = one.loaded.body.name
         raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
     points = points_in(points, one.mesh.dim)
     if part is not None and part not in one.mesh.part_names:
@@ -206,9 +200,7 @@ def _inside(
     """Return u (m, d, s) and σ (m, d(d+1)/2, s) inside the body, without volume loads."""
     one, data = increments[0], zip(*(each.data for each in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
-    return fields_at(
-        one.mesh, u, traction, one.problem.body[one.number].material, x, progress, outside=outside
-    )
+    return fields_at(one.mesh, u, traction, one.loaded.body.material, x, progress, outside=outside)
 
 
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:

@@ -120,8 +120,7 @@ class Evaluated:
             raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
         name = names[0] if body is None else body
         return BodyFields(
-            self.problem,
-            names.index(name),
+            self.problem.loaded[names.index(name)],
             self.meshes[name],
             step.bodies[name],
             self._volumes[name],
@@ -156,8 +155,8 @@ class Evaluated:
         if self.volumes is not None:
             return self.volumes
         return {
-            name: volume_solution(self.problem, k, mesh)
-            for k, (name, mesh) in enumerate(self.meshes.items())
+            loaded.body.name: volume_solution(loaded, self.meshes[loaded.body.name])
+            for loaded in self.problem.loaded
         }
 
     @functools.cached_property
@@ -223,7 +222,7 @@ class Evaluated:
         except InputError as error:
             if len(self.meshes) == 1:
                 raise
-            name = self.problem.body[fields[0].number].name
+            name = fields[0].loaded.body.name
             others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
             raise InputError(f"body {name!r}: {error}{others}") from None
 

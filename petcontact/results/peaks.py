@@ -180,7 +180,7 @@ class _Samples:
         near = [element for place in places for element in place.elements]
         beside = self._beside[: len(self._element)]
         self._seeds = np.flatnonzero(np.isin(self._element, near) & beside)
-        u, material = self._fields.found.u, solution.problem.body[self._fields.number].material
+        u, material = self._fields.found.u, self._fields.loaded.body.material
         moved = material.young_modulus * float(np.abs(u).max()) / size
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
         self._least = max(NOTHING * largest, MOVED * moved)

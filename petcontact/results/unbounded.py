@@ -25,7 +25,6 @@ from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.loads import forces_by_step
 from ..refinement.corner_exponents import (
     CLAMPED,
     FREE,
@@ -143,10 +142,10 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
 
 def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
     """Yield the name of a body and the place of each force that acts at a point of it."""
-    for number, body in enumerate(solution.problem.body):
-        for each in forces_by_step(solution.problem, number)[step.step - 1]:
+    for loaded in solution.problem.loaded:
+        for each in loaded.forces[step.step - 1]:
             if np.any(each.force):
-                yield body.name, Unbounded(np.array(each.at), (), "a point force")
+                yield loaded.body.name, Unbounded(np.array(each.at), (), "a point force")
 
 
 def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:

@@ -128,7 +128,7 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
         material=SOFT, geometry=Box((-1, -1, -1), (1, 1, 1)), boundary=[Contact("top")]
     )
     found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
-    fields = BodyFields(problem, 0, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
+    fields = BodyFields(problem.loaded[0], mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
     top = np.flatnonzero(mesh.part == mesh.part_names.index("top"))[::5]
     element, place = everywhere(mesh, 2, np.random.default_rng(0))
     chosen = np.isin(element, top)

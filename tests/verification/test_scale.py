@@ -65,7 +65,7 @@ def operators(body, nu):
         return operators_of(discretise(problem), 0)[0]
     mesh = mesh_outline(outline, problem.mesh)
     return BoundaryOperators(
-        mesh, boundary_data(problem, 0, mesh, []), kernel_for(mesh, problem.material)
+        mesh, boundary_data(problem.loaded[0], mesh, []), kernel_for(mesh, problem.material)
     )
 
 

@@ -10,8 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.loads import forces_by_step
-from ...model.problem import Problem
+from ...model.loaded_body import LoadedBody
 from ..kernel import Kernel
 from ..kernels import kernel_for
 from .volume import VolumeSolution
@@ -29,25 +28,22 @@ class InsideLoads:
     shares: dict[int, float]
 
     @classmethod
-    def from_problem(
+    def from_body(
         cls,
-        problem: Problem,
-        number: int,
+        loaded: LoadedBody,
         mesh: BoundaryMesh,
         volume: VolumeSolution | None,
         shares: dict[int, float],
     ) -> InsideLoads:
-        """Return the loads of the body of a number with the solution for its volume loads. State 0
+        """Return the loads of a body with the solution for its volume loads. State 0
         is unloaded, state k the end of step k; each has its share."""
-        forces = forces_by_step(problem, number)
-        point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
+        forces, body = loaded.forces, loaded.body
+        point = np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim)
         force = np.zeros((len(point), mesh.components))
         for state, share in shares.items():
             if state > 0:
                 force += share * np.array([f.force for f in forces[state - 1]]).reshape(force.shape)
-        return cls(
-            mesh, kernel_for(mesh, problem.body[number].material), point, force, volume, shares
-        )
+        return cls(mesh, kernel_for(mesh, body.material), point, force, volume, shares)
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d) on the boundary without what volume loads add there,

@@ -12,8 +12,9 @@ from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.ring_mesh import RingMesh, TwistedRingMesh
 from ...model.expressions import evaluate
-from ...model.loads import VolumeLoads, loads_by_step
-from ...model.problem import Material, Problem
+from ...model.loaded_body import LoadedBody
+from ...model.loads import VolumeLoads
+from ...model.problem import Material
 from .fit import fitted, points_in
 from .polynomials import BodyBox, padded
 from .rings import RingBox
@@ -72,8 +73,8 @@ class VolumeSolution:
         return u, stress, heat
 
 
-def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> VolumeSolution | None:
-    """Return the solutions for the body of a number, or None where no step has volume loads. State
+def volume_solution(loaded: LoadedBody, mesh: BoundaryMesh) -> VolumeSolution | None:
+    """Return the solutions for a body, or None where no step has volume loads. State
     0 is unloaded, state k the end of step k.
 
     Raises
@@ -81,7 +82,7 @@ def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> Volume
     InputError
         If an expression cannot be evaluated in the body.
     """
-    steps, body = loads_by_step(problem, number), problem.body[number]
+    steps, body = loaded.loads, loaded.body
     if all(loads.is_none for loads in steps):
         return None
     posed, cold = _Posed(f"body {body.name!r}: loads", body.material, mesh), {"temperature": 0.0}

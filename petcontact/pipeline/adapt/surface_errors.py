@@ -86,7 +86,7 @@ class TailErrors:
 
     @functools.cached_property
     def _data(self) -> DataRemainders:
-        return DataRemainders(self.solution.problem, self.meshes)
+        return DataRemainders(self.solution.problem.loaded, self.meshes)
 
     def gap_squares(self, step: StepResult, number: int) -> Array:
         """Return the squared error of p from the part of a gap that elements do not represent,

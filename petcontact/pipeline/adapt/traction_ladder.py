@@ -14,7 +14,8 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
-from ...model.loads import NO_LOADS, VolumeLoads, loads_by_step
+from ...model.loaded_body import LoadedBody
+from ...model.loads import NO_LOADS
 from ...model.problem import Body, Problem
 from ...refinement.contact_edges import Edge, merged, zone_at
 from ...refinement.known_data import SideData, fields
@@ -92,9 +93,7 @@ class Tractions:
         if number not in self._bodies:
             body = GradedOutline.from_body(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
-            self._bodies[number] = with_later_data(
-                body, self._problem.conditions(number), loads_by_step(self._problem, number), posed
-            )
+            self._bodies[number] = with_later_data(body, self._problem.loaded[number], posed)
         body, pressed = self._bodies[number], self._pressed[number]
         edges_on: dict[str, list[Edge]] = {}  # a part may be in several contacts
         for name, (b, part) in self._sides.items():
@@ -220,18 +219,13 @@ def with_pressing_corners(body: GradedOutline, pressed: PressedSides) -> GradedO
     return replace(body, exponents=exponents, singular=singular)
 
 
-def with_later_data(
-    body: GradedOutline,
-    steps: list[dict[str, Any]],
-    loads_of_steps: list[VolumeLoads],
-    posed: Body,
-) -> GradedOutline:
+def with_later_data(body: GradedOutline, loaded: LoadedBody, posed: Body) -> GradedOutline:
     """Return the body with its conditions and volume loads in all steps.
 
     `posed` has those of the beginning.
     """
     for condition in {
-        id(c): c for step in steps for c in step.values() if c not in posed.boundary
+        id(c): c for state in loaded.conditions for c in state.values() if c not in posed.boundary
     }.values():
         rest = tuple(given for given in posed.boundary if given.part != condition.part)
         later = fields(posed.model_copy(update={"boundary": (*rest, condition)}), body.outline)
@@ -239,9 +233,9 @@ def with_later_data(
         body = _with_data(
             body, [more if is_on else [] for more, is_on in zip(later, on_part, strict=True)]
         )
-    for loads in set(loads_of_steps) - {posed.loads or NO_LOADS}:
-        loaded = posed.model_copy(update={"loads": loads, "boundary": ()})
-        body = _with_data(body, fields(loaded, body.outline))
+    for loads in set(loaded.loads) - {posed.loads or NO_LOADS}:
+        alone = posed.model_copy(update={"loads": loads, "boundary": ()})
+        body = _with_data(body, fields(alone, body.outline))
     return body
 
 

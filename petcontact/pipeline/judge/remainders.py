@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from ...mesh.approximation import Samples, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
+from ...model.loaded_body import LoadedBody
 from ...model.problem import Displacement, Problem, Traction
 from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
@@ -46,13 +47,11 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     ["body 'body': its mesh misses 97 % of the traction on left, which varies within elements; use
     smaller elements there"]
     """
-    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem, meshes)
-    for number in range(len(problem.body)):
-        for part, condition in (c for state in problem.conditions(number) for c in state.items()):
-            for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
-                key = number, type(term).__name__.lower(), part
-                share = data.left(number, part, term)[1]
-                shares[key] = max(share, shares.get(key, 0.0))
+    shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem.loaded, meshes)
+    for loaded in problem.loaded:
+        for part, term in _given_terms(loaded):
+            key = loaded.number, type(term).__name__.lower(), part
+            shares[key] = max(data.left(loaded.number, part, term)[1], shares.get(key, 0.0))
     for side, quantity in itertools.product(problem.interfaces, BOUNDS):
         value = getattr(side.law, quantity)
         if isinstance(value, str) or callable(value):
@@ -65,6 +64,13 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
         for (number, quantity, part), share in shares.items()
         if share > LARGE
     ]
+
+
+def _given_terms(loaded: LoadedBody) -> Iterator[tuple[str, Displacement | Traction]]:
+    """Yield the part and each term of the displacements and tractions of all steps."""
+    for part, condition in itertools.chain.from_iterable(map(dict.items, loaded.conditions)):
+        for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
+            yield part, term
 
 
 class GapRemainder:
@@ -235,12 +241,12 @@ class DataRemainders:
 
     Parameters
     ----------
-    problem : Problem
+    bodies : sequence of LoadedBody
     meshes : sequence of BoundaryMesh
     """
 
-    def __init__(self, problem: Problem, meshes: Sequence[BoundaryMesh]) -> None:
-        self._problem, self._meshes = problem, meshes
+    def __init__(self, bodies: Sequence[LoadedBody], meshes: Sequence[BoundaryMesh]) -> None:
+        self._bodies, self._meshes = bodies, meshes
         self._known: dict[int, tuple[object, Array, float, float]] = {}
 
     def squares(self, number: int, step: int, contact: Mask) -> Array:
@@ -259,9 +265,9 @@ class DataRemainders:
             Which elements are in contact.
         """
         mesh, result = self._meshes[number], np.zeros(self._meshes[number].n_elements)
-        compliance = kernel_for(mesh, self._problem.body[number].material).half_space_compliance
+        compliance = kernel_for(mesh, self._bodies[number].body.material).half_space_compliance
         stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
-        for part, condition in self._problem.conditions(number)[step - 1].items():
+        for part, condition in self._bodies[number].conditions[step - 1].items():
             for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
                 scale = stiff if isinstance(term, Displacement) else 1.0
                 result += scale**2 * self.left(number, part, term)[0]
@@ -270,11 +276,9 @@ class DataRemainders:
     def resultant_error(self) -> float:
         """Return the largest error of the integrals of given tractions over their size [-]."""
         errors = [
-            self.left(number, part, term)[2]
-            for number in range(len(self._meshes))
-            for state in self._problem.conditions(number)
-            for part, condition in state.items()
-            for term in (condition.apart if isinstance(condition, Displacement | Traction) else ())
+            self.left(loaded.number, part, term)[2]
+            for loaded in self._bodies
+            for part, term in _given_terms(loaded)
             if isinstance(term, Traction)
         ]
         return max(errors, default=0.0)

@@ -22,7 +22,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import PairParts, matched
 from ...model.interfaces import PosedInterface
-from ...model.loads import loads_by_step
+from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Problem
 from ...refinement.meshes import mesh_of
 from ...results.report import Finding
@@ -147,7 +147,7 @@ def discretise(
     )
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
     interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
-    data, volumes = _with_volume_loads(problem, meshes, data, like)
+    data, volumes = _with_volume_loads(problem.loaded, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
     if like is None:
@@ -193,7 +193,11 @@ def _on_meshes(
     interfaces, distance, findings = list[Interface](), list[float](), list[Finding]()
     for posed, facing in zip(problem.interfaces, facings, strict=True):
         if posed.periodic:
-            made = periodic_interface(problem, posed, meshes[posed.body]), 0.0, list[Finding]()
+            made = (
+                periodic_interface(problem.loaded[posed.body], posed, meshes[posed.body]),
+                0.0,
+                list[Finding](),
+            )
         else:
             made = contact_interface(posed, meshes, facing, problem.holds_normals)
         interfaces.append(made[0])
@@ -217,7 +221,7 @@ def _law_and_data(
         If the conditions of a body hold it at too few nodes.
     """
     interfaces, law = with_law(given, problem.interfaces, interfaces, meshes)
-    data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
+    data = [boundary_data(*body, interfaces) for body in zip(problem.loaded, meshes, strict=True)]
     if given is not None or not isinstance(law, Tresca):
         return interfaces, law, data
     for known, mesh in zip(data, meshes, strict=True):
@@ -228,7 +232,7 @@ def _law_and_data(
     # the equilibrium of bodies that only contact holds is exact if all tractions are unknowns
     interfaces = [replace(interface, held=False) for interface in interfaces]
     law = law_between(problem.interfaces, interfaces, meshes)
-    data = [boundary_data(problem, b, mesh, interfaces) for b, mesh in enumerate(meshes)]
+    data = [boundary_data(*body, interfaces) for body in zip(problem.loaded, meshes, strict=True)]
     return interfaces, law, data
 
 
@@ -265,25 +269,28 @@ def meshed(
 
 
 def add_volume_loads(
-    problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]
+    bodies: Sequence[LoadedBody], meshes: list[BoundaryMesh], data: list[BoundaryData]
 ) -> list[BoundaryData]:
     """Return the data with particular solutions for volume loads."""
-    return _with_volume_loads(problem, meshes, data, None)[0]
+    return _with_volume_loads(bodies, meshes, data, None)[0]
 
 
 def _with_volume_loads(
-    problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData], like: Discrete | None
+    bodies: Sequence[LoadedBody],
+    meshes: list[BoundaryMesh],
+    data: list[BoundaryData],
+    like: Discrete | None,
 ) -> tuple[list[BoundaryData], list[VolumeSolution | None]]:
     """Return the data with particular solutions for volume loads, and these solutions.
 
     Solutions and data of `like` are used again if the loads do not change.
     """
     complete, volumes = [], []
-    for b, (mesh, mesh_data) in enumerate(zip(meshes, data, strict=True)):
-        if like is not None and _loads_volume_alike(problem, like.problem, b):
+    for b, (loaded, mesh, mesh_data) in enumerate(zip(bodies, meshes, data, strict=True)):
+        if like is not None and _loads_volume_alike(loaded, like.problem.loaded[b]):
             volume, at_nodes = like.volumes[b], like.data[b].volume
         else:
-            volume = volume_solution(problem, b, mesh)
+            volume = volume_solution(loaded, mesh)
             at_nodes = None if volume is None else volume.nodal_values(mesh)
         volumes.append(volume)
         posed = mesh_data if at_nodes is None else replace(mesh_data, volume=at_nodes)
@@ -291,7 +298,6 @@ def _with_volume_loads(
     return complete, volumes
 
 
-def _loads_volume_alike(problem: Problem, earlier: Problem, number: int) -> bool:
-    """Return whether a body has the same material and volume loads in both problems."""
-    same = problem.body[number].material == earlier.body[number].material
-    return same and loads_by_step(problem, number) == loads_by_step(earlier, number)
+def _loads_volume_alike(loaded: LoadedBody, earlier: LoadedBody) -> bool:
+    """Return whether a body has the same material and volume loads as an earlier one."""
+    return loaded.body.material == earlier.body.material and loaded.loads == earlier.loads

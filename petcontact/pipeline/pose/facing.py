@@ -14,7 +14,7 @@ from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
-from ...model.problem import Problem
+from ...model.loaded_body import LoadedBody
 from ...results.report import Finding
 from ...round_off import WRITTEN
 from ..judge.findings import new_finding
@@ -145,7 +145,7 @@ def contact_interface(
     )
 
 
-def periodic_interface(problem: Problem, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
+def periodic_interface(loaded: LoadedBody, side: PosedInterface, mesh: BoundaryMesh) -> Interface:
     """Return the interface between the two sides of a periodic strip.
 
     At each pair of nodes the displacements differ by the jump, and the tractions are opposite.
@@ -160,7 +160,7 @@ def periodic_interface(problem: Problem, side: PosedInterface, mesh: BoundaryMes
     jump = np.array(
         [
             (0.0, 0.0),
-            *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body)),
+            *(getattr(state[side.part], "jump", ()) for state in loaded.conditions),
         ]
     )
     return Interface(

@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
 from ...model.hints import among
-from ...model.loads import loads_by_step
+from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Contact, Periodic, Problem, Traction
 
 
@@ -29,9 +29,9 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
             raise InputError(
                 f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}"
             )
-        _check_loads(problem, number, boundary)
+        _check_loads(problem.loaded[number], boundary)
         if isinstance(boundary, Meridian):
-            check_revolution(problem, number, boundary)
+            check_revolution(problem.loaded[number], boundary)
     for side in problem.interfaces:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)
@@ -43,9 +43,9 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
         _check_conditions(problem, number, boundary)
 
 
-def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
+def _check_loads(loaded: LoadedBody, boundary: Boundary) -> None:
     """Refuse loads inside a body that may not have them, or whose components do not fit."""
-    body, d = problem.body[number], boundary.dim
+    body, d = loaded.body, boundary.dim
     for k, point in enumerate(body.point_force):
         _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
         key = f"body {body.name!r}: point_force[{k}].force"
@@ -56,7 +56,7 @@ def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
             f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as "
             f"force or u_0"
         )
-    for loads in [loads for loads in loads_by_step(problem, number) if not loads.is_none]:
+    for loads in [loads for loads in loaded.loads if not loads.is_none]:
         if boundary.exterior:
             raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
         if d == 2 and loads.axis is not None:

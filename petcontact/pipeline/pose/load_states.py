@@ -28,14 +28,13 @@ from ...geometry.superelement import CondensedSurface
 from ...mesh.approximation import Function, approximated, sampled
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
-from ...model.loads import forces_by_step
-from ...model.problem import Body, Displacement, Periodic, Problem, Symmetry, Traction
+from ...model.loaded_body import LoadedBody
+from ...model.problem import Body, Displacement, Periodic, Symmetry, Traction
 from ...round_off import WRITTEN
 
 
 def boundary_data(
-    problem: Problem,
-    number: int,
+    loaded: LoadedBody,
     mesh: BoundaryMesh,
     interfaces: Sequence[Interface],
     step: int = 1,
@@ -50,13 +49,13 @@ def boundary_data(
     InputError
         If data are not finite, or have another number of components than the body has dimensions.
     """
-    body, conditions = problem.body[number], problem.conditions(number)
+    body, conditions = loaded.body, loaded.conditions
     d = mesh.components
-    frame, traction_known, contact, axes = _components(problem, number, mesh, interfaces, step)
+    frame, traction_known, contact, axes = _components(loaded, mesh, interfaces, step)
     value = np.zeros((len(conditions) + 1, mesh.n_nodes, d))
     points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, mesh.dim), body, mesh)
     forces = [np.zeros((len(points), d))]
-    for state in forces_by_step(problem, number):
+    for state in loaded.forces:
         forces.append(np.array([f.force for f in state]).reshape(-1, d))
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
@@ -70,7 +69,7 @@ def boundary_data(
             value[s, nodes] = cache[part][1]
     directions = axes[:, : directions_looked_for(d, interfaces)]
     for face in interfaces if directions.shape[1] < d else ():
-        if face.body == number:
+        if face.body == loaded.number:
             value[:, face.nodes, axes[np.searchsorted(contact, face.nodes), -1]] = face.gap
     return without_rigid_motion(
         BoundaryData(frame, traction_known, value, contact, directions, points, np.array(forces)),
@@ -79,7 +78,7 @@ def boundary_data(
 
 
 def _components(
-    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
+    loaded: LoadedBody, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
 ) -> tuple[Array, Mask, Index, Index]:
     """Return frames, known components and contact directions of a body in a step.
 
@@ -95,12 +94,12 @@ def _components(
         Numbers of their frames' directions in the order that contact uses. If normals are held,
         the normal comes last.
     """
-    body, n, d = problem.body[number], mesh.n_nodes, mesh.components
+    body, n, d = loaded.body, mesh.n_nodes, mesh.components
     frame, traction_known = (
         np.broadcast_to(np.eye(d), (n, d, d)).copy(),
         np.ones((n, d), dtype=bool),
     )
-    for part, condition in problem.conditions(number)[step - 1].items():
+    for part, condition in loaded.conditions[step - 1].items():
         if isinstance(condition, Displacement):
             check_components(condition.value, mesh, f"body {body.name!r}: {part}")
             traction_known[mesh.nodes_of(part)] = [
@@ -115,7 +114,7 @@ def _components(
                 )
             frame[nodes], axes = contact_frames(mesh, nodes)
             traction_known[nodes, axes[:, -1]] = False
-    contact = contact_nodes(interfaces, number)
+    contact = contact_nodes(interfaces, loaded.number)
     axes = np.broadcast_to(np.arange(d), (len(contact), d))
     if len(contact) and directions_looked_for(d, interfaces) < d:
         frame[contact], axes = contact_frames(mesh, contact)
@@ -146,7 +145,7 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
 
 
 def later_data(
-    problem: Problem,
+    bodies: Sequence[LoadedBody],
     meshes: Sequence[BoundaryMesh],
     interfaces: Sequence[Interface],
     step: int,
@@ -158,15 +157,14 @@ def later_data(
     It is None if the step holds and frees no component.
     """
     new = [
-        _data_from(problem, b, meshes[b], interfaces, step, old[b], end)
-        for b, end in enumerate(ends)
+        _data_from(loaded, meshes[b], interfaces, step, old[b], ends[b])
+        for b, loaded in enumerate(bodies)
     ]
     return None if all(data is old_data for data, old_data in zip(new, old, strict=True)) else new
 
 
 def _data_from(
-    problem: Problem,
-    number: int,
+    loaded: LoadedBody,
     mesh: BoundaryMesh,
     interfaces: Sequence[Interface],
     step: int,
@@ -179,9 +177,9 @@ def _data_from(
     held starts from its displacement. A component that was held and is now free starts from its
     traction.
     """
-    if np.array_equal(_components(problem, number, mesh, interfaces, step)[1], old.traction_known):
+    if np.array_equal(_components(loaded, mesh, interfaces, step)[1], old.traction_known):
         return old
-    new = boundary_data(problem, number, mesh, interfaces, step)
+    new = boundary_data(loaded, mesh, interfaces, step)
     u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
     start = np.where(new.traction_known, traction, u)
     start[new.contact_nodes[:, None], new.contact_directions] = 0.0
