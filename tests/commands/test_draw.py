@@ -11,7 +11,7 @@ from petcontact import load
 from petcontact.commands.main import main
 from petcontact.contact.law_protocol import OPEN
 from petcontact.pipeline.pose.as_posed import as_posed
-from petcontact.results.figures.model import parts_of
+from petcontact.results.figures.model import draw_model, parts_of
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -39,6 +39,19 @@ def test_a_part_has_what_holds_on_it_at_the_end_of_the_last_step():
     top = solution.meshes["blade"].nodes_of("top")
     assert np.allclose(solution.bodies["blade"].traction[top], (0.0, 50.0))
     assert all(np.all(pair.state == OPEN) for pair in solution.pairs.values())
+
+
+def test_a_rigid_sphere_is_a_net_above_the_face_that_it_may_touch():
+    """At its gap, (x² + y²)/4; a body that is no obstacle has none."""
+    from matplotlib.figure import Figure
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    figure = Figure(layout="constrained")
+    draw_model(figure, as_posed(load(CONFIGS / "space_sphere.toml")))
+    (net,) = (each for each in figure.axes[0].collections if type(each) is Line3DCollection)
+    x = np.concatenate(net._segments3d)
+    assert np.abs(x[:, 2] - 0.25 * (x[:, 0] ** 2 + x[:, 1] ** 2)).max() < 0.01
+    assert 0.3 < x[:, 2].max() < 0.5
 
 
 def test_draw_refuses_what_solve_refuses(tmp_path, capsys):

@@ -14,17 +14,21 @@ import numpy as np
 from ...arrays import Array
 from ...fields.boundary.places import points_at
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...mesh.surface_mesh import SurfaceMesh
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.bodies import Contact, Traction
+from ...model.expressions import evaluate
 from ...model.summary import condition_text, law_text
 from ...runtime.figure_style import COLOURS, legend_below, plain, wrapped
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
+from ..vtu.places import small_triangles
 from .plane import BODIES, fit_height, outlines, place
-from .surface import best_view, draw_bodies, fit_axes, sampled, toward_eye
+from .surface import TRIANGLES, best_view, draw_bodies, fit_axes, sampled, toward_eye
 from .surroundings import (
+    EDGE,
     LOAD,
     LONG,
+    REACH,
     THICK,
     draw_arrows,
     draw_loads,
@@ -235,19 +239,41 @@ def _draw_space(figure: Any, solution: SolutionData) -> None:
         BoundaryNorm(levels, len(kinds)), ListedColormap([*map(_soft, KINDS.values())])
     )
     figure.get_layout_engine().set(rect=(0.0, BELOW, 1.0, 1.0 - BELOW))
-    axes = figure.add_subplot(projection="3d")
+    axes = figure.add_subplot(projection="3d", computed_zorder=False)
     x = draw_bodies(axes, solution, bodies, 1.0, colours, best_view(solution))
     fit_axes(axes, solution, x.min(axis=0), x.max(axis=0))
     _names_in_space(axes, solution, parts)
     _loads_in_space(axes, solution)
     shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
-    figure.legend(
-        [Patch(facecolor=_soft(KINDS[kind])) for kind in shown],
-        shown,
-        loc="lower center",
-        ncols=len(shown),
-    )
+    patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
+    nets = _obstacles_in_space(axes, solution)
+    words = [*shown, *["obstacle"] * len(nets)]
+    figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
     figure.suptitle(_titled(solution), fontsize="medium")
+
+
+def _obstacles_in_space(axes: Any, solution: SolutionData) -> list[Any]:
+    """Rigid obstacles as a net, which hides nothing: the panels that may touch them, moved by the
+    gap along the normal, where they face the eye. The net, or nothing."""
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    size, eye, lines = size_of(solution), toward_eye(axes.elev, axes.azim), list[Array]()
+    for side in solution.problem.interfaces:
+        if side.primary is not None or side.law.normal == "bonded":
+            continue
+        mesh, nodes = solution.meshes[solution.sides[side.name][0]], solution.nodes[side.name]
+        faces = np.unique(mesh.element[nodes])
+        places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, faces)
+        nodal = np.zeros(mesh.n_nodes)
+        nodal[nodes] = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), side.name)
+        gap = mesh.basis_at(places.element, places.place) @ nodal
+        x, normal = points_at(mesh, places.element, places.place)
+        seen = (np.abs(gap) <= REACH * size) & (normal @ eye > 0.0)
+        lines += [*(x + gap[:, None] * normal)[rims[seen[rims].all(axis=1)]]]
+    nets = [Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)] * bool(lines)
+    for net in nets:
+        axes.add_collection3d(net)
+    return nets
 
 
 def _soft(colour: str) -> tuple[float, ...]:
