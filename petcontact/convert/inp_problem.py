@@ -62,7 +62,7 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         "symmetry": "axial" if bodies[0].kind == "CAX" else "",
         "body": [body.table(mesh) for mesh, body in meshes.items()],
         "contact": _pairs(reader, bodies),
-        "step": _steps(bodies, len(reader.held)),
+        "step": _steps(bodies, reader.steps),
     }
     notes = [*reader.notes, *_uncovered(reader, bodies), *_unused(reader, bodies)]
     head = "".join(f"# not taken: {note}\n" for note in notes)
@@ -146,10 +146,10 @@ def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
     return found
 
 
-def _steps(bodies: list[InpBody], count: int) -> list[dict[str, Any]]:
+def _steps(bodies: list[InpBody], names: list[str]) -> list[dict[str, Any]]:
     """Load steps, where there are several: what has another value than in the step before."""
     steps: list[dict[str, Any]] = []
-    for number in range(count if count > 1 else 0):
+    for number, name in enumerate(names if len(names) > 1 else ()):
         changes: dict[str, list[dict[str, Any]]] = {"boundary": [], "loads": [], "point_force": []}
         for body in bodies if number else ():
             own = {"body": body.name}
@@ -165,5 +165,5 @@ def _steps(bodies: list[InpBody], count: int) -> list[dict[str, Any]]:
             ]
             if body.volume(number) != body.volume(number - 1):
                 changes["loads"].append({**own, **body.volume(number)})
-        steps.append({"name": f"step{number + 1}", **{k: v for k, v in changes.items() if v}})
+        steps.append({"name": name, **{k: v for k, v in changes.items() if v}})
     return steps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import math
 import operator
@@ -97,6 +98,8 @@ class Statements:
         Surfaces of pairs and loads.
     names : dict
         Of the last material and interaction.
+    steps : list of str
+        Names of the load steps.
     """
 
     file: InpFile
@@ -115,6 +118,7 @@ class Statements:
     covering: dict[str, set[int]] = field(default_factory=dict)
     used: set[str] = field(default_factory=set)
     names: dict[str, str] = field(default_factory=dict)
+    steps: list[str] = field(default_factory=list)
 
     def read(self) -> None:
         """Read all keywords in order; those in a step belong to it."""
@@ -125,11 +129,11 @@ class Statements:
             self._check_parameters(keyword)
             if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
-                if "STEP" in self.names:
+                if self.steps:
                     for states in list[Any]([self.held, self.pressed, self.volume]):
-                        states.append(dict(states[-1]))
+                        states.append(copy.deepcopy(states[-1]))
                     self.forces.append({})
-                self.names["STEP"] = "seen"
+                self.steps.append(keyword.parameters.get("NAME", f"step{len(self.steps) + 1}"))
             elif not self._take(keyword) and keyword.name not in SILENT:
                 self.note(keyword, "not taken")
         self._gather()

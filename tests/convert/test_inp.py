@@ -4,6 +4,7 @@ is named."""
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -135,6 +136,16 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     assert forces[1] / forces[0] == pytest.approx(
         2.5, rel=0.01
     )  # pressed ×2.5; the weight is next to nothing
+
+
+def test_a_displacement_that_a_later_step_changes_is_that_of_the_deck_in_each(tmp_path, capsys):
+    """The deck of the manual: pressed by 0.005, and only then pushed by 0.001."""
+    deck = Path(__file__).parents[2] / "configs/recipes/blocks.inp"
+    problem, _ = converted(deck.read_text().splitlines(), tmp_path, capsys)
+    (head,) = problem.body[1].boundary
+    assert head.value == (0.0, -0.005)
+    assert [step.name for step in problem.step] == ["press", "push"]
+    assert [c.value for c in problem.step[1].boundary] == [(0.001, -0.005)]
 
 
 def converted(text, folder, capsys):
