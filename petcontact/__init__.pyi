@@ -49,6 +49,7 @@ from .results.hdf5 import write_solution as write_solution
 from .results.solution import Solution as Solution
 from .results.solution import read_result as read_result
 from .results.vtu.boundary import write_boundary_vtu as write_boundary_vtu
+from .results.vtu.collection import write_collection as write_collection
 from .results.vtu.inside import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise
 from .sweep.store.case_table import load_case as load_case

@@ -14,7 +14,9 @@ import launch
 
 pytestmark = pytest.mark.mpi
 CONFIGS = Path(__file__).parents[2] / "configs"
-COARSE = ("--set", "body.1.mesh={element_size = 0.5, order = 1}")
+COARSE = tuple(
+    word for k in range(2) for word in ("--set", f"body.{k}.mesh={{element_size = 0.5, order = 1}}")
+)
 GRADED = tuple(
     word
     for k in range(3)

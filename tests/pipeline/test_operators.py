@@ -38,7 +38,7 @@ PROBLEMS = {
     "space, one body": ("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": (
         "space_stack",
-        {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0},
+        {f"body.{k}.mesh": {"element_size": 1.0, "order": 1} for k in range(2)},
     ),
 }
 

@@ -71,7 +71,7 @@ PROBLEMS = {
     "torsion": lambda: parse_problem(tomllib.loads(TURNED), "turned", {}, Path()),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": lambda: config(
-        "space_stack", {"body.1.mesh": {"element_size": 1.0, "order": 1}}
+        "space_stack", {f"body.{k}.mesh": {"element_size": 1.0, "order": 1} for k in range(2)}
     ),
 }
 
