@@ -18,7 +18,10 @@ from petcontact.manual import chapter
 ROOT = Path(__file__).parents[2]
 CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.toml"))
 
-SLOW = ("load_path.toml", "rounded_pin.toml", "o_ring.toml", "limit_torque.toml", "limit_load.toml")
+SLOW = (
+    *("load_path.toml", "rounded_pin.toml", "o_ring.toml", "limit_torque.toml"),
+    *("limit_load.toml", "mesh_in_space.toml"),
+)
 """Take longer than the others."""
 
 
@@ -96,7 +99,7 @@ def two_solutions(solution):
 
 
 def mesh_in_space(solution):
-    return solution.pairs["bottom"].force[[0, 2]], [-1.8649, 10.748]
+    return solution.pairs["bottom"].force[[0, 2]], [-1.884, 10.856]
 
 
 def rounded_pin(solution):
