@@ -257,23 +257,26 @@ def _obstacles_in_space(axes: Any, solution: SolutionData) -> list[Any]:
     gap along the normal, where they face the eye. The net, or nothing."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-    size, eye, lines = size_of(solution), toward_eye(axes.elev, axes.azim), list[Array]()
+    eye, lines = toward_eye(axes.elev, axes.azim), list[Array]()
     for side in solution.problem.interfaces:
-        if side.primary is not None or side.law.normal == "bonded":
-            continue
-        mesh, nodes = solution.meshes[solution.sides[side.name][0]], solution.nodes[side.name]
-        faces = np.unique(mesh.element[nodes])
-        places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, faces)
-        nodal = np.zeros(mesh.n_nodes)
-        nodal[nodes] = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), side.name)
-        gap = mesh.basis_at(places.element, places.place) @ nodal
-        x, normal = points_at(mesh, places.element, places.place)
-        seen = (np.abs(gap) <= REACH * size) & (normal @ eye > 0.0)
-        lines += [*(x + gap[:, None] * normal)[rims[seen[rims].all(axis=1)]]]
+        if side.primary is None and side.law.normal != "bonded":
+            lines += [*_net(solution, side, eye)]
     nets = [Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)] * bool(lines)
     for net in nets:
         axes.add_collection3d(net)
     return nets
+
+
+def _net(solution: SolutionData, side: Any, eye: Array) -> Array:
+    """Lines (k, 2, 3) of one obstacle."""
+    mesh, nodes = solution.meshes[solution.sides[side.name][0]], solution.nodes[side.name]
+    places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, np.unique(mesh.element[nodes]))
+    nodal = np.zeros(mesh.n_nodes)
+    nodal[nodes] = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), side.name)
+    gap = mesh.basis_at(places.element, places.place) @ nodal
+    x, normal = points_at(mesh, places.element, places.place)
+    seen = (np.abs(gap) <= REACH * size_of(solution)) & (normal @ eye > 0.0)
+    return np.asarray((x + gap[:, None] * normal)[rims[seen[rims].all(axis=1)]])
 
 
 def _soft(colour: str) -> tuple[float, ...]:
