@@ -122,20 +122,20 @@ def _found(words: str) -> str:
     """
     from ..manual import places, summary, topics
 
-    found, keys = places(words), _keys(words)
+    chapters, keys = places(words), _keys(words)
     best = OTHER_WORDS.get(words.lower())
-    if not found and not keys and not best:
+    if not chapters and not keys and not best:
         near = difflib.get_close_matches(words, topics(), n=1)
         hint = f", did you mean {near[0]!r}?" if near else f"; chapters: {', '.join(topics())}"
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
     lines = [*keys, ""] if keys else []
     lines += [f"see `petcontact help {best}`: {summary(best)}", ""] if best else []
-    for name, each in found.items():
-        lines.append(f"{name} ({len(each)} line{'s' if len(each) > 1 else ''})")
+    for name, numbered in chapters.items():
+        lines.append(f"{name} ({len(numbered)} line{'s' if len(numbered) > 1 else ''})")
         lines += [
-            f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in each[:SHOWN]
+            f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in numbered[:SHOWN]
         ]
-        lines += [f"        and {len(each) - SHOWN} more"] if len(each) > SHOWN else []
+        lines += [f"        and {len(numbered) - SHOWN} more"] if len(numbered) > SHOWN else []
     return "\n".join([*lines, "", "A chapter is shown by `petcontact help CHAPTER`."])
 
 

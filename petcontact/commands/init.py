@@ -86,13 +86,13 @@ def _converted(source: str, target: Path) -> dict[str, str]:
         )
     if Path(source).suffix.lower() != ".inp":
         raise InputError(f"--from {source}: a file of Abaqus or CalculiX ends in .inp")
-    found = convert_inp(source, target.name)
-    parse_problem(parse_toml(found.toml, source), source, {}, target.parent)
-    for note in found.notes:
+    config = convert_inp(source, target.name)
+    parse_problem(parse_toml(config.toml, source), source, {}, target.parent)
+    for note in config.notes:
         print(f"petcontact: {source}: {note}", file=sys.stderr)
     return {
-        f"{target.name}.toml": found.toml,
-        **found.meshes,
+        f"{target.name}.toml": config.toml,
+        **config.meshes,
         "petcontact.schema.json": schema_text("problem"),
     }
 

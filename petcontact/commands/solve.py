@@ -163,10 +163,10 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
 
 def saved_text(solution: Any, output: Path) -> str:
     """What a signal has left, and how to go on from there; an adaptive solve begins anew."""
-    what = "the last iterate" if solution.status == "failed" else "the solution"
-    known = solution.accuracy.wanted is not None
-    begin = "" if known else f", go on with --set method.start={output}"
-    return f"{what} is saved in {output}{begin}"
+    subject = "the last iterate" if solution.status == "failed" else "the solution"
+    adaptive = solution.accuracy.wanted is not None
+    begin = "" if adaptive else f", go on with --set method.start={output}"
+    return f"{subject} is saved in {output}{begin}"
 
 
 def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:

@@ -97,7 +97,7 @@ def _part(word: str | None) -> tuple[int, int] | None:
     """K/N as numbers."""
     if word is None:
         return None
-    found = re.fullmatch(r"(\d{1,7})/(\d{1,7})", word)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+    match = re.fullmatch(r"(\d{1,7})/(\d{1,7})", word)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
         raise InputError(f"--part {word}: must be K/N with 1 <= K <= N")
-    return int(found[1]), int(found[2])
+    return int(match[1]), int(match[2])

@@ -23,18 +23,18 @@ Load = tuple[float, tuple[float | str, ...]]
 
 def boundary_faces(file: InpFile, elements: list[int]) -> dict[Face, tuple[int, ...]]:
     """Return the corner nodes of faces of only one element, without those on an axis."""
-    every = {
+    faces = {
         (number, k): tuple(file.elements[number][1][c] for c in own)
         for number in elements
         for k, own in enumerate(FACES[CORNERS[file.elements[number][0]]])
     }
-    times = Counter(tuple(sorted(nodes)) for nodes in every.values())
-    found = {face: nodes for face, nodes in every.items() if times[tuple(sorted(nodes))] == 1}
+    times = Counter(tuple(sorted(nodes)) for nodes in faces.values())
+    single = {face: nodes for face, nodes in faces.items() if times[tuple(sorted(nodes))] == 1}
     if file.elements[elements[0]][0].startswith("CAX"):
-        radii = {face: max(abs(file.nodes[n][0]) for n in nodes) for face, nodes in found.items()}
+        radii = {face: max(abs(file.nodes[n][0]) for n in nodes) for face, nodes in single.items()}
         axis = WRITTEN * max(radii.values())
-        found = {face: nodes for face, nodes in found.items() if radii[face] > axis}
-    return found
+        single = {face: nodes for face, nodes in single.items() if radii[face] > axis}
+    return single
 
 
 class InpBody:
@@ -67,9 +67,9 @@ class InpBody:
         self.surfaces: list[str] = []
         touching: dict[Face, str] = {}
         for surface in (pair[side] for pair in reader.pairs for side in ("secondary", "primary")):
-            mine = self.faces.keys() & {*reader.surfaces.get(surface, ())}
-            touching = dict.fromkeys(mine, surface) | touching
-            self.surfaces += [surface] * bool(mine and surface not in self.surfaces)
+            own_faces = self.faces.keys() & {*reader.surfaces.get(surface, ())}
+            touching = dict.fromkeys(own_faces, surface) | touching
+            self.surfaces += [surface] * bool(own_faces and surface not in self.surfaces)
         self._says: dict[str, tuple[tuple[str, ...], tuple[Load, ...]]] = {}
         others = self._named({f: nodes for f, nodes in self.faces.items() if f not in touching})
         self.parts = {face: touching.get(face) or others[face] for face in self.faces}
@@ -89,8 +89,12 @@ class InpBody:
                 pulled = any(any(pull) for _, pull in acting)
                 words.append(f"{'loaded' if pulled else 'pressed'}{len(names)}")
             names.setdefault((sets, acting), "+".join(words))
-        self._says = {names[one]: one for one in says.values() if names[one] != "rest"}
-        return {face: names[one] for face, one in says.items()}
+        self._says = {
+            names[says_of_part]: says_of_part
+            for says_of_part in says.values()
+            if names[says_of_part] != "rest"
+        }
+        return {face: names[says_of_part] for face, says_of_part in says.items()}
 
     def _holding(self, faces: dict[Face, tuple[int, ...]]) -> dict[Face, tuple[str, ...]]:
         """Return the node sets that hold each face."""
@@ -118,7 +122,7 @@ class InpBody:
         self, free: dict[Face, tuple[int, ...]], forces: dict[int, Array], inside: set[int]
     ) -> dict[Face, list[tuple[float | str, ...]]]:
         """Return the tractions of faces that forces at nodes make, at the end of each step."""
-        found: dict[Face, list[tuple[float | str, ...]]] = {}
+        tractions: dict[Face, list[tuple[float | str, ...]]] = {}
         lost = forces.keys() - self.inside.keys()
         for faces, ends in loaded_faces(free, forces.keys() - inside):
             corners, points = [self._at(free[face]) for face in faces], self._at(ends)
@@ -126,19 +130,19 @@ class InpBody:
                 linear_traction(corners, points, force, self.kind == "CAX")
                 for force in np.stack([forces[node] for node in ends], axis=1)
             ]
-            found |= dict.fromkeys(faces, through)
+            tractions |= dict.fromkeys(faces, through)
             lost -= {*ends}
         if lost:
             self.reader.notes.append(
                 f"*CLOAD: {count([*lost], 'node')} without a face that is neither held nor in "
                 f"contact; not taken"
             )
-        return found
+        return tractions
 
     def _forces(self) -> dict[int, Array]:
         """Forces at nodes at the end of each step, (K, d), where a node is not held: there they
         strain nothing."""
-        reader, found = self.reader, dict[int, Array]()
+        reader, forces = self.reader, dict[int, Array]()
         held = {
             (node, freedom)
             for name, values in reader.held[-1].items()
@@ -150,9 +154,9 @@ class InpBody:
         for k, step in enumerate(reader.forces):
             for node, freedom in step.keys() - held:
                 if node in own and freedom <= self.dim:
-                    through = found.setdefault(node, np.zeros((len(reader.forces), self.dim)))
+                    through = forces.setdefault(node, np.zeros((len(reader.forces), self.dim)))
                     through[k, freedom - 1] = step[node, freedom] / width
-        return {node: found[node] for node in sorted(found) if found[node].any()}
+        return {node: forces[node] for node in sorted(forces) if forces[node].any()}
 
     def _at(self, nodes: Iterable[int]) -> Array:
         return np.array([self.reader.file.nodes[node][: self.dim] for node in nodes])
@@ -166,7 +170,7 @@ class InpBody:
 
     def conditions(self, step: int) -> list[dict[str, Any]]:
         """Return the conditions of all parts at the end of a step."""
-        found: list[dict[str, Any]] = []
+        conditions: list[dict[str, Any]] = []
         for part, (names, loads) in self._says.items():
             value = self._value(names, step)
             acting = [_acting(loads[step], c) if value[c] == FREE else 0.0 for c in range(self.dim)]
@@ -177,17 +181,17 @@ class InpBody:
                     says["traction"] = acting
             elif not any(any(pull) for _, pull in loads):
                 says = {"pressure": loads[step][0]}
-            found.append({"part": part, **says})
-        return found
+            conditions.append({"part": part, **says})
+        return conditions
 
     def volume(self, step: int) -> dict[str, Any]:
         """Return the `loads` at the end of a step."""
         loads = self.reader.volume[step]
-        found = next((loads[number] for number in self.elements if number in loads), {})
+        volume_loads = next((loads[number] for number in self.elements if number in loads), {})
         left_out = {"C3D": (), "CAX": ("centre", "axis")}.get(self.kind, ("axis",))
         return {
             key: value[: self.dim] if isinstance(value, list) else value
-            for key, value in found.items()
+            for key, value in volume_loads.items()
             if key not in left_out
         }
 

@@ -71,9 +71,9 @@ def count(numbers: list[int], word: str) -> str:
 def _signs(x: Array, edges: tuple[tuple[int, ...], ...]) -> Array:
     """Sines at the corners of elements (n, c, d), (n, len(edges)); negative where they are
     turned."""
-    found = []
+    signs = []
     for corner, *others in edges:
         along = x[:, others] - x[:, [corner]]
         size = np.linalg.norm(along, axis=2).prod(axis=1)
-        found.append(np.linalg.det(along) / np.where(size > 0.0, size, 1.0))
-    return np.stack(found, axis=1)
+        signs.append(np.linalg.det(along) / np.where(size > 0.0, size, 1.0))
+    return np.stack(signs, axis=1)

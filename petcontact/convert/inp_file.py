@@ -102,7 +102,7 @@ def read_inp(path: str | Path) -> InpFile:
     InputError
         If it cannot be read, a number is none, or it is written in parts and instances.
     """
-    found = InpFile(str(path))
+    file = InpFile(str(path))
     for keyword in _keywords(path):
         if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
             raise InputError(
@@ -122,21 +122,21 @@ def read_inp(path: str | Path) -> InpFile:
                 "them along the axes"
             )
         try:
-            _take(found, keyword)
+            _take(file, keyword)
         except InputError:
             raise
         except ValueError:
             raise InputError(
                 f"{path}: line {keyword.line}: *{keyword.name}: a number was expected"
             ) from None
-    if not (found.nodes and found.elements):
+    if not (file.nodes and file.elements):
         raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
-    for number, (_, nodes) in found.elements.items():
-        if unknown := sorted({*nodes} - found.nodes.keys()):
+    for number, (_, nodes) in file.elements.items():
+        if unknown := sorted({*nodes} - file.nodes.keys()):
             raise InputError(f"{path}: element {number}: there is no node {unknown[0]}")
         if len({*nodes}) < len(nodes):
             raise InputError(f"{path}: element {number} names a node twice")
-    return found
+    return file
 
 
 def _keywords(path: str | Path) -> Iterator[Keyword]:
@@ -159,39 +159,39 @@ def _keywords(path: str | Path) -> Iterator[Keyword]:
         yield now
 
 
-def _take(found: InpFile, keyword: Keyword) -> None:
+def _take(file: InpFile, keyword: Keyword) -> None:
     """Nodes, elements and sets; anything else is kept."""
     if keyword.name == "NODE":
-        _extend(found.nsets, keyword.parameters.get("NSET"), _nodes(found, keyword))
+        _extend(file.nsets, keyword.parameters.get("NSET"), _nodes(file, keyword))
     elif keyword.name == "ELEMENT":
-        _extend(found.elsets, keyword.parameters.get("ELSET"), _elements(found, keyword))
+        _extend(file.elsets, keyword.parameters.get("ELSET"), _elements(file, keyword))
     elif keyword.name in ("NSET", "ELSET"):
-        sets = found.nsets if keyword.name == "NSET" else found.elsets
+        sets = file.nsets if keyword.name == "NSET" else file.elsets
         numbers: list[int] = []
         for row in keyword.rows:
             if "GENERATE" in keyword.parameters:
-                numbers += _generated(found, keyword, row)
+                numbers += _generated(file, keyword, row)
             else:
                 for word in row:
-                    numbers += found.members(word, keyword.name)
+                    numbers += file.members(word, keyword.name)
         _extend(sets, keyword.parameters.get(keyword.name), numbers)
     else:
-        found.rest.append(keyword)
+        file.rest.append(keyword)
 
 
-def _generated(found: InpFile, keyword: Keyword, row: list[str]) -> range:
+def _generated(file: InpFile, keyword: Keyword, row: list[str]) -> range:
     """The numbers from one to another that a row stands for."""
     first, last, step = (int(word) for word in (*row, "1")[:3])
     numbers = range(first, last + 1, step)
     if (last - first) // step > MOST:
         raise InputError(
-            f"{found.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
+            f"{file.path}: line {keyword.line}: *{keyword.name}: {', '.join(row)} are more "
             f"numbers than {MOST:.0e}"
         )
     return numbers
 
 
-def _nodes(found: InpFile, keyword: Keyword) -> list[int]:
+def _nodes(file: InpFile, keyword: Keyword) -> list[int]:
     rows = {
         int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3]
         for row in keyword.rows
@@ -199,48 +199,47 @@ def _nodes(found: InpFile, keyword: Keyword) -> list[int]:
     for number, place in rows.items():
         if not all(abs(x) <= LARGEST_COORDINATE for x in place):
             raise InputError(
-                f"{found.path}: line {keyword.line}: *NODE: node {number} has coordinates that "
+                f"{file.path}: line {keyword.line}: *NODE: node {number} has coordinates that "
                 f"are not finite, or larger than {LARGEST_COORDINATE:g}"
             )
-    _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
-    found.nodes |= rows
+    _new(file, keyword, file.nodes, [int(row[0]) for row in keyword.rows])
+    file.nodes |= rows
     return list(rows)
 
 
-def _elements(found: InpFile, keyword: Keyword) -> list[int]:
+def _elements(file: InpFile, keyword: Keyword) -> list[int]:
     kind = keyword.parameters.get("TYPE", "").upper().rstrip("RIHMT")
     if kind not in CORNERS:
-        found.rest.append(Keyword(f"ELEMENT, TYPE={kind}", {}, [], keyword.line))
+        file.rest.append(Keyword(f"ELEMENT, TYPE={kind}", {}, [], keyword.line))
         return []
     digits = "".join(c for c in kind[3:] if c.isdecimal())
     words = [int(word) for row in keyword.rows for word in row]
     width = 1 + int(digits)
     if len(words) % width:
         raise InputError(
-            f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
+            f"{file.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of "
             f"{width}, "
             f"the number of an element of type {kind} and its nodes"
         )
     numbers = words[::width]
-    _new(found, keyword, found.elements, numbers)
+    _new(file, keyword, file.elements, numbers)
     corners = CORNERS[kind]
     for start, number in zip(range(1, len(words), width), numbers, strict=True):
         nodes = words[start : start + width - 1]
-        found.elements[number] = kind, tuple(nodes[: abs(corners)])
+        file.elements[number] = kind, tuple(nodes[: abs(corners)])
         for middle, (a, b) in zip(nodes[abs(corners) :], MIDDLES[corners], strict=False):
-            found.middles[middle] = nodes[a], nodes[b]
+            file.middles[middle] = nodes[a], nodes[b]
     return numbers
 
 
-def _new(found: InpFile, keyword: Keyword, known: Container[int], numbers: list[int]) -> None:
+def _new(file: InpFile, keyword: Keyword, taken: Container[int], numbers: list[int]) -> None:
     """Refuse numbers that are taken."""
-    twice = [n for n in numbers if n in known] or [
+    twice = [n for n in numbers if n in taken] or [
         n for n, times in Counter(numbers).items() if times > 1
     ]
     if twice:
         raise InputError(
-            f"{found.path}: line {keyword.line}: *{keyword.name}: number {twice[0]} is there "
-            f"already"
+            f"{file.path}: line {keyword.line}: *{keyword.name}: number {twice[0]} is there already"
         )
 
 

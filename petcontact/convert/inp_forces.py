@@ -40,10 +40,10 @@ def loaded_faces(
     covered = {face: nodes for face, nodes in faces.items() if loaded.issuperset(nodes)}
     alone = loaded.difference(*covered.values())
     around = {face: nodes for face, nodes in faces.items() if not alone.isdisjoint(nodes)}
-    every = covered | around
-    groups = connected({face: loaded.intersection(nodes) for face, nodes in every.items()})
+    candidates = covered | around
+    groups = connected({face: loaded.intersection(nodes) for face, nodes in candidates.items()})
     return [
-        (group, sorted({node for face in group for node in every[face]} & loaded))
+        (group, sorted({node for face in group for node in candidates[face]} & loaded))
         for group in groups
     ]
 
@@ -72,15 +72,15 @@ def linear_traction(
 
     phi = terms(places)
     gram = phi.T @ (weights[:, None] * phi)
-    found = np.linalg.pinv(gram, rcond=SMALL, hermitian=True) @ terms(points).T @ forces
-    found[np.abs(found) <= SMALL * np.abs(found).max()] = 0.0
-    constant = found[0] - (middle / size) @ found[1:]
+    traction = np.linalg.pinv(gram, rcond=SMALL, hermitian=True) @ terms(points).T @ forces
+    traction[np.abs(traction) <= SMALL * np.abs(traction).max()] = 0.0
+    constant = traction[0] - (middle / size) @ traction[1:]
     return tuple(
         f"{c:.12g}"
         + "".join(f" {s / size:+.12g}*{x}" for s, x in zip(slopes, "xyz", strict=False) if s)
         if slopes.any()
         else float(f"{c:.12g}")
-        for c, slopes in zip(constant, found[1:].T, strict=True)
+        for c, slopes in zip(constant, traction[1:].T, strict=True)
     )
 
 
@@ -91,9 +91,9 @@ def _rule(corners: Array) -> tuple[Array, Array]:
         half = 0.5 * (corners[1] - corners[0])
         along = np.array([-1.0, 1.0]) / math.sqrt(3.0)
         return corners.mean(axis=0) + along[:, None] * half, np.full(2, np.linalg.norm(half))
-    found = []
+    rules = []
     for k in range(1, len(corners) - 1):
         three = corners[[0, k, k + 1]]
         area = 0.5 * np.linalg.norm(np.cross(three[1] - three[0], three[2] - three[0]))
-        found.append((0.5 * (three + three[[1, 2, 0]]), np.full(3, area / 3.0)))
-    return tuple(map(np.concatenate, zip(*found, strict=True)))  # type: ignore[return-value]
+        rules.append((0.5 * (three + three[[1, 2, 0]]), np.full(3, area / 3.0)))
+    return tuple(map(np.concatenate, zip(*rules, strict=True)))  # type: ignore[return-value]

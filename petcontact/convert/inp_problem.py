@@ -87,7 +87,7 @@ def _bodies(reader: Statements) -> list[InpBody]:
 
 def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
     """Node sets that hold no face."""
-    found = []
+    notes = []
     for name, values in reader.held[-1].items():
         nodes = reader.file.members(name)
         # what lies on an axis of revolution stays there
@@ -95,11 +95,11 @@ def _uncovered(reader: Statements, bodies: list[InpBody]) -> list[str]:
         if not any(name in body.sets for body in bodies) and not (
             still and all(reader.file.nodes[node][0] == 0.0 for node in nodes)
         ):
-            found.append(
+            notes.append(
                 f"*BOUNDARY: {name} ({count(nodes, 'node')}) covers no face of a body that is not "
                 f"in contact; not taken"
             )
-    return found
+    return notes
 
 
 def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
@@ -120,7 +120,7 @@ def _unused(reader: Statements, bodies: list[InpBody]) -> list[str]:
 
 
 def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
-    found = []
+    pairs = []
     for number, pair in enumerate(reader.pairs, 1):
         sides = ("secondary", "primary")
         ends = {
@@ -137,13 +137,13 @@ def _pairs(reader: Statements, bodies: list[InpBody]) -> list[dict[str, Any]]:
         if pair["kind"] == "TIE" or law.get("normal") == "bonded":
             law = {"normal": "bonded"}
         gap = reader.clearances.get((pair["secondary"], pair["primary"]))
-        found.append(
+        pairs.append(
             {"name": f"pair{number}"}
             | {side: end for side, (end,) in ends.items()}
             | law
             | ({} if gap is None else {"gap": gap})
         )
-    return found
+    return pairs
 
 
 def _steps(bodies: list[InpBody], names: list[str]) -> list[dict[str, Any]]:

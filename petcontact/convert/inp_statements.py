@@ -255,8 +255,8 @@ class Statements:
     def _clearance(self, keyword: Keyword) -> None:
         """Read a constant gap between two surfaces."""
         sides = [
-            keyword.parameters.get(one, keyword.parameters.get(other, "")).upper()
-            for one, other in (("SLAVE", "SECONDARY"), ("MASTER", "MAIN"))
+            keyword.parameters.get(old_word, keyword.parameters.get(new_word, "")).upper()
+            for old_word, new_word in (("SLAVE", "SECONDARY"), ("MASTER", "MAIN"))
         ]
         if all(sides) and "VALUE" in keyword.parameters:
             value = self.floats(keyword, [keyword.parameters["VALUE"]])[0]
@@ -290,14 +290,14 @@ class Statements:
         there = [number for number in numbers if number in elements]
         if unknown := {*numbers} - {*there}:
             self.note(keyword, f"{name}: {count([*unknown], 'element')} not there; not taken")
-        found = [
+        faces = [
             (number, k) for number in there if 0 <= k < len(FACES[CORNERS[elements[number][0]]])
         ]
-        if faceless := {*there} - {number for number, _ in found}:
+        if faceless := {*there} - {number for number, _ in faces}:
             self.note(
                 keyword, f"{name}: {count([*faceless], 'element')} without a face {side}; not taken"
             )
-        return found
+        return faces
 
     def _pair(self, keyword: Keyword) -> None:
         kind = keyword.parameters.get("TYPE", "").upper()
@@ -319,16 +319,16 @@ class Statements:
             self.note(keyword, f"TYPE={kind}; not taken")
             return
         for row in keyword.rows:
-            known = self.held[-1].setdefault(row[0].upper(), {})
+            held = self.held[-1].setdefault(row[0].upper(), {})
             if len(row) > 1 and row[1].upper() in TYPED:
-                known |= dict.fromkeys(TYPED[row[1].upper()], 0.0)
+                held |= dict.fromkeys(TYPED[row[1].upper()], 0.0)
                 continue
             first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
             if not 1.0 <= first <= (last or first) <= FREEDOMS:
                 raise self.error(keyword, f"degrees of freedom are 1 to {FREEDOMS}, got {row[1:3]}")
             for freedom in range(int(first), int(last or first) + 1):
                 if freedom <= 3:
-                    known[freedom] = value
+                    held[freedom] = value
                 else:
                     self.note(keyword, f"{row[0]}: rotations are none of solids; not taken")
 
@@ -345,9 +345,9 @@ class Statements:
                 self.note(keyword, f"{row[0]}: moments act on no node of a solid; not taken")
                 continue
             for number in self.file.members(row[0]):
-                ends, known = self.file.middles.get(number, (number,)), self.forces[-1]
-                known |= {
-                    (end, int(freedom)): known.get((end, int(freedom)), 0.0) + force / len(ends)
+                ends, forces = self.file.middles.get(number, (number,)), self.forces[-1]
+                forces |= {
+                    (end, int(freedom)): forces.get((end, int(freedom)), 0.0) + force / len(ends)
                     for end in ends
                 }
 
@@ -382,12 +382,12 @@ class Statements:
     def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
         """Return the numbers of a row; a number that is left out is 0."""
         try:
-            found = [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
+            numbers = [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
         except ValueError:
-            found = [math.nan]
-        if not found or not all(abs(value) <= LARGEST_NUMBER for value in found):
+            numbers = [math.nan]
+        if not numbers or not all(abs(value) <= LARGEST_NUMBER for value in numbers):
             raise self.error(keyword, f"numbers are expected, got {', '.join(words)}")
-        return found
+        return numbers
 
     def error(self, keyword: Keyword, text: str) -> InputError:
         """Return an error of one line that names the file, the line and the keyword."""

@@ -60,18 +60,19 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
     high = max(len(names), 1) if last is None else _step_number("--last", last, names)
     if low > high:
         raise InputError(f"--last: step {last!r} comes before step {first!r}")
-    found: list[StepResult] = []
+    increments: list[StepResult] = []
     for step in reversed(solution.steps):
         inside = low <= step.step <= high
-        if found and (not inside or step.step > found[-1].step):
+        if increments and (not inside or step.step > increments[-1].step):
             break
         if inside:
-            found.append(step)
-    if len(found) < 2:
+            increments.append(step)
+    if len(increments) < 2:
         raise InputError(
-            f"--first, --last: a cycle has at least two increments, these steps have {len(found)}"
+            f"--first, --last: a cycle has at least two increments, these steps have "
+            f"{len(increments)}"
         )
-    return found[::-1]
+    return increments[::-1]
 
 
 def _step_number(option: str, name: str, names: list[str]) -> int:
@@ -107,8 +108,8 @@ def sites_of(
         np.concatenate(both) for both in zip(nodal_places(mesh), best_places(mesh), strict=True)
     )
     element, place = element[chosen[element]], place[chosen[element]]
-    at = mesh.variables_at(element, place)
-    surface = np.column_stack([at[axis] for axis in "xyz"[: mesh.dim]])
+    variables = mesh.variables_at(element, place)
+    surface = np.column_stack([variables[axis] for axis in "xyz"[: mesh.dim]])
     below = [depth for depth in depths.tolist() if depth > 0.0]
     # below the surface: points under nodes that are no farther from contact than two depths
     under = np.flatnonzero(chosen[mesh.element])
@@ -119,7 +120,7 @@ def sites_of(
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
     owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
     arc_below = np.tile(mesh.variables(under).get("s", np.zeros(len(under))), len(below))
-    along = np.concatenate([at.get("s", np.zeros(len(surface))), arc_below])
+    along = np.concatenate([variables.get("s", np.zeros(len(surface))), arc_below])
     stress = _stresses(
         [solution.body_fields(body, step) for step in increments],
         element,
@@ -133,7 +134,7 @@ def sites_of(
 
 def _stresses(increments: list[BodyFields], element: Index, place: Array, inside: Array) -> Array:
     """Stress (k, m, 3, 3) at places of elements, then at points inside; NaN outside [stress]."""
-    tensors = [[each.on_boundary(element, place).tensor] for each in increments]
+    tensors = [[fields.on_boundary(element, place).tensor] for fields in increments]
     if len(inside):
         for rows, state in zip(tensors, states_at(increments, inside, outside=np.nan), strict=True):
             rows.append(state.tensor)
@@ -142,12 +143,12 @@ def _stresses(increments: list[BodyFields], element: Index, place: Array, inside
 
 def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:
     """Parts by body on either side of an interface."""
-    found: dict[str, list[str]] = {name: [] for name in solution.meshes}
+    parts: dict[str, list[str]] = {name: [] for name in solution.meshes}
     sides = [solution.sides[name] for name in solution.nodes]
     for body, part in [*sides, *(tuple(side.split(".")) for side in solution.primaries.values())]:
-        if part not in found[body]:
-            found[body].append(part)
-    return found
+        if part not in parts[body]:
+            parts[body].append(part)
+    return parts
 
 
 def _next_to_contact(

@@ -61,13 +61,13 @@ class Fatigue:
     @property
     def places(self) -> int:
         """How many there are."""
-        return sum(len(one.value) for one in self.found)
+        return sum(len(result.value) for result in self.found)
 
     @property
     def largest(self) -> tuple[Found, int]:
         """Where it is largest, and the number of the place there."""
-        found = max(self.found, key=lambda one: float(one.value.max()))
-        return found, int(found.value.argmax())
+        worst = max(self.found, key=lambda result: float(result.value.max()))
+        return worst, int(worst.value.argmax())
 
 
 def fatigue(
@@ -111,39 +111,39 @@ def fatigue(
         if body not in names:
             raise InputError(f"no body {body!r}{among(body, names, 'bodies are')}")
     chosen = _chosen_parts(solution, bodies or names, parts)
-    found: list[Found] = []
+    results: list[Found] = []
     if parameter in RUIZ:
         for name in solution.nodes:
             for place, *values in ruiz_sites(solution, increments, name):
                 if place.part[0] in chosen.get(place.body, ()):
-                    found.append(Found(place, values[RUIZ[parameter]]))
+                    results.append(Found(place, values[RUIZ[parameter]]))
     else:
         depths = depth * (np.arange(LAYERS + 1) / LAYERS) ** 2
-        for one in solution.problem.body:
+        for member in solution.problem.body:
             sites = sites_of(
-                solution, increments, one.name, chosen.get(one.name, []), depths[depths > 0.0]
+                solution, increments, member.name, chosen.get(member.name, []), depths[depths > 0.0]
             )
             if sites is not None:
                 constants = Constants(
-                    one.material.young_modulus, one.material.poisson_ratio, sensitivity or 0.0
+                    member.material.young_modulus, member.material.poisson_ratio, sensitivity or 0.0
                 )
                 damage = PARAMETERS[parameter][0](sites.stress, constants)
-                found.append(Found(sites, damage.value, damage.normal))
-    if not found:
+                results.append(Found(sites, damage.value, damage.normal))
+    if not results:
         raise InputError(
             "fatigue: none of these parts is in contact"
             if parts
             else "fatigue: nothing is in contact"
         )
-    result = Fatigue(parameter, len(increments), tuple(found))
+    result = Fatigue(parameter, len(increments), tuple(results))
     return replace(result, error=_error(solution, result, sensitivity))
 
 
 def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -> float:
     """What the largest value changes by where the stress there is larger by the largest error of
     a largest stress, and q and slip by theirs."""
-    found, k = result.largest
-    stress, value = found.sites.stress[:, k : k + 1], float(found.value[k])
+    worst, k = result.largest
+    stress, value = worst.sites.stress[:, k : k + 1], float(worst.value[k])
     size = float(np.abs(np.linalg.eigvalsh(stress)).max())
     larger = 1.0 + _largest_error(solution) / (size or 1.0)
     if result.parameter in RUIZ:
@@ -151,7 +151,7 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
         return (of_stress * _work(solution) - 1.0) * value
     if not np.isfinite(larger):
         return np.nan
-    (material,) = [b.material for b in solution.problem.body if b.name == found.sites.body]
+    (material,) = [b.material for b in solution.problem.body if b.name == worst.sites.body]
     constants = Constants(material.young_modulus, material.poisson_ratio, sensitivity or 0.0)
     return float(PARAMETERS[result.parameter][0](larger * stress, constants).value[0]) - value
 
@@ -166,9 +166,9 @@ def _work(solution: SolutionData) -> float:
     """How many times as large q times slip may be; nan where this is not known."""
     times = 1.0
     for name in ("largest q", "largest slip"):
-        known = [n for n in solution.numbers if n.name == name and np.isfinite(n.error)]
-        size = max((n.size for n in known), default=np.nan)
-        times *= 1.0 + max((n.error for n in known), default=np.nan) / (size or 1.0)
+        numbers = [n for n in solution.numbers if n.name == name and np.isfinite(n.error)]
+        size = max((n.size for n in numbers), default=np.nan)
+        times *= 1.0 + max((n.error for n in numbers), default=np.nan) / (size or 1.0)
     return times
 
 
@@ -194,17 +194,17 @@ def _chosen_parts(
 ) -> dict[str, list[str]]:
     if parts is None:
         return {body: own for body, own in parts_in_contact(solution).items() if body in bodies}
-    known = {
+    names = {
         body: [name for name in parts if name in solution.meshes[body].part_names]
         for body in bodies
     }
-    every = list(
+    chosen = list(
         dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names)
     )
     for name in parts:
-        if name not in every:
-            raise InputError(f"no part {name!r}{among(name, every, 'parts are')}")
-    return known
+        if name not in chosen:
+            raise InputError(f"no part {name!r}{among(name, chosen, 'parts are')}")
+    return names
 
 
 def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[float, ...]) -> float:
@@ -262,17 +262,17 @@ def table(result: Fatigue) -> dict[str, Any]:
     """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n
     of critical planes."""
     rows = list[dict[str, Any]]()
-    for one in result.found:
-        sites, count = one.sites, len(one.value)
+    for location in result.found:
+        sites, count = location.sites, len(location.value)
         row = {
             "body": np.full(count, sites.body),
             "part": sites.part,
             **dict(zip("xyz", sites.x.T, strict=False)),
             "depth": sites.depth,
             "arc_length": sites.along,
-            result.parameter.replace("-", "_"): one.value,
+            result.parameter.replace("-", "_"): location.value,
         }
-        if one.normal is not None:
-            row |= dict(zip(("plane_nx", "plane_ny", "plane_nz"), one.normal.T, strict=True))
+        if location.normal is not None:
+            row |= dict(zip(("plane_nx", "plane_ny", "plane_nz"), location.normal.T, strict=True))
         rows.append(row)
     return below(rows)

@@ -42,28 +42,28 @@ def _unit(parameter: str, units: Units) -> str | None:
 
 
 def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
-    deep = any(np.any(one.sites.depth > 0.0) for one in result.found)
+    deep = any(np.any(curve.sites.depth > 0.0) for curve in result.found)
     axes = np.atleast_1d(figure.subplots(1, 1 + deep))
     units, plane = solution.problem.units, next(iter(solution.meshes.values())).dim == 2
     curves = [
         (found, part) for found in result.found for part in dict.fromkeys(found.sites.part.tolist())
     ]
-    for number, (one, part) in enumerate(curves):
-        mine = (one.sites.part == part) & (one.sites.depth == 0.0)
-        name = plain(f"{one.sites.body}.{part}" if len(solution.meshes) > 1 else part)
-        across = one.sites.along if plane else one.sites.x[:, 0]
-        order = np.flatnonzero(mine)[np.argsort(across[mine], kind="stable")]
+    for number, (curve, part) in enumerate(curves):
+        on_surface = (curve.sites.part == part) & (curve.sites.depth == 0.0)
+        name = plain(f"{curve.sites.body}.{part}" if len(solution.meshes) > 1 else part)
+        across = curve.sites.along if plane else curve.sites.x[:, 0]
+        order = np.flatnonzero(on_surface)[np.argsort(across[on_surface], kind="stable")]
         style: dict[str, Any] = (
             {"lw": 1.2, "ls": LINES[number % len(LINES)]}
             if plane
             else {"ls": "", "marker": ".", "ms": 2.5}
         )
-        axes[0].plot(across[order], one.value[order], color=f"C{number}", label=name, **style)
+        axes[0].plot(across[order], curve.value[order], color=f"C{number}", label=name, **style)
         if deep:
-            levels = np.unique(one.sites.depth)
-            here = one.sites.part == part
+            levels = np.unique(curve.sites.depth)
+            on_part = curve.sites.part == part
             most = [
-                one.value[here & (one.sites.depth == level)].max(initial=-np.inf)
+                curve.value[on_part & (curve.sites.depth == level)].max(initial=-np.inf)
                 for level in levels
             ]
             shown = np.isfinite(most)
@@ -77,6 +77,6 @@ def _draw(figure: Any, solution: SolutionData, result: Fatigue) -> None:
     axes[0].legend()
     if deep:
         axes[1].set(xlabel=label("depth", units.length), title="largest at a depth")
-    for each in axes:
-        each.set_ylim(bottom=min(0.0, each.get_ylim()[0]))
-        each.grid(alpha=0.3, lw=0.5)
+    for axis in axes:
+        axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
+        axis.grid(alpha=0.3, lw=0.5)

@@ -46,13 +46,13 @@ def critical_planes(stress: Array, value: OnPlanes) -> tuple[Array, Array]:
     normal : (n, 3) array
         Unit normals of the planes.
     """
-    found, normals = [np.empty(0)], [np.empty((0, 3))]
+    damages, normals = [np.empty(0)], [np.empty((0, 3))]
     step = max(1, (1 << 19) // (SPREAD * len(stress)))
     for first in range(0, stress.shape[1], step):
         best, normal = _search(stress[:, first : first + step], value)
-        found.append(best)
+        damages.append(best)
         normals.append(normal)
-    return np.concatenate(found), np.concatenate(normals)
+    return np.concatenate(damages), np.concatenate(normals)
 
 
 def _search(stress: Array, value: OnPlanes) -> tuple[Array, Array]:

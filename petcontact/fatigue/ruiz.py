@@ -57,12 +57,12 @@ def _both_sides(
     (body, part), nodes = solution.sides[name], solution.nodes[name]
     mesh = solution.meshes[body]
     yield body, part, mesh.element[nodes], nodal_places(mesh)[1][nodes], np.arange(len(nodes))
-    owner, _, other = solution.primaries.get(name, "").partition(".")
+    owner, _, partner = solution.primaries.get(name, "").partition(".")
     if owner:
-        numbers, faces = solution.meshes[owner].faces(other)
+        numbers, faces = solution.meshes[owner].faces(partner)
         hits = faces.cast(pair.x, pair.normal)
         met = np.flatnonzero(hits.face >= 0)
-        yield owner, other, numbers[hits.face[met]], hits.place[met], met
+        yield owner, partner, numbers[hits.face[met]], hits.place[met], met
 
 
 def ruiz_sites(
@@ -72,7 +72,7 @@ def ruiz_sites(
 
     On the primary these are the places that the secondary's nodes face.
     """
-    pairs, found = [step.pairs[name] for step in increments], []
+    pairs, parts_sites = [step.pairs[name] for step in increments], []
     slip = np.array([pair.slip for pair in pairs])
     way = _directions(np.einsum("kmt,mtc->kmc", slip_from_the_middle(slip), pairs[0].tangent))
     work = friction_work(slip, np.array([pair.sigma_t for pair in pairs]))
@@ -82,10 +82,12 @@ def ruiz_sites(
         ]
         stress = np.array([state.tensor for state in states])
         tension = np.maximum(np.einsum("kmi,kmij,kmj->km", way[:, rows], stress, way[:, rows]), 0.0)
-        at = solution.meshes[owner].variables_at(element, place)
-        along = at.get("s", np.zeros(len(rows)))
+        variables = solution.meshes[owner].variables_at(element, place)
+        along = variables.get("s", np.zeros(len(rows)))
         sites = Sites(
             owner, np.full(len(rows), part), states[0].x, np.zeros(len(rows)), along, stress
         )
-        found.append((sites, work[:, rows].max(axis=0), (tension * work[:, rows]).max(axis=0)))
-    return found
+        parts_sites.append(
+            (sites, work[:, rows].max(axis=0), (tension * work[:, rows]).max(axis=0))
+        )
+    return parts_sites

@@ -27,16 +27,26 @@ def first_crossing(points: Array, triangles: Index) -> Array | None:
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     for first in range(0, len(triangles), 4096):
-        mine = np.arange(first, min(first + 4096, len(triangles)))
-        lists = tree.query_ball_point(middle[mine], 2.0 * radius[mine])
-        one = np.repeat(mine, [len(found) for found in lists])
-        other = np.concatenate([np.asarray(found, dtype=np.int64) for found in lists])
-        keep = rank[other] < rank[one]
-        one, other = one[keep], other[keep]
-        apart = np.linalg.norm(middle[one] - middle[other], axis=1) > radius[one] + radius[other]
-        shared = np.any(triangles[one][:, :, None] == triangles[other][:, None], axis=(1, 2))
-        one, other = one[~apart & ~shared], other[~apart & ~shared]
-        for a, b in ((one, other), (other, one)):
+        block = np.arange(first, min(first + 4096, len(triangles)))
+        lists = tree.query_ball_point(middle[block], 2.0 * radius[block])
+        first_of_pair = np.repeat(block, [len(neighbours) for neighbours in lists])
+        second_of_pair = np.concatenate(
+            [np.asarray(neighbours, dtype=np.int64) for neighbours in lists]
+        )
+        keep = rank[second_of_pair] < rank[first_of_pair]
+        first_of_pair, second_of_pair = first_of_pair[keep], second_of_pair[keep]
+        apart = (
+            np.linalg.norm(middle[first_of_pair] - middle[second_of_pair], axis=1)
+            > radius[first_of_pair] + radius[second_of_pair]
+        )
+        shared = np.any(
+            triangles[first_of_pair][:, :, None] == triangles[second_of_pair][:, None], axis=(1, 2)
+        )
+        first_of_pair, second_of_pair = (
+            first_of_pair[~apart & ~shared],
+            second_of_pair[~apart & ~shared],
+        )
+        for a, b in ((first_of_pair, second_of_pair), (second_of_pair, first_of_pair)):
             place = _pierced(corners[a], corners[b])
             if place is not None:
                 return place

@@ -162,13 +162,13 @@ def _on_axis(
     if edges is None:
         ends = used[(count == 1) & near[used]]
         ends = ends[np.argsort(points[ends, 1])]
-        found = [
+        on_axis = [
             tuple(sorted(pair))
             for pair in zip(ends[::2].tolist(), ends[1::2].tolist(), strict=False)
         ]
     else:
-        found = [edge for edge in edges - set(lines) if near[list(edge)].all()]
-    return {(a, b): (a, b, None, "axis") for a, b in found}
+        on_axis = [edge for edge in edges - set(lines) if near[list(edge)].all()]
+    return {(a, b): (a, b, None, "axis") for a, b in on_axis}
 
 
 def _boundary_edges(mesh: Any) -> set[tuple[int, int]] | None:

@@ -43,8 +43,8 @@ def body_of(mesh: Any, file: str, name: str) -> Any:
         if dimension == 2 + in_space
     }
     if name not in groups:
-        known = ", ".join(sorted(groups)) or "none"
-        raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {known}")
+        group_names = ", ".join(sorted(groups)) or "none"
+        raise InputError(f"{file}: surface: no physical {what} {name!r}; there are {group_names}")
     inside = [np.asarray(tag) == groups[name] for tag in mesh.cell_data["gmsh:physical"]]
     inside = _around(mesh, inside) if in_space else inside
     if not np.concatenate(inside).any():
@@ -82,8 +82,8 @@ def _around(mesh: Any, inside: list[Mask]) -> list[Mask]:
         for block, own in zip(mesh.cells, inside, strict=True)
         if block.type.startswith("tetra")
     ]
-    every = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
-    sides = np.concatenate([every[:, list(three)] for three in combinations(range(4), 3)])
+    facets = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
+    sides = np.concatenate([facets[:, list(three)] for three in combinations(range(4), 3)])
     sides, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     rim = {tuple(side) for side in sides[count == 1].tolist()}
     return [

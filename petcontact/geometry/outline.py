@@ -347,7 +347,7 @@ def _joined(loop: tuple[Side, ...]) -> tuple[Side, ...]:
 
 def _goes_on(before: Side, side: Side) -> bool:
     """Whether a side has the direction and the curvature with which the one before it ends."""
-    chords = [complex(*(one.end - one.start)) for one in (before, side)]
+    chords = [complex(*(piece.end - piece.start)) for piece in (before, side)]
     ends = (
         chords[0] * cmath.exp(1j * before.half_angle),
         chords[1] * cmath.exp(-1j * side.half_angle),

@@ -209,9 +209,9 @@ class QuadraticCells:
         walls, bounds = WALLS[self.n_corners]
         on, push, gram = foot @ walls.T >= bounds - SOLVED, -(slope @ walls.T), walls @ walls.T
         corner = on.sum(axis=1, keepdims=True) == 2
-        other, beside = np.sum(on * push, axis=1, keepdims=True) - push, on @ gram - np.diag(gram)
+        rest, beside = np.sum(on * push, axis=1, keepdims=True) - push, on @ gram - np.diag(gram)
         square = np.sum(on * np.diag(gram), axis=1, keepdims=True) - np.diag(gram)
-        active = on & (np.where(corner, square * push - beside * other, push) > 0.0)
+        active = on & (np.where(corner, square * push - beside * rest, push) > 0.0)
         rate = np.where(on & ~active.any(axis=1, keepdims=True), step @ walls.T, 0.0)
         return np.asarray(active | ((rate > 0.0) & (rate == rate.max(axis=1, keepdims=True))))
 

@@ -45,5 +45,5 @@ def distinct(places: Array, within: float, length: float) -> Array:
 
 def inside(places: Array, within: float, length: float) -> Array:
     """Those of the distinct places that are not one with the ends of the side."""
-    found = distinct(places, within, length)
-    return np.asarray(found[(found > 0.0) & (found < length)])
+    fractions = distinct(places, within, length)
+    return np.asarray(fractions[(fractions > 0.0) & (fractions < length)])

@@ -254,15 +254,15 @@ def _loaded(path: Path) -> dict[str, Any]:
     arrays, sizes = dict[str, Any](), dict[str, int]()
     with zipfile.ZipFile(path) as archive:
         entries = archive.namelist()
-        known = [name for name in SCHEMA if f"{name}.npy" in entries]
+        members = [name for name in SCHEMA if f"{name}.npy" in entries]
         for name in ("points", "elements"):
-            if name not in known:
+            if name not in members:
                 raise InputError(
-                    f"{path}: has no array {name!r}; it has {', '.join(known) or 'none'}"
+                    f"{path}: has no array {name!r}; it has {', '.join(members) or 'none'}"
                 )
-        if ("stiffness" in known) == ("compliance" in known):
+        if ("stiffness" in members) == ("compliance" in members):
             raise InputError(f"{path}: needs either an array 'stiffness' or an array 'compliance'")
-        for name in known:
+        for name in members:
             file, wanted = f"{name}.npy", SCHEMA[name]
             if entries.count(file) > 1:
                 raise InputError(f"{path}: {name}: is there twice")

@@ -227,8 +227,10 @@ def folded_cells(points: Array, cells: Index) -> Index:
     increasing."""
     result = []
     for triangle, columns in ((True, [0, 1, 2, 4, 5, 6]), (False, list(range(9)))):
-        mine = np.flatnonzero((cells[:, 4] >= 0) & ((cells[:, 3] < 0) == triangle))
-        result.append(mine[np.isinf(QuadraticCells(points[cells[mine][:, columns]]).distortion)])
+        of_shape = np.flatnonzero((cells[:, 4] >= 0) & ((cells[:, 3] < 0) == triangle))
+        result.append(
+            of_shape[np.isinf(QuadraticCells(points[cells[of_shape][:, columns]]).distortion)]
+        )
     return np.sort(np.concatenate(result))
 
 
@@ -261,7 +263,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
             f"{source}: the surface {what} at the edge from {shown(a)} to {shown(b)}, two must "
             f"meet ({len(wrong)} such edges)"
         )
-    one, other = owner[starts], owner[starts + 1]
+    facet, neighbour = owner[starts], owner[starts + 1]
     way = np.where(
         middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T
     ).T
@@ -276,7 +278,7 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
             f"facets have "
             f"different points in the middle of it ({len(gaping)} such edges)"
         )
-    label = _copies(len(facets), one, other, edges[starts, 0] != edges[starts + 1, 0])
+    label = _copies(len(facets), facet, neighbour, edges[starts, 0] != edges[starts + 1, 0])
     n = len(facets)
     if np.any(label[:n] == label[n:]):
         k = int(np.argmax(label[:n] == label[n:]))
@@ -292,13 +294,15 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
     return np.flatnonzero(seen[label[:n]] < 0)
 
 
-def _copies(n: int, one: Index, other: Index, agree: Mask) -> Index:
+def _copies(n: int, facet: Index, neighbour: Index, agree: Mask) -> Index:
     """Components (2n,) that n facets and their reversed copies are in, where neighbours agree or
     not."""
     # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else
     # opposite ones
-    rows = np.concatenate([one, one + n])
-    columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
+    rows = np.concatenate([facet, facet + n])
+    columns = np.concatenate(
+        [np.where(agree, neighbour, neighbour + n), np.where(agree, neighbour + n, neighbour)]
+    )
     graph = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
     return np.asarray(scipy.sparse.csgraph.connected_components(graph)[1])
 
@@ -345,10 +349,10 @@ def _triangles(cells: Index) -> tuple[Index, Index]:
     triangle, curved = cells[:, 3] < 0, cells[:, 4] >= 0
     parts, owners = [], []
     for (corners, bent), cuts in CUTS.items():
-        mine = np.flatnonzero((triangle == (corners == 3)) & (curved == bent))
+        of_shape = np.flatnonzero((triangle == (corners == 3)) & (curved == bent))
         for cut in cuts:
-            parts.append(cells[mine][:, cut])
-            owners.append(mine)
+            parts.append(cells[of_shape][:, cut])
+            owners.append(of_shape)
     return np.vstack(parts), np.concatenate(owners)
 
 
@@ -356,20 +360,20 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     """The outer surface with positive volume, those of cavities with negative."""
     result, outer = cells.copy(), list[Array]()
     for body in range(int(bodies.max()) + 1):
-        mine = bodies == body
-        triangles = _triangles(cells[mine])[0]
+        of_body = bodies == body
+        triangles = _triangles(cells[of_body])[0]
         inside = sum(
-            winding(points[_triangles(cells[bodies == other])[0]], points[triangles[0, :1]])[0]
+            winding(points[_triangles(cells[bodies == second])[0]], points[triangles[0, :1]])[0]
             > 0.5
-            for other in range(int(bodies.max()) + 1)
-            if other != body
+            for second in range(int(bodies.max()) + 1)
+            if second != body
         )
         if not inside % 2:
             outer.append(points[triangles[0, 0]])
         a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
         volume = float(np.sum(a * np.cross(b, c)))
         if (volume > 0.0) == bool(inside % 2):
-            result[mine] = _reversed(cells[mine])
+            result[of_body] = _reversed(cells[of_body])
     if len(outer) > 1:
         raise InputError(
             f"{source}: {len(outer)} separate pieces, at {shown(outer[0])} and {shown(outer[1])}; "

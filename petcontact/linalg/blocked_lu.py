@@ -114,8 +114,8 @@ class BlockedLU:
         wide, rows, lda = min(BLOCK, self._n - first), self._n - first, self._n
         block = self._columns[self._place(first) :, first:][:wide]
         if self._mpi is not None:
-            mine, lda = self._owner(first) == self._rank, rows
-            block = np.ascontiguousarray(block) if mine else np.empty((wide, rows))
+            owns, lda = self._owner(first) == self._rank, rows
+            block = np.ascontiguousarray(block) if owns else np.empty((wide, rows))
             self._mpi.Bcast(block, root=self._owner(first))
         if len(columns):
             arrays = (block, self._inverses[first:], self._pivots[first:], columns[:, first:])
@@ -162,8 +162,8 @@ class BlockedLU:
             _routines()[1],
         )
         petsc().Log.logFlops(float(k) ** 2 * len(result))
-        every = result if self._mpi is None else np.concatenate(self._mpi.allgather(result))
-        return every[:, np.argsort(self._order)[self._last] - inner].T
+        gathered = result if self._mpi is None else np.concatenate(self._mpi.allgather(result))
+        return gathered[:, np.argsort(self._order)[self._last] - inner].T
 
     def combined(self, *pairs: tuple[Array, Array]) -> Array:
         """All unknowns of A⁻¹ (B_1 y_1 + B_2 y_2 + ...), (n, ...), on every rank, from what was
@@ -177,7 +177,7 @@ class BlockedLU:
     def _back(self, left: Array) -> Array:
         """U⁻¹ of the sum of what the ranks have, (n, ...), which is overwritten."""
         flat = left.reshape(self._n, -1)
-        found = np.zeros(flat.shape)
+        solved = np.zeros(flat.shape)
         for first in reversed(range(0, self._n, BLOCK)):
             rows = slice(first, min(first + BLOCK, self._n))
             part, owner = np.array(flat[rows].T, order="C"), self._owner(first)
@@ -191,12 +191,12 @@ class BlockedLU:
                 )
                 upper, x, room = map(native.pointer, (columns[:, first:], part, work))
                 _back(upper, self._n, wide, x, wide, count, room, _routines()[1])
-                found[rows] = part.T
-                flat[:first] -= columns[:, :first].T @ found[rows]
+                solved[rows] = part.T
+                flat[:first] -= columns[:, :first].T @ solved[rows]
         if self._mpi is not None:
-            found = self._mpi.allreduce(found)
-        result = np.empty_like(found)
-        result[self._order] = found
+            solved = self._mpi.allreduce(solved)
+        result = np.empty_like(solved)
+        result[self._order] = solved
         return result.reshape(left.shape)
 
     def _exchanged(self, rows: Array, columns: list[Index]) -> Array:

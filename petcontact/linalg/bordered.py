@@ -93,9 +93,9 @@ class BorderedKrylov(SolverFront):
 
         right = np.zeros(self._size)
         right[:n], right[n : n + q] = rhs.ravel(), work
-        found = self._solver.solve(whole_product, whole_inverse, right, floor, rtol)
-        y = found[:n].reshape(shape)
-        return y + eliminated(np.zeros(shape), work - flat @ y.ravel())[0], found[n : n + q]
+        solved = self._solver.solve(whole_product, whole_inverse, right, floor, rtol)
+        y = solved[:n].reshape(shape)
+        return y + eliminated(np.zeros(shape), work - flat @ y.ravel())[0], solved[n : n + q]
 
     def close(self) -> None:
         """Free every PETSc object."""

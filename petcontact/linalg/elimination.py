@@ -119,9 +119,9 @@ class Elimination:
         SolverError
             If the solution is not finite.
         """
-        other = copy.copy(self)
-        other._blocks = [block.with_load(loads) for block in self._blocks]
-        return other
+        copied = copy.copy(self)
+        copied._blocks = [block.with_load(loads) for block in self._blocks]
+        return copied
 
     def unknowns(self, shares: Array, y: Array) -> Array:
         """x (n, ...) for loads weighted by `shares` (K, ...) and y (k, ...), one or several

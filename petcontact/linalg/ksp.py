@@ -202,8 +202,8 @@ class LinearSolver:
             for matrix in pair:
                 matrix.destroy()
             return result
-        for column, found in zip(rhs, result, strict=True):
-            found[:] = self.solved(column)[own]
+        for column, column_result in zip(rhs, result, strict=True):
+            column_result[:] = self.solved(column)[own]
         return result
 
     def kept(self, begun: Array) -> Array:

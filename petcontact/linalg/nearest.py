@@ -64,10 +64,10 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
     (array([0, 0]), array([0, 1]))
     """
     if len(points) * len(places) > FEW:
-        found = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
-        counts = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
+        indices = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
+        counts = np.fromiter(map(len, indices), dtype=np.int64, count=len(indices))
         number = np.fromiter(
-            itertools.chain.from_iterable(found), dtype=np.int64, count=int(counts.sum())
+            itertools.chain.from_iterable(indices), dtype=np.int64, count=int(counts.sum())
         )
         return np.repeat(np.arange(len(places)), counts), number
     place, number = np.nonzero(squares(points, places) <= reach[:, None] ** 2)

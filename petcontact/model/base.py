@@ -170,10 +170,10 @@ class _OneLine(ModelMetaclass):
         """Fields by place or by name, as values may be given; `help` and editors show it. `from` is
         `from_` in Python, and `...` the default of what one spelling has and another has not."""
         kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-        other = cls.spelling({}).model_fields
+        spelled = cls.spelling({}).model_fields
         fields = [
             (bool(field.kw_only) or name not in cls.model_fields, name, field)
-            for name, field in (cls.model_fields | other).items()
+            for name, field in (cls.model_fields | spelled).items()
         ]
         texts = {
             name: text
@@ -185,7 +185,7 @@ class _OneLine(ModelMetaclass):
                 inspect.Parameter(
                     name + "_" * keyword.iskeyword(name),
                     kinds[by_name],
-                    default=_default(field, name in cls.model_fields and name in other),
+                    default=_default(field, name in cls.model_fields and name in spelled),
                     annotation=texts[name],
                 )
                 for by_name, name, field in sorted(fields, key=lambda item: item[0])
@@ -316,14 +316,14 @@ def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> A
 def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     """The first mistakes of a report as `key: what is allowed, got what was given`, and how many
     more there are."""
-    found = error.errors(include_url=False)
-    wrong_entries = {m["loc"][:-k] for m in found for k in range(1, len(m["loc"]))}
+    errors = error.errors(include_url=False)
+    wrong_entries = {m["loc"][:-k] for m in errors for k in range(1, len(m["loc"]))}
     # an array whose entries are wrong is also called too short
-    mistakes = [m for m in found if m["type"] != "too_short" or m["loc"] not in wrong_entries]
+    mistakes = [m for m in errors if m["type"] != "too_short" or m["loc"] not in wrong_entries]
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what
     # happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
-    lines = "; ".join(" ".join(_mistake(each, cls, data).split()) for each in telling[:SHOWN])
+    lines = "; ".join(" ".join(_mistake(mistake, cls, data).split()) for mistake in telling[:SHOWN])
     return lines + (f"; and {len(telling) - SHOWN} more" if len(telling) > SHOWN else "")
 
 
@@ -382,8 +382,8 @@ def unit_refused(text: str) -> str:
     >>> unit_refused("150 MPa")
     'a number has no unit here: 150; [units] names units'
     """
-    found = UNIT.fullmatch(text.strip())
-    return f"a number has no unit here: {found[1]}; [units] names units" if found else ""
+    match = UNIT.fullmatch(text.strip())
+    return f"a number has no unit here: {match[1]}; [units] names units" if match else ""
 
 
 def _allowed(kind: str, message: str) -> str:
@@ -411,13 +411,13 @@ _WORDS = (
 def _key(loc: list[int | str], data: Any) -> str:
     """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the
     data."""
-    text, here = "", data
+    text, value = "", data
     for step in loc:
         if isinstance(step, int):
             text += f"[{step}]"
-            here = here[step] if isinstance(here, (list, tuple)) and step < len(here) else None
-        elif isinstance(here, dict) and step in here:
-            text, here = _joined(text, step), here[step]
+            value = value[step] if isinstance(value, (list, tuple)) and step < len(value) else None
+        elif isinstance(value, dict) and step in value:
+            text, value = _joined(text, step), value[step]
     return text
 
 

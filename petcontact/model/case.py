@@ -155,16 +155,16 @@ def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
     *tables, last = key.split(".")
     if len(tables) > DEEPEST:
         raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
-    here: Any = data
+    table: Any = data
     for name in tables:
-        if isinstance(here, list):
-            here = here[_entry(here, name, source, key)]
-        elif isinstance(here, dict):
-            here = here.setdefault(name, {})
-    if isinstance(here, list):
-        here[_entry(here, last, source, key)] = value
-    elif isinstance(here, dict):
-        here[last] = value
+        if isinstance(table, list):
+            table = table[_entry(table, name, source, key)]
+        elif isinstance(table, dict):
+            table = table.setdefault(name, {})
+    if isinstance(table, list):
+        table[_entry(table, last, source, key)] = value
+    elif isinstance(table, dict):
+        table[last] = value
     else:
         raise InputError(f"{source}: {key}: {'.'.join(tables)!r} is not a table")
 

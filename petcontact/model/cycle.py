@@ -100,9 +100,9 @@ def check_cycle(problem: Any, cycle: Cycle) -> None:
 def _ends(problem: Any) -> list[Any]:
     """All that steps may change, at the end of each step."""
     bodies = [
-        each
+        states
         for loaded in problem.loaded
-        for each in (loaded.conditions, loaded.loads, loaded.forces)
+        for states in (loaded.conditions, loaded.loads, loaded.forces)
     ]
     obstacles = [
         list(itertools.accumulate(problem.step, changed_obstacle, initial=o))[1:]

@@ -212,17 +212,17 @@ def _called(
     """Values (count,) of a function of some variables."""
     names = list(inspect.signature(function).parameters)
     name = f"{key}: function {getattr(function, '__name__', type(function).__name__)}"
-    unknown = [one for one in names if one not in variables]
+    unknown = [variable for variable in names if variable not in variables]
     if unknown:
         raise InputError(
             f"{name} has a parameter {unknown[0]!r}; allowed are {', '.join(variables)}"
         )
-    found = np.asarray(function(**{one: variables[one] for one in names}))
+    result = np.asarray(function(**{variable: variables[variable] for variable in names}))
     try:
-        values = found.astype(float, casting="unsafe" if found.dtype == object else "same_kind")
+        values = result.astype(float, casting="unsafe" if result.dtype == object else "same_kind")
     except (TypeError, ValueError):
         raise InputError(
-            f"{name} returns values of type {found.dtype}, expected real numbers"
+            f"{name} returns values of type {result.dtype}, expected real numbers"
         ) from None
     if values.shape not in ((), (count,)):
         raise InputError(

@@ -77,7 +77,7 @@ def posed_interfaces(problem: Any) -> tuple[PosedInterface, ...]:
 
 
 def _conditions(problem: Any) -> list[PosedInterface]:
-    found = []
+    interfaces = []
     for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
             if not isinstance(condition, Contact | Periodic):
@@ -88,14 +88,14 @@ def _conditions(problem: Any) -> list[PosedInterface]:
             periodic = isinstance(condition, Periodic)
             primary = (b, condition.partner) if isinstance(condition, Periodic) else None
             law = Contact(condition.part, normal="bonded") if periodic else condition
-            found.append(
+            interfaces.append(
                 PosedInterface(name, place, b, condition.part, primary, None, law, None, periodic)
             )
-    return found
+    return interfaces
 
 
 def _pairs(problem: Any) -> list[PosedInterface]:
-    found, obstacles = [], [o.name for o in problem.obstacle]
+    interfaces, obstacles = [], [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
         key, along = f"contact[{k}]", pair.direction
         body, part = problem.side(f"{key}.secondary", pair.secondary)
@@ -103,5 +103,7 @@ def _pairs(problem: Any) -> list[PosedInterface]:
         obstacle = obstacles.index(pair.primary) if rigid else None
         primary = None if rigid else problem.side(f"{key}.primary", pair.primary, obstacles)
         direction = None if along is None else np.array(along) / np.linalg.norm(along)
-        found.append(PosedInterface(pair.name, key, body, part, primary, obstacle, pair, direction))
-    return found
+        interfaces.append(
+            PosedInterface(pair.name, key, body, part, primary, obstacle, pair, direction)
+        )
+    return interfaces

@@ -273,21 +273,25 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     old = _changing(body, change.part, f"{key}.part")
     names = ("value", "pressure", "traction")
     given = {name: v for name in names if (v := getattr(change, name)) is not None}
-    what = f"the condition of {change.part!r}"
+    subject = f"the condition of {change.part!r}"
     if isinstance(old, Periodic):
         jump = given.get("value", ())
         if len(jump) != 2 or not all(isinstance(component, float) for component in jump):
-            raise InputError(f"{key}.value: {what} is periodic, give its jump, two numbers")
+            raise InputError(f"{key}.value: {subject} is periodic, give its jump, two numbers")
         return Periodic(old.part, old.partner, jump)
     for name in given.keys() - type(old).model_fields.keys():
         letter, axes = "t" if isinstance(old, Traction) else "u", "xyz"[: len(old.value or "xy")]
         components = ", ".join(f"{letter}{axis}" for axis in axes)
-        raise ValueError(f"{key}.{name}: {what} is a {old.condition}, give value = [{components}]")
+        raise ValueError(
+            f"{key}.{name}: {subject} is a {old.condition}, give value = [{components}]"
+        )
     if isinstance(old, Traction):
         return Traction(old.part, **given)
     value = given.get("value", old.value)
     if len(value) != len(old.value):
-        raise InputError(f"{key}.value: {what} has {len(old.value)} components, got {len(value)}")
+        raise InputError(
+            f"{key}.value: {subject} has {len(old.value)} components, got {len(value)}"
+        )
     try:
         return Displacement(
             **{"part": old.part, "value": old.value, "traction": old.traction, **given}
@@ -316,32 +320,34 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
     """
     changed = list[tuple[str, str, str]]()
     for k, change in enumerate(step.boundary):
-        here = f"{key}.boundary[{k}]"
-        body = _body_of(change, here, bodies)
-        changed_condition(body, change, here)
-        changed.append((f"{here}.part", "part", f"{body.name}.{change.part}"))
+        place = f"{key}.boundary[{k}]"
+        body = _body_of(change, place, bodies)
+        changed_condition(body, change, place)
+        changed.append((f"{place}.part", "part", f"{body.name}.{change.part}"))
     for k, loads in enumerate(step.loads):
-        here = f"{key}.loads[{k}]"
-        check_material(here, _body_of(loads, here, bodies), loads)
+        place = f"{key}.loads[{k}]"
+        check_material(place, _body_of(loads, place, bodies), loads)
     named_changes: tuple[tuple[str, Sequence[Any], list[str], str], ...] = (
         ("obstacle", step.obstacle, obstacles, "obstacles are"),
         (
             "point force",
             step.point_force,
-            [each.name for body in bodies for each in body.point_force if each.name],
+            [named.name for body in bodies for named in body.point_force if named.name],
             "point forces with a name are",
         ),
     )
     for what, changes, names, there in named_changes:
-        for k, each in enumerate(changes):
-            here = f"{key}.{what.replace(' ', '_')}[{k}].name"
-            if each.name not in names:
-                raise InputError(f"{here}: no {what} {each.name!r}{among(each.name, names, there)}")
-            changed.append((here, what, each.name))
-    for k, (here, what, name) in enumerate(changed):
+        for k, named in enumerate(changes):
+            place = f"{key}.{what.replace(' ', '_')}[{k}].name"
+            if named.name not in names:
+                raise InputError(
+                    f"{place}: no {what} {named.name!r}{among(named.name, names, there)}"
+                )
+            changed.append((place, what, named.name))
+    for k, (place, what, name) in enumerate(changed):
         if (what, name) in [one[1:] for one in changed[:k]]:
             raise InputError(
-                f"{here}: {what} {name!r} is changed twice in this step; change it once"
+                f"{place}: {what} {name!r} is changed twice in this step; change it once"
             )
 
 

@@ -88,8 +88,8 @@ class VolumeLoads(Model):
         }
         return [
             (key, "thermal_expansion" if key == "temperature" else "density")
-            for key, here in given.items()
-            if here
+            for key, is_given in given.items()
+            if is_given
         ]
 
     @property

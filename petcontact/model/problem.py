@@ -204,12 +204,15 @@ class Problem(Setting):
                     f"{key}: belongs to a body; where there is [[body]] it stands in each of them"
                 )
             return build(data)
-        one = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
+        body = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
         try:
             if not data.keys() & {"boundary", "contact"}:
                 raise InputError("boundary: this key is required")
             return build(
-                {**{name: value for name, value in data.items() if name not in OWN}, "body": (one,)}
+                {
+                    **{name: value for name, value in data.items() if name not in OWN},
+                    "body": (body,),
+                }
             )
         except ValueError:
             OneBody.model_validate(data)
@@ -250,15 +253,15 @@ class Problem(Setting):
             raise ValueError(f"obstacle: the name {name!r} is that of a body already")
         stated = dict[frozenset[object], str]()
         for k, pair in enumerate(self.contact):
-            here = self.side(f"contact[{k}].secondary", pair.secondary)
-            there: object = pair.primary
-            if there not in obstacles:
-                there = self.side(f"contact[{k}].primary", pair.primary, obstacles)
-            if here == there:
+            secondary = self.side(f"contact[{k}].secondary", pair.secondary)
+            primary: object = pair.primary
+            if primary not in obstacles:
+                primary = self.side(f"contact[{k}].primary", pair.primary, obstacles)
+            if secondary == primary:
                 raise InputError(
                     f"contact[{k}].primary: {pair.primary!r} is the secondary side itself"
                 )
-            first = stated.setdefault(frozenset((here, there)), pair.name)
+            first = stated.setdefault(frozenset((secondary, primary)), pair.name)
             if first != pair.name:
                 raise InputError(
                     f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact "
@@ -309,11 +312,11 @@ class Problem(Setting):
         if not dot and len(bodies) == 1 and text not in bodies:
             name, dot, part = bodies[0], ".", text
         if name not in bodies or not part:
-            what = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
+            rule = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
             names = [*(f"{body}.…" for body in bodies), *obstacles]
             near = "" if name in bodies else nearest(name, [*bodies, *obstacles])
             hint = near or f"; there are {', '.join(names)}"
-            raise ValueError(f"{key}: {what}, got {text!r}{hint}")
+            raise ValueError(f"{key}: {rule}, got {text!r}{hint}")
         return bodies.index(name), part
 
     def conditions(

@@ -75,8 +75,8 @@ def _peak() -> int:
     """Of this process. Linux's getrusage also counts what a parent held when it started this one;
     /proc does not."""
     with contextlib.suppress(OSError), open("/proc/self/status", "rb") as status:
-        found = re.search(rb"VmHWM:\s*(\d+)", status.read())
-        if found:
-            return 1024 * int(found[1])
+        match = re.search(rb"VmHWM:\s*(\d+)", status.read())
+        if match:
+            return 1024 * int(match[1])
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return used if sys.platform == "darwin" else 1024 * used

@@ -195,8 +195,8 @@ def options(table: Mapping[str, str | int | float | bool]) -> Iterator[None]:
         yield
         return
     database = petsc().Options()
-    known = database.getAll()  # hasName would count as a use
-    inserted = [key for key in table if key not in known]
+    earlier = database.getAll()  # hasName would count as a use
+    inserted = [key for key in table if key not in earlier]
     for key in inserted:
         value = table[key]
         database.setValue(key, str(value).lower() if isinstance(value, bool) else str(value))

@@ -76,7 +76,9 @@ def example_number(case: Problem) -> int | None:
     posed = {
         "material": (material.young_modulus, material.poisson_ratio, material.plane),
         "corners": (case.geometry.lower_left, case.geometry.upper_right),
-        "bounds": {part: one.plain and one.friction_bound for part, one in contacts.items()},
+        "bounds": {
+            part: contact.plain and contact.friction_bound for part, contact in contacts.items()
+        },
         "sides": {"left": FREE, "right": FREE, **sides},
     }
     return next((number for number, example in EXAMPLES.items() if posed == example), None)

@@ -48,7 +48,7 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
     length, slips = float(weight.sum()) or 1.0, float(weight[state == SLIP].sum())
     pulled = sigma_n > 1e-9 * float(np.abs(sigma_n).max(initial=0.0))
     steps = solution.steps or solution.tried
-    found = (
+    quantities = (
         float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)),
         slips,
         slips / length,
@@ -57,7 +57,7 @@ def contact_quantities(solution: Solution) -> dict[str, float]:
         float(-sigma_n.min(initial=0.0)),
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
     )
-    return dict(zip(QUANTITIES, found, strict=True))
+    return dict(zip(QUANTITIES, quantities, strict=True))
 
 
 def resultants(solution: Solution) -> dict[str, float]:
@@ -66,7 +66,7 @@ def resultants(solution: Solution) -> dict[str, float]:
     With torsion the moment about the axis is there, too. Of several interfaces the names follow, as
     in force_x_bottom.
     """
-    found = {
+    forces = {
         (key, name): value
         for name, pair in solution.pairs.items()
         for key, value in (
@@ -75,7 +75,7 @@ def resultants(solution: Solution) -> dict[str, float]:
         )
     }
     single = len(solution.pairs) == 1
-    return {key if single else f"{key}_{name}": float(v) for (key, name), v in found.items()}
+    return {key if single else f"{key}_{name}": float(v) for (key, name), v in forces.items()}
 
 
 def wear(solution: Solution) -> dict[str, float]:
@@ -180,7 +180,7 @@ def users(
         raise InputError(
             f"names: {clash}: a column of every table is called that, give another name"
         )
-    found: dict[str, Quantity] = {}
+    quantities: dict[str, Quantity] = {}
     sys.path.insert(0, str(folder.resolve()))
     try:
         for name in names:
@@ -200,15 +200,15 @@ def users(
                 peak_von_mises,
                 peak_first_principal,
             )
-            if short in found or short in coordinates or taken_by_own:
+            if short in quantities or short in coordinates or taken_by_own:
                 raise InputError(
                     f"quantities: {name}: there is a column {short} already; give the function "
                     f"another name"
                 )
-            found[short] = function
+            quantities[short] = function
     finally:
         sys.path.pop(0)
-    return found
+    return quantities
 
 
 def is_column(name: str) -> bool:

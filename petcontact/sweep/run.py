@@ -113,13 +113,13 @@ def run_sweep(
         Counters(running),
         world,
     )
-    every = world.gather(
+    logs = world.gather(
         (path, worker.timings if team.leads else {}, time.process_time() - began_cpu)
     )
 
     def conclude() -> Summary:
         summary = Summary(len(to_do), len(chosen) - len(to_do), results=place.table)
-        _collect(summary, sweep, identity, place, chosen, every, began)
+        _collect(summary, sweep, identity, place, chosen, logs, began)
         place.close(running)
         summary.seconds = time.perf_counter() - began
         summary.cpu[0] = time.process_time() - began_cpu
@@ -176,16 +176,16 @@ def _chosen(places: list[int], groups: Groups, part: tuple[int, int] | None) -> 
 def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> list[int]:
     """Places of the cases that need not be computed again; the ranks share the look at the logs."""
     logs = shared(world, folder.log_files)
-    mine = {}
+    finished = {}
     for number in range(world.Get_rank(), len(logs), world.Get_size()):
-        mine[number] = {
+        finished[number] = {
             row["digest"]: row["status"] != "failed" and DEPTH[row["keep"]] >= DEPTH[sweep.keep]
             for row, *_ in records(logs[number], check=True)
         }
-    every = world.gather(mine)
+    gathered = world.gather(finished)
 
     def places() -> list[int]:
-        by_log = {number: ends for some in every for number, ends in some.items()}
+        by_log = {number: ends for some in gathered for number, ends in some.items()}
         usable = {
             digest: end for number in sorted(by_log) for digest, end in by_log[number].items()
         }
@@ -197,12 +197,12 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
 def _costs(sweep: Sweep, groups: Groups, world: Any, team: Team) -> list[Cost]:
     """The cost of each group, the same on every rank; every rank meshes its share."""
     asked = groups.first[groups.representatives()].tolist()
-    mine = {
+    own_costs = {
         k: estimate(sweep[asked[k]].case, team.size)
         for k in range(world.Get_rank(), len(asked), world.Get_size())
     }
-    known = {k: cost for some in world.allgather(mine) for k, cost in some.items()}
-    return groups.spread([known[k] for k in range(len(asked))])
+    costs = {k: cost for some in world.allgather(own_costs) for k, cost in some.items()}
+    return groups.spread([costs[k] for k in range(len(asked))])
 
 
 class _Worker:

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if limit is not None:
         print(f"  over the limit {limit:g}: {value / limit:.4g}")
     if life is not None:
-        material = next(each.material for each in solution.problem.body if each.name == body)
+        material = next(member.material for member in solution.problem.body if member.name == body)
         print(_cycles(value, result.error, material.young_modulus, life))
     if arguments.output:
         write_text(arguments.output, csv_text(table(result)))
@@ -130,9 +130,9 @@ def _cycles(value: float, error: float, modulus: float, life: tuple[float, ...])
 
     off = 0.0 if math.isnan(error) else error
     damages = value, value + off, max(value - off, 0.0)
-    count, least, most = (cycles_to_failure(each, modulus, life) for each in damages)
-    known = "" if math.isnan(error) else f" ({least:.2g} to {most:.2g})"
-    return f"  cycles to failure: {count:.4g}{known}"
+    count, least, most = (cycles_to_failure(damage, modulus, life) for damage in damages)
+    interval = "" if math.isnan(error) else f" ({least:.2g} to {most:.2g})"
+    return f"  cycles to failure: {count:.4g}{interval}"
 
 
 def _number(arguments: argparse.Namespace, key: str) -> float | None:

@@ -96,8 +96,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
     shown = arguments.quantity or "von_mises"
-    if shown not in (known := quantities(next(iter(solution.meshes.values())).components)):
-        raise InputError(f"--quantity: no {shown!r}{among(shown, known)}")
+    if shown not in (names := quantities(next(iter(solution.meshes.values())).components)):
+        raise InputError(f"--quantity: no {shown!r}{among(shown, names)}")
     # before the inside, of which a coarse grid may have nothing
     if arguments.boundary:
         _write_boundaries(solution, arguments)
@@ -256,7 +256,7 @@ def read_points(path: str, dim: int) -> Any:
         raise InputError(
             f"{path}: {error.strerror if isinstance(error, OSError) else 'not text'}"
         ) from None
-    found = []
+    points = []
     for number, line in enumerate(lines, 1):
         words = line.replace(",", " ").replace(";", " ").split()
         values = [real(word) for word in words[:dim]]
@@ -266,10 +266,10 @@ def read_points(path: str, dim: int) -> Any:
             raise InputError(
                 f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}"
             )
-        found.append(values)
-    if not found:
+        points.append(values)
+    if not points:
         raise InputError(f"{path}: there are no points in it")
-    return np.array(found)
+    return np.array(points)
 
 
 def window(words: list[str]) -> Any:

@@ -199,19 +199,19 @@ def cad_surface(
     """
     path = Path(file)
     stamp = path.stat().st_mtime_ns
-    found = _solid(_listed(file, stamp), file, solid)
-    faces = tuple(CadFace(*face) for face in found["faces"])
+    body = _solid(_listed(file, stamp), file, solid)
+    faces = tuple(CadFace(*face) for face in body["faces"])
     own = {number: name for name, numbers in (parts or {}).items() for number in numbers}
-    known = {face.number for face in faces}
+    face_numbers = {face.number for face in faces}
     for number in own:
-        if number not in known:
+        if number not in face_numbers:
             raise InputError(
-                f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} "
+                f"{file}: geometry.parts: no surface {number}; there are {_numbers(face_numbers)} "
                 f"(petcontact mesh "
                 f"{path.name} lists them)"
             )
     part_of = tuple(own.get(face.number, face.part) for face in faces)
-    return CadSurface(file, stamp, faces, part_of, tuple(found["low"]), tuple(found["high"]))
+    return CadSurface(file, stamp, faces, part_of, tuple(body["low"]), tuple(body["high"]))
 
 
 def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[str, Any]:
@@ -243,13 +243,13 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
 @functools.lru_cache(maxsize=16)
 def _listed(file: str, stamp: int) -> dict[str, Any]:
     """What the worker lists, faces as tuples; `stamp` is part of the key."""
-    found = ask(file)
-    for solid in found["solids"]:
+    answer = ask(file)
+    for solid in answer["solids"]:
         solid["faces"] = [
             (face["number"], face["name"], face["kind"], face["area"], tuple(face["centre"]))
             for face in solid["faces"]
         ]
-    return found
+    return answer
 
 
 def ask(file: str, **request: Any) -> dict[str, Any]:

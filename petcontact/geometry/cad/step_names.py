@@ -82,9 +82,9 @@ def _shells(lines: Lines, wanted: set[int]) -> Iterator[tuple[list[str], Any]]:
 
 def _lines(path: Path) -> Lines:
     """The lines of data that matter, by number."""
-    found = Lines()
+    lines = Lines()
     if os.path.getsize(path) == 0:
-        return found
+        return lines
     with open(path, "rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as text:
         start = 0
         for match in BREAKS.finditer(text):
@@ -96,8 +96,8 @@ def _lines(path: Path) -> Lines:
                 BREAKS.sub(lambda match: b" " if match[0].startswith(b"/") else match[0], line)
             )
             if head and head[2] in KINDS:
-                found[int(head[1])] = head[2].decode(), head.string[head.end() :]
-    return found
+                lines[int(head[1])] = head[2].decode(), head.string[head.end() :]
+    return lines
 
 
 def _references(values: bytes) -> Iterator[int]:
@@ -105,8 +105,8 @@ def _references(values: bytes) -> Iterator[int]:
 
 
 def _name(values: bytes) -> str:
-    found = NAME.match(values[: 8 * LONGEST_NAME])
-    name = found[1].decode("latin-1").replace("''", "'") if found else ""
+    text = NAME.match(values[: 8 * LONGEST_NAME])
+    name = text[1].decode("latin-1").replace("''", "'") if text else ""
     name = WIDE.sub(
         lambda match: bytes.fromhex(match[1]).decode("utf-16-be", "replace"), name
     ).strip()
@@ -115,7 +115,7 @@ def _name(values: bytes) -> str:
 
 def _vertices(lines: Lines, face: bytes, left: list[int]) -> list[list[float]]:
     """Points of the vertices around a face, from the bounds that it names before its surface."""
-    found, waiting, seen = list[list[float]](), list(_references(face))[:-1], set[int]()
+    vertices, waiting, seen = list[list[float]](), list(_references(face))[:-1], set[int]()
     while waiting and left[0] > 0:
         left[0] -= 1
         number = waiting.pop()
@@ -124,12 +124,12 @@ def _vertices(lines: Lines, face: bytes, left: list[int]) -> list[list[float]]:
             continue
         seen.add(number)
         if kind == "VERTEX_POINT":
-            found += _point(lines.get(next(_references(values), -1), ("", b""))[1])
+            vertices += _point(lines.get(next(_references(values), -1), ("", b""))[1])
         elif kind == "EDGE_CURVE":
             waiting += list(_references(values))[:2]
         elif kind in BOUNDS:
             waiting += _references(values)
-    return found
+    return vertices
 
 
 def _point(values: bytes) -> list[list[float]]:

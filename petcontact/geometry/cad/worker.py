@@ -26,8 +26,8 @@ def listed(gmsh: Any, file: str) -> dict[str, Any]:
     faces = {number: _face(model, number) for _, number in model.getEntities(2)}
     loose = set(faces)
     for _, number in model.getEntities(3):
-        mine = [abs(face) for face in model.getAdjacencies(3, number)[1].tolist()]
-        loose -= set(mine)
+        faces_of_body = [abs(face) for face in model.getAdjacencies(3, number)[1].tolist()]
+        loose -= set(faces_of_body)
         low, high = [model.getBoundingBox(3, number)[k : k + 3] for k in (0, 3)]
         name = model.getEntityName(3, number).rpartition("/")[2]
         solids.append(
@@ -36,7 +36,7 @@ def listed(gmsh: Any, file: str) -> dict[str, Any]:
                 "name": name,
                 "low": low,
                 "high": high,
-                "faces": [faces[face] for face in mine],
+                "faces": [faces[face] for face in faces_of_body],
             }
         )
     _name_faces(solids, file)
@@ -152,14 +152,14 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
                 _open(gmsh, request["file"])
                 opened = True
             if "panels" in request:
-                found = brought(gmsh, request["panels"], request["rim"])
+                answer = brought(gmsh, request["panels"], request["rim"])
             else:
-                found = (
+                answer = (
                     meshed(gmsh, request) if "target" in request else listed(gmsh, request["file"])
                 )
         except Exception as error:  # Gmsh's are of no class of their own
-            found = {"error": str(error).strip() or type(error).__name__}
-        yield found
+            answer = {"error": str(error).strip() or type(error).__name__}
+        yield answer
     gmsh.finalize()
 
 
@@ -181,8 +181,8 @@ def main() -> None:
     for number in (1, 2):
         os.dup2(nowhere, number)
     with os.fdopen(out, "w") as stream:
-        for found in answers(map(json.loads, sys.stdin)):
-            print(json.dumps(found), file=stream, flush=True)
+        for answer in answers(map(json.loads, sys.stdin)):
+            print(json.dumps(answer), file=stream, flush=True)
 
 
 if __name__ == "__main__":

@@ -42,11 +42,11 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
     between = 0.5 * points[ends].sum(axis=2)
     pieces = np.arange(len(start)) * len(points) + stations.following
-    found = ends[..., 0] * len(points) + ends[..., 1]
-    own = np.isin(found, pieces)
+    keys = ends[..., 0] * len(points) + ends[..., 1]
+    own = np.isin(keys, pieces)
     if np.count_nonzero(own) < len(start):
         return None
-    between[own] = middle[found[own] // len(points)]
+    between[own] = middle[keys[own] // len(points)]
     six = np.concatenate([points[corners], between], axis=1)
     distortion = QuadraticCells(np.pad(six, ((0, 0), (0, 0), (0, 1)))).distortion
     # ratio of the area factors of a triangle

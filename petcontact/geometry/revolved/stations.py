@@ -53,7 +53,7 @@ def stations(section: Outline, angle: float, size: float) -> Stations:
     size : float
         [length]
     """
-    at, part, following = [], list[str](), list[int]()
+    points, part, following = [], list[str](), list[int]()
     for loop in section.loops:
         first = len(part)
         for side in loop:
@@ -62,10 +62,10 @@ def stations(section: Outline, angle: float, size: float) -> Stations:
             )
             x = side.point(_fractions(side, count, WRITTEN * section.diameter))
             x[:, 0] = np.where(x[:, 0] < WRITTEN * section.diameter, 0.0, x[:, 0])
-            at.append(np.stack([x[:-1:2], x[1::2], x[2::2]], axis=1))
+            points.append(np.stack([x[:-1:2], x[1::2], x[2::2]], axis=1))
             part += ["" if on_axis(side, section) else side.part] * count
         following += [*range(first + 1, len(part)), first]
-    pieces, after = np.concatenate(at), np.array(following)
+    pieces, after = np.concatenate(points), np.array(following)
     return Stations(pieces, tuple(part), after, _sectors(pieces[:, 0, 0], after, angle, size))
 
 

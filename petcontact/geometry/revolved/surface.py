@@ -126,18 +126,18 @@ class RevolvedSurface(SolidSurface):
         InputError
             If no triangles of less than a tenth of the size fill the section.
         """
-        filling, found = None, stations(self.section, self.angle, size)
+        filling, rows = None, stations(self.section, self.angle, size)
         for attempt in range(0 if self._is_whole else ATTEMPTS):
             finer = size * FINER**attempt
-            found = stations(self.section, self.angle, finer)
-            filling = section_triangles(found, finer)
+            rows = stations(self.section, self.angle, finer)
+            filling = section_triangles(rows, finer)
             if filling is not None:
                 break
         if filling is None and not self._is_whole:
             raise InputError(
                 f"mesh.element_size: {size:g} is too coarse for the section's plane faces"
             )
-        yield from self._round(found)
+        yield from self._round(rows)
         if filling is not None:
             for face, (six, steps) in enumerate(
                 ((filling, 0), (filling[:, [0, 2, 1, 5, 4, 3]], 1))
@@ -152,46 +152,46 @@ class RevolvedSurface(SolidSurface):
         the axis stays."""
         away = (points - self.centre) @ self.frame.T
         radius = np.hypot(away[..., 0], away[..., 1])
-        at = np.stack([radius, away[..., 2]], axis=-1)
+        section_points = np.stack([radius, away[..., 2]], axis=-1)
         size = np.linalg.norm(np.nanmax(points, axis=1) - np.nanmin(points, axis=1), axis=1)
-        found, least = at.copy(), np.full(len(at), np.inf)
+        nearest, least = section_points.copy(), np.full(len(section_points), np.inf)
         flat = np.flatnonzero(part >= len(self._round_parts))
         for side in self.section.sides:
             if on_axis(side, self.section):
                 continue
-            mine = np.flatnonzero(part == self.parts.index(side.part))
-            place = np.nan_to_num(side.nearest(at[mine].reshape(-1, 2)))
+            on_part = np.flatnonzero(part == self.parts.index(side.part))
+            place = np.nan_to_num(side.nearest(section_points[on_part].reshape(-1, 2)))
             # what lies close to an end belongs on the rim that the end is turned into
-            slack = np.repeat(RIM * size[mine], at.shape[1]) / side.length
+            slack = np.repeat(RIM * size[on_part], section_points.shape[1]) / side.length
             rims = [end[0] > WRITTEN * self.section.diameter for end in (side.start, side.end)]
             place = np.where(
                 rims[0] & (place < slack),
                 0.0,
                 np.where(rims[1] & (place > 1.0 - slack), 1.0, place),
             )
-            near = side.point(place).reshape(-1, *at.shape[1:])
-            distance = np.nansum((near - at[mine]) ** 2, axis=(1, 2))
-            better = distance < least[mine]
-            found[mine[better]], least[mine[better]] = near[better], distance[better]
+            near = side.point(place).reshape(-1, *section_points.shape[1:])
+            distance = np.nansum((near - section_points[on_part]) ** 2, axis=(1, 2))
+            better = distance < least[on_part]
+            nearest[on_part[better]], least[on_part[better]] = near[better], distance[better]
             near = side.point(
-                np.clip(np.nan_to_num(side.nearest(at[flat].reshape(-1, 2))), 0.0, 1.0)
-            ).reshape(-1, *at.shape[1:])
-            close = np.linalg.norm(near - at[flat], axis=-1) < RIM * size[flat, None]
-            found[flat] = np.where(close[..., None], near, found[flat])
+                np.clip(np.nan_to_num(side.nearest(section_points[flat].reshape(-1, 2))), 0.0, 1.0)
+            ).reshape(-1, *section_points.shape[1:])
+            close = np.linalg.norm(near - section_points[flat], axis=-1) < RIM * size[flat, None]
+            nearest[flat] = np.where(close[..., None], near, nearest[flat])
         on_rim = radius > WRITTEN * self.section.diameter
-        away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[
+        away[..., :2] *= np.divide(nearest[..., 0], radius, out=np.ones_like(radius), where=on_rim)[
             ..., None
         ]
-        away[..., 2] = np.where(np.isnan(radius), np.nan, found[..., 1])
+        away[..., 2] = np.where(np.isnan(radius), np.nan, nearest[..., 1])
         return np.asarray(self.centre + away @ self.frame)
 
-    def _round(self, found: Stations) -> Iterator[tuple[int, Array]]:
+    def _round(self, rows: Stations) -> Iterator[tuple[int, Array]]:
         """Panels of each piece off the axis."""
-        finest = 4 * int(found.sectors.max())
-        for k, part in enumerate(found.part):
+        finest = 4 * int(rows.sectors.max())
+        for k, part in enumerate(rows.part):
             if not part:
                 continue
-            before, after = int(found.sectors[k]), int(found.sectors[found.following[k]])
+            before, after = int(rows.sectors[k]), int(rows.sectors[rows.following[k]])
             if before == after:
                 cells, count = EQUAL, before
             else:
@@ -203,7 +203,7 @@ class RevolvedSurface(SolidSurface):
                 if after < before:
                     cells = (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]
             place = np.rint(2.0 * cells[..., 1]).astype(int)
-            r, z = found.at[k, place].transpose(2, 0, 1)
+            r, z = rows.at[k, place].transpose(2, 0, 1)
             steps = np.rint(
                 (np.arange(count)[:, None, None] + cells[..., 0]) * (finest // count)
             ).astype(int)

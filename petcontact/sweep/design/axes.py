@@ -57,9 +57,9 @@ def make_axes(
             worded.append((table, word))
     keys = [tuple(full_key(key, source) for key in table) for table, _ in worded]
     given = {full_key(key, source): name for key, name in file.names.items()}
-    every = [key for some in keys for key in some]
-    names = names_of(every, problems, given)
-    if unknown := set(given) - set(every):
+    keys_of_axes = [key for some in keys for key in some]
+    names = names_of(keys_of_axes, problems, given)
+    if unknown := set(given) - set(keys_of_axes):
         raise InputError(f"{source}: names: {min(unknown)} does not vary")
     axes = [
         Axis(some, list(zip(*table.values(), strict=True)), _entries(some, names, table, word))
@@ -118,12 +118,12 @@ def full_key(key: str, source: str) -> str:
     InputError
         If there is no such key.
     """
-    found = whole_key(key)
-    if "." not in found and found not in KEYS:
+    full = whole_key(key)
+    if "." not in full and full not in KEYS:
         raise InputError(
             f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key"
         )
-    return found
+    return full
 
 
 def names_of(

@@ -157,14 +157,14 @@ class Sweep:
         InputError
             If a pattern matches nothing.
         """
-        found = {pattern: set(fnmatch.filter(self.ids, pattern)) for pattern in patterns}
-        for pattern, names in found.items():
+        matches = {pattern: set(fnmatch.filter(self.ids, pattern)) for pattern in patterns}
+        for pattern, names in matches.items():
             if not names:
                 raise InputError(f"--only {pattern}: no case has such an id (--list shows them)")
         return [
             place
             for place, id_ in enumerate(self.ids)
-            if not patterns or any(id_ in names for names in found.values())
+            if not patterns or any(id_ in names for names in matches.values())
         ]
 
     def validate(self) -> None:

@@ -55,7 +55,7 @@ def html(
         legend=legend(table, quantities),
         tables=tables,
         text=text,
-        heads=[column_heads(one, quantities) for one in tables],
+        heads=[column_heads(pivot, quantities) for pivot in tables],
         quantity=", ".join(quantities),
         pictures=pictures,
         bad=bad_cases(table),
@@ -72,8 +72,10 @@ def representatives(table: CaseTable) -> list[int]:
 
 
 def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
-    found = ((table.values("id")[place], table.solution(place)) for place in representatives(table))
-    return [(id_, _figures(solution)) for id_, solution in found if solution is not None]
+    solutions = (
+        (table.values("id")[place], table.solution(place)) for place in representatives(table)
+    )
+    return [(id_, _figures(solution)) for id_, solution in solutions if solution is not None]
 
 
 def _figures(solution: Solution) -> list[Figure]:

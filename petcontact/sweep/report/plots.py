@@ -80,15 +80,15 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
     figure.set_size_inches(6.4, 4.2)
     axes = figure.subplots()
     for key in keys:
-        mine = good & np.array([value == key for value in lines])
-        at, inverse, counts = np.unique(x[mine], return_inverse=True, return_counts=True)
+        on_line = good & np.array([value == key for value in lines])
+        abscissae, inverse, counts = np.unique(x[on_line], return_inverse=True, return_counts=True)
         name = label(plot.lines, key) if plot.lines else None
         # of more different abscissae points are drawn, not lines
-        if len(at) > 60:
-            axes.plot(x[mine], y[mine], ".", markersize=3, alpha=0.6, label=name)
+        if len(abscissae) > 60:
+            axes.plot(x[on_line], y[on_line], ".", markersize=3, alpha=0.6, label=name)
             continue
-        mean = np.bincount(inverse.ravel(), y[mine], len(at)) / np.maximum(counts, 1)
-        axes.plot(at, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
+        mean = np.bincount(inverse.ravel(), y[on_line], len(abscissae)) / np.maximum(counts, 1)
+        axes.plot(abscissae, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
     if not good.any():
         axes.text(0.5, 0.5, "no case has both", ha="center", transform=axes.transAxes)
     scales = [

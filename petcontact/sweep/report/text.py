@@ -70,10 +70,10 @@ def markdown(
     """Title, counts, and the tables, aligned so that they read well as plain text too."""
     title = printable(table.title) or "Sweep"
     parts = [f"# {title}", counts_line(table), legend(table, quantities)]
-    for one in tables:
-        if one.title:
-            parts.append(f"## {one.title}")
-        parts.append("\n".join(aligned(_grid(one, quantities))))
+    for pivot in tables:
+        if pivot.title:
+            parts.append(f"## {pivot.title}")
+        parts.append("\n".join(aligned(_grid(pivot, quantities))))
     if bad := bad_cases(table):
         parts.append("## Not converged")
         parts.append("\n".join(f"- {printable(line)}" for line in bad))

@@ -88,18 +88,26 @@ def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int)
     teams : int
     """
     numbers, counts = np.unique(of_case[places], return_counts=True)
-    found = np.split(places[np.argsort(of_case[places], kind="stable")], np.cumsum(counts)[:-1])
-    here = [costs[g] for g in numbers]
-    worths = [cost.prepare + len(some) * cost.case for cost, some in zip(here, found, strict=False)]
+    members = np.split(places[np.argsort(of_case[places], kind="stable")], np.cumsum(counts)[:-1])
+    group_costs = [costs[g] for g in numbers]
+    worths = [
+        cost.prepare + len(some) * cost.case
+        for cost, some in zip(group_costs, members, strict=False)
+    ]
     parts, cheap, worth = list[tuple[float, WorkShare]](), list[Index](), 0.0
     # one of about 32 claims a team, or a single case
     share = sum(worths) / (32 * teams)
-    for k in sorted(range(len(here)), key=lambda k: -worths[k]):
+    for k in sorted(range(len(group_costs)), key=lambda k: -worths[k]):
         if worths[k] >= share:
-            size = min(len(found[k]), max(1, int(share / here[k].case)))
-            parts.append((worths[k], WorkShare(found[k], here[k].prepare, here[k].case, size)))
+            size = min(len(members[k]), max(1, int(share / group_costs[k].case)))
+            parts.append(
+                (
+                    worths[k],
+                    WorkShare(members[k], group_costs[k].prepare, group_costs[k].case, size),
+                )
+            )
             continue
-        cheap.append(found[k])
+        cheap.append(members[k])
         worth += worths[k]
         if worth >= share:
             parts, cheap, worth = [*parts, (worth, _bundle(cheap))], [], 0.0

@@ -50,8 +50,8 @@ class Groups:
 
     def spread(self, costs: Sequence[Cost]) -> list[Cost]:
         """The cost of every group from those of the representatives."""
-        known = self.mesh[self.representatives()]
-        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), self.mesh)
+        sizes = self.mesh[self.representatives()]
+        nearest = np.searchsorted(0.5 * (sizes[1:] + sizes[:-1]), self.mesh)
         return [costs[k] for k in nearest]
 
 

@@ -123,8 +123,8 @@ class CaseTable:
 
     def solution(self, case: int) -> Solution | None:
         """The whole result of a case by its place in the table; None where it is not kept."""
-        found = self.kept(case)
-        return None if isinstance(found, dict) else found
+        outcome = self.kept(case)
+        return None if isinstance(outcome, dict) else outcome
 
 
 def plain(values: Column) -> list[Any]:
@@ -138,16 +138,20 @@ def derived(sweep: Sweep, identity: Identity, logs: Iterable[Path]) -> Columns:
     """A row a case of a sweep: the newest record of its digest, or the status "missing"."""
     digests = [identity.digest(place).encode() for place in range(len(sweep))]
     wanted = set(digests)
-    found = columns_of(
+    columns = columns_of(
         {name: value for name, value in row.items() if name not in OF_RECORDS}
         for path in logs
         for row, *_ in records(path)
         if row["digest"].encode() in wanted
     )
-    newest = {digest: row for row, digest in enumerate(found["digest"].tolist())} if found else {}
+    newest = (
+        {digest: row for row, digest in enumerate(columns["digest"].tolist())} if columns else {}
+    )
     if len(newest) < len(wanted):
-        found = stacked([found, columns_of([{"digest": "", "status": "missing", "reason": ""}])])
-    rows = taken(found, np.array([newest.get(digest, -1) for digest in digests], np.int64))
+        columns = stacked(
+            [columns, columns_of([{"digest": "", "status": "missing", "reason": ""}])]
+        )
+    rows = taken(columns, np.array([newest.get(digest, -1) for digest in digests], np.int64))
     heads = columns_of(
         {"id": id_, **sweep.coordinates(place)} for place, id_ in enumerate(sweep.ids)
     )
@@ -268,13 +272,13 @@ def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     ids = texts(table.columns["id"])
     if id_ not in ids:
         raise ResultError(f"{path}: no case {id_}")
-    found = table.kept(ids.index(id_))
-    if found is None:
+    outcome = table.kept(ids.index(id_))
+    if outcome is None:
         raise ResultError(
             f'{path}: no fields of {id_} are there; keep = "contact" or "all" in the sweep file '
             f"keeps them"
         )
-    return found
+    return outcome
 
 
 def read_case(path: str | Path, id_: str = "/") -> Solution:
@@ -294,10 +298,10 @@ def read_case(path: str | Path, id_: str = "/") -> Solution:
                 f"{folder.read_index()[0].ids[0]}"
             )
         return read_result(path)
-    found = load_case(path, id_)
-    if isinstance(found, dict):
+    outcome = load_case(path, id_)
+    if isinstance(outcome, dict):
         raise ResultError(
             f'{path}: {id_} has its fields on the contact part only; keep = "all" in the sweep '
             f"file keeps all"
         )
-    return found
+    return outcome

@@ -130,8 +130,8 @@ class Record(NamedTuple):
         """The bytes of the kept fields; None where they are not what was written."""
         with open(self.path, "rb") as file:
             file.seek(self.at)
-            found = file.read(self.row["bytes"])
-        return found if zlib.crc32(found) == self.row["sum"] else None
+            content = file.read(self.row["bytes"])
+        return content if zlib.crc32(content) == self.row["sum"] else None
 
 
 def records(path: Path, *, check: bool = False) -> Iterator[Record]:
