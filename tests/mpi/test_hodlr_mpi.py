@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from marks import slow
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
@@ -55,7 +56,7 @@ if comm.Get_rank() == 0:
 """
 
 
-@pytest.mark.parametrize(("ranks", "threads"), [(2, "12"), (3, "1")])
+@pytest.mark.parametrize(("ranks", "threads"), [(2, "12"), slow(3, "1")])
 def test_ranks_agree_with_the_dense_operator(ranks, threads):
     done = launch.run(ranks, "-c", PROGRAM, *threads)
     assert done.returncode == 0, done.stderr
