@@ -105,8 +105,8 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
                 apart = float(np.abs(number.value - old.value).max())
                 error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
         alone = number.alone
-        if number.is_resultant:  # all meshes may miss the same part of a load
-            alone = solution.accuracy.loads * number.scale
+        if number.is_resultant:
+            alone = solution.accuracy.shared * number.scale
         if number.name == ENERGY:
             # a product of what is known to this share in L2, where two meshes agree by chance; what
             # its increments leave is an error of the path

@@ -37,8 +37,8 @@ class Accuracy:
         Why it is not known.
     resultants : float
         Estimated error of forces, nan where it is not known [-].
-    loads : float
-        Error of the resultants of given loads on the mesh, over their size [-].
+    shared : float
+        Error of forces that all meshes have in common, of given loads and of bending [-].
     with_ends : float
         The error with the ends of parts, which `error` leaves out, nan where it is not known [-].
     singular : dict of lists of float
@@ -66,7 +66,7 @@ class Accuracy:
     error: float = math.nan
     unknown: str = ""
     resultants: float = math.nan
-    loads: float = 0.0
+    shared: float = 0.0
     with_ends: float = math.nan
     singular: dict[str, list[float]] = field(default_factory=dict)
     differences: list[float] = field(default_factory=list)

@@ -18,8 +18,10 @@ from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import budget, first_mesh, level_solver
 from petcontact.pipeline.adapt.budget import Budget
+from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.surfaces import PanelTails
 from petcontact.pipeline.pose.discretise import discretise
+from petcontact.pipeline.pose.interfaces import body_alone
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
@@ -585,3 +587,21 @@ def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
     solution = adapt(problem, 0.2)
     assert solution.status == "converged" and not any("thick" in each for each in solution.warnings)
     assert solution.last.pairs["pair"].force[2] == pytest.approx(1.4272, rel=0.02)
+
+
+@pytest.mark.parametrize(("length", "height", "order"), [(20, 1, 2), (4, 3, 1)])
+def test_first_panels_of_a_body_that_bends_have_order_two(length, height, order):
+    """A cantilever on linear panels as long as it is thick had an estimate of 1 and cycling
+    sets."""
+    beam = {
+        "name": "beam",
+        "material": elastic(1.0, 0.3),
+        "geometry": cuboid([0, -1, -height], [length, 1, 0]),
+        "boundary": [{"part": "left", "condition": "displacement", "value": [0, 0, 0]}],
+    }
+    pair = touching("c", "beam.top", "ball", gap=f"((x-{0.9 * length})**2 + y**2)/20")
+    ball = {"name": "ball", "displacement": [0, 0, -0.2]}
+    problem = parse(Problem, {"body": [beam], "obstacle": [ball], "contact": [pair]}, "beam")
+    (surface,) = problem.boundaries
+    body = body_alone(problem, 0, surface)
+    assert set(FirstMeshes(problem).mesh(0, body, surface, 4000).order) == {order}

@@ -73,6 +73,9 @@ class FirstMeshes:
     def _own(self, number: int, given: Body, boundary: Boundary, nodes: float) -> SurfaceMesh:
         posed = first_options(given, boundary, bilateral=self._problem.holds_normals)
         mesh = as_surface(mesh_of(posed, boundary))
+        if given.mesh.automatic and bends(mesh):
+            posed = posed.model_copy(update={"mesh": posed.mesh.model_copy(update={"order": 2})})
+            mesh = as_surface(mesh_of(posed, boundary))
         if given.mesh.automatic:
             mesh = with_data_lines(boundary, given, mesh)
         self.plain[number] = mesh
@@ -108,8 +111,8 @@ class FirstMeshes:
 def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
     """Return the body with the options of its first mesh.
 
-    The order is 2 for u_t, which is smooth. Otherwise it is 1, which is as accurate for the same
-    number of nodes and cheaper.
+    The order is 2 for u_t, which is smooth, and for bodies that bend (see `bends`). Otherwise it
+    is 1, which is as accurate for the same number of nodes and cheaper.
     """
     if not body.mesh.automatic:
         return body
@@ -176,6 +179,15 @@ def thick_enough(
     while (over := slender(mesh, multiple)).any():
         mesh = cut(mesh, over, boundary)
     return mesh, multiple
+
+
+def bends(mesh: SurfaceMesh) -> bool:
+    """Return whether most of a body's surface has another side within the size of a panel.
+
+    Linear panels as large as the thickness bend 15 % too little, those of order 2 by 3 %.
+    """
+    area = np.bincount(mesh.element, mesh.weight)
+    return bool(area[slenderness(mesh) > 0.0].sum() > 0.5 * area.sum())
 
 
 def slender(mesh: SurfaceMesh, multiple: float) -> Mask:

@@ -150,9 +150,11 @@ class TailErrors:
         return result
 
     @property
-    def of_loads(self) -> float:
-        """Relative error of the resultants of given tractions [-]."""
-        return self._data.resultant_error()
+    def shared(self) -> float:
+        """Relative error of resultants that finer panels in the contact do not reduce [-].
+
+        It is that of the integrals of given tractions, and that of bending."""
+        return self._data.resultant_error() + max(map(bending_error, self.meshes))
 
     def error(self, whole: float = math.nan) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
@@ -184,7 +186,7 @@ class TailErrors:
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
             bending = max(map(bending_error, self.meshes))
-            of_resultants = worst**2 + uneven + EVENLY * even + bending + unseen + self.of_loads
+            of_resultants = worst**2 + uneven + EVENLY * even + self.shared + unseen
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0
             )

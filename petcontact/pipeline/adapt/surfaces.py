@@ -75,7 +75,7 @@ class PanelTails:
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
         self._problem, self._sides = problem, problem.interfaces
         self._estimates: list[float] = []
-        self._resultants, self._loads, self._motions = math.nan, 0.0, 0
+        self._resultants, self._shared, self._motions = math.nan, 0.0, 0
         self._last: Solution | None = None
         self._meshes, self._expected = (
             list[BoundaryMesh](),
@@ -112,7 +112,7 @@ class PanelTails:
         """Estimate the error of a solution, and make the next meshes from its panels."""
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
-        self._loads = errors.of_loads
+        self._shared = errors.shared
         self._estimates.append(self.estimate)
         # rings around one contact mend no error of another one that no node sees
         if self.estimate > self.wanted and (
@@ -402,7 +402,7 @@ class PanelTails:
         )
 
     def shown(self) -> dict[str, Any]:
-        """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants and of
-        loads on the last."""
-        last = {"resultants": self._resultants, "loads": self._loads}
+        """Return fields of `Accuracy`: the estimates of all meshes, and those of resultants on the
+        last."""
+        last = {"resultants": self._resultants, "shared": self._shared}
         return {"estimates": self._estimates} | last
