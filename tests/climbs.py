@@ -18,11 +18,11 @@ import numpy as np
 from petcontact import Problem, Solution
 from petcontact.errors import PetcontactError
 from petcontact.pipeline.adapt.difference import difference as traction_difference
-from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.loop import AdaptiveSolve, strategy_for
 from petcontact.pipeline.adapt.slip_ladder import contact_lines
 from petcontact.refinement.contact_line import difference
 from petcontact.refinement.marks import GradedOutline
+from petcontact.results.evaluated import displacement_scale
 from petcontact.runtime.petsc import petsc
 
 HOLDS_NOT = "cannot be held"

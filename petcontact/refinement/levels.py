@@ -11,11 +11,11 @@ from ..round_off import SOLVED
 
 MOST_GAIN = 40.0
 """Largest believed ratio of the errors of two neighbouring levels; a larger one is chance [-]."""
-LEAST_GAIN = 1.5
-"""The same of a single number, as a force, that is counted on where two meshes are all: the finer
-one is off by up to 1/(gain - 1) = 2 times what they differ by. Of 223 numbers of random bodies
-three were off by more than the difference, by up to 1.15 times, and in a body that was looked at
-for its errors two more, by 1.30 and 1.65 times."""
+LEAST_GAIN = math.sqrt(2.0)
+"""The same of a force, and of every number where two meshes are all: tractions like r^(λ-1) at a
+corner make forces wrong by the size of the elements there to the power λ. These halve at least from
+mesh to mesh, and λ is 1/2 or more (less only where they shrink by more), so that the finer mesh is
+off by up to 1/(gain - 1) = 2.4 times what the two differ by [-]."""
 MARGIN = 1.3
 """Wanted error over a level's typical error, from which the level is tried first [-]."""
 

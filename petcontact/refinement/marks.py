@@ -144,6 +144,20 @@ class GradedOutline:
             last.append((float(mesh.length[nearest[0]]), float(mesh.length[nearest[1]])))
         return replace(self, last=last)
 
+    def halving(self, mesh: CurveMesh, resolved: float) -> GradedOutline:
+        """Return the body as `after`, where a mesh and a level are about as fine at corners.
+
+        Elements that are by far smaller on the mesh make its error there none, and the difference
+        that of the level.
+        """
+        body = self.after(mesh)
+        laws = [[self.corner_size(each, resolved) for each in pair] for pair in self.exponents]
+        last = [
+            (a if a > FINER * law[0] else math.inf, b if b > FINER * law[1] else math.inf)
+            for (a, b), law in zip(body.last, laws, strict=True)
+        ]
+        return replace(body, last=last)
+
     @functools.cached_property
     def kinks(self) -> list[Array]:
         """Arc lengths inside each side at which its data have a kink or a jump, increasing

@@ -101,9 +101,9 @@ def areas(
 
 def hidden_slip(
     mesh: Any, nodes: Index, pair: PairResult, compliance: float, elements: Sequence[int]
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, float]:
     """The area that may slip at an end of stick where stress has no bound though no node slips, how
-    far it slips, and the energy that it takes.
+    far it slips, the energy that it takes, and g, which q reaches there.
 
     Beside an end at which q = K/√(2πs) shear up to g slips over a length of π K²/(8 g²), by 2/π
     times that length, g and the compliance (D. S. Dugdale, Yielding of steel sheets containing
@@ -119,7 +119,7 @@ def hidden_slip(
     elements : sequence of int
         Those at places where stress has no bound.
     """
-    most = (0.0, 0.0, 0.0)
+    most = (0.0, 0.0, 0.0, 0.0)
     for element in set(elements):
         rows = np.flatnonzero(mesh.element[nodes] == element)
         bound = pair.bound[rows]
@@ -129,7 +129,7 @@ def hidden_slip(
         size = 2.0 * float(sizes(mesh)[element])
         wide = 2.0 * (0.25 * math.pi * q / g) ** 2 * size
         area, slip = wide * size ** (mesh.dim - 2), 2.0 * compliance * g * wide
-        most = max(most, (area, slip, g * slip * area))
+        most = max(most, (area, slip, g * slip * area, g))
     return most
 
 

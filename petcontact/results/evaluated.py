@@ -24,6 +24,10 @@ from .body_fields import BodyFields, states_at
 from .records import StepResult, WearHistory
 from .report import Accuracy, Finding, Provenance
 
+LEAST_SLIP = 1e-3
+"""Smallest slip that errors are compared with, over the displacement by the tractions, or of the
+whole body."""
+
 
 @dataclass(frozen=True)
 class Evaluated:
@@ -274,3 +278,17 @@ class Evaluated:
         `stress_at` [stress]."""
         fields = self.body_fields(body, step)
         return fields.on_boundary(*nodal_places(fields.mesh)).stress
+
+
+def displacement_scale(solution: Evaluated) -> float:
+    """Return the norm by which errors of u_t are divided, for one body in bilateral contact.
+
+    It is ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger. If almost all of
+    Γ_C sticks, ‖u_t‖ alone would be almost 0.
+    """
+    (mesh,), pairs = solution.meshes.values(), solution.last.pairs.values()
+    (body,) = solution.last.bodies.values()
+    mean_square = float(mesh.weight @ np.sum(body.u**2, axis=1)) / float(mesh.weight.sum())
+    whole = np.sqrt(mean_square * sum(float(pair.weight.sum()) for pair in pairs))
+    slip = np.sqrt(sum(float(pair.weight @ np.sum(pair.slip**2, axis=1)) for pair in pairs))
+    return float(max(slip, LEAST_SLIP * whole)) or 1.0

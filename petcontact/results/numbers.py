@@ -149,10 +149,11 @@ class _OfStep:
         pair = self._step.pairs[name]
         closed = pair.state != OPEN
         yield self._largest("largest p", name, np.where(closed, pair.pressure, 0.0), "stress")
-        yield self._largest("largest q", name, lengths(pair.sigma_t) * closed, "stress")
-        contact, body = self._contact(name), self._solution.sides[name][0]
-        singular = [e for each in self._unbounded.get(body, []) for e in each.elements]
-        hidden, far, taken = hidden_slip(*contact, singular)
+        contact = self._contact(name)
+        hidden, far, taken, bound = hidden_slip(*contact, self._singular(name))
+        q = lengths(pair.sigma_t) * closed
+        left = max(0.0, bound - float(q.max()))
+        yield self._largest("largest q", name, q, "stress", alone=left)
         for word, (size, alone) in zip(("contact area", "slipping"), areas(*contact), strict=True):
             left = alone + hidden * (word == "slipping")
             yield self._number(word, name, size, "area", float(pair.weight.sum()), alone=left)
@@ -187,6 +188,11 @@ class _OfStep:
         )
         return solution.meshes[body], solution.nodes[name], self._step.pairs[name], compliance
 
+    def _singular(self, of: str) -> list[int]:
+        """Return the elements of a secondary at places where stress has no bound."""
+        places = self._unbounded.get(self._solution.sides[of][0], [])
+        return [element for place in places for element in place.elements]
+
     def _largest(
         self,
         word: str,
@@ -200,8 +206,8 @@ class _OfStep:
         body, _ = self._solution.sides[of]
         mesh, nodes = self._solution.meshes[body], self._solution.nodes[of]
         top, place, element = maximum(mesh, nodes, values)
-        singular = {e for each in self._unbounded.get(body, []) for e in each.elements}
-        error = np.inf if unit == "stress" and element in singular and top > 0.0 else np.nan
+        singular = unit == "stress" and element in self._singular(of)
+        error = np.inf if singular and top > 0.0 else np.nan
         return self._number(word, of, top, unit, scale, place=place, error=error, alone=alone)
 
     def _of_obstacles(self) -> Iterator[Number]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -431,3 +432,32 @@ def test_specks_are_removed_and_zones_kept():
     element = np.repeat(np.arange(4), 3)
     sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
     assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
+
+
+def test_elements_at_corners_halve_where_the_mesh_before_is_as_fine_as_the_level(monkeypatch):
+    """Else the difference of two meshes says nothing of the forces on parts that meet there."""
+    data = {
+        "material": elastic(1.0, 0.3),
+        "geometry": rectangle([0.0, 0.0], [2.0, 1.0]),
+        "boundary": [
+            {"part": "bottom", "condition": "contact", "friction_bound": 0.002},
+            {"part": "top", "condition": "displacement", "value": [0.01, -0.01]},
+            {"part": "left", "condition": "traction", "value": [0.0, 0.0]},
+            {"part": "right", "condition": "traction", "value": [0.0, 0.0]},
+        ],
+    }
+    problem, slip, level = parse(Problem, data, "fine"), Slip(), REFINEMENT_LEVELS[1]
+    first = slip.refine(0, problem.body[0], problem.boundaries[0], level).mesh
+    slip.mark(adapt(problem, 1e-2), level)
+    (body,) = [value for value in vars(slip).values() if isinstance(value, GradedOutline)]
+    law = body.corner_size(body.exponents[0][0], level.resolved)
+    lengths = first.length.copy()
+    for before, now in ((0.3, 1.0), (0.8, 0.4), (1.5, 0.75), (3.0, 1.0)):
+        lengths[0] = before * law
+        other = SimpleNamespace(length=lengths)
+        sizes = body.halving(other, level.resolved).end_sizes(0, level.resolved)
+        assert sizes[0] == pytest.approx(now * law)
+    seen = []
+    monkeypatch.setattr(GradedOutline, "halving", lambda self, *given: seen.append(given) or self)
+    slip.refine(0, problem.body[0], problem.boundaries[0], level)
+    assert [given[1] for given in seen] == [level.resolved]

@@ -12,8 +12,8 @@ from petcontact import Problem, solve
 from petcontact.geometry.round_surfaces import CylinderSurface
 from petcontact.mesh.panelling import round_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.other_orders import other_order, whole_error
+from petcontact.results.evaluated import displacement_scale
 
 
 def block(order, size, bound=0.02, beside=2.0):

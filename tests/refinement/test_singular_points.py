@@ -22,11 +22,11 @@ from petcontact import (
     adapt,
     load,
 )
-from petcontact.pipeline.adapt.difference import displacement_scale
 from petcontact.pipeline.adapt.slip_ladder import contact_lines
 from petcontact.refinement.contact_line import difference, displacement
 from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.singular_points import corner_exponents
+from petcontact.results.evaluated import displacement_scale
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

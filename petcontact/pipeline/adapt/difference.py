@@ -14,9 +14,9 @@ from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
+from ...results.evaluated import displacement_scale
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
-from ..steps.halves import LEAST_SLIP
 from .part_ends import pressed_sides, singular_places
 
 GROWS = 1.1
@@ -115,19 +115,6 @@ def displacement_difference(coarse: Solution, fine: Solution) -> float:
             )
             worst = max(worst, error / size if size > 0.0 else 0.0)
     return worst
-
-
-def displacement_scale(solution: Solution) -> float:
-    """Return the norm by which errors of u_t are divided.
-
-    It is ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger. If almost all of
-    Γ_C sticks, ‖u_t‖ alone would be almost 0.
-    """
-    mesh, contact = solution.mesh, solution.contact
-    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
-    whole = math.sqrt(mean_square * float(contact.weight.sum()))
-    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
-    return max(slip, LEAST_SLIP * whole) or 1.0
 
 
 def apart_on_one_mesh(solution: Solution, second: Solution) -> float:

@@ -15,10 +15,10 @@ from ...errors import PetcontactError
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
+from ...results.evaluated import displacement_scale
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..pose.discretise import MeshMaker
-from .difference import displacement_scale
 
 FEW, MOST = 1200, 5000
 """Largest number of nodes of a body for another solve. `FEW` counts nodes with order p + 1, which

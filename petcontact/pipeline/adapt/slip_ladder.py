@@ -26,10 +26,10 @@ from ...refinement.contact_line import (
 from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import GradedOutline, LevelMesh
 from ...refinement.zones import Zone
+from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
-from .difference import displacement_scale
 
 GAIN = 25.0
 """Largest believed ratio of the errors of two neighbouring levels: that of the first two of
@@ -89,6 +89,8 @@ class Slip:
             self._body = GradedOutline.from_body(posed, outline).with_powers()
             check_compatible(self._body.outline, posed)
         body = self._body
+        if self._last is not None:
+            body = body.halving(as_curve(self._last.mesh), level.resolved)
         longest = [
             side.length / FIRST_LOOK if contact and not self._shown else np.inf
             for side, contact in zip(body.outline.sides, body.contact, strict=True)

@@ -19,7 +19,7 @@ from ...model.loads import NO_LOADS
 from ...model.problem import Body, Problem
 from ...refinement.contact_edges import Edge, merged, zone_at
 from ...refinement.known_data import SideData, fields
-from ...refinement.levels import CONTACT_LADDER, LEAST_GAIN, Level, believed
+from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
@@ -190,10 +190,10 @@ class Tractions:
     @property
     def estimate(self) -> float:
         """Estimated error of the last mesh: the last difference, which is the error of the mesh
-        before; of the first difference what the last mesh may have at the least gain [-]."""
+        before; of one difference alone twice that, see `CONTACT_LADDER` [-]."""
         if not CONTACT_LADDER.believes(self.differences, self.wanted):
             return believed(self.differences)
-        return max(self.differences[0] / (LEAST_GAIN - 1.0), self._level.error)
+        return max(2.0 * self.differences[0], self._level.error)
 
     def shown(self) -> dict[str, Any]:
         """Return fields of `Accuracy`: edges of contact and stick, and the errors at ends of

@@ -7,6 +7,7 @@ import numpy as np
 
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
+from ...results.evaluated import LEAST_SLIP
 from ...round_off import SOLVED
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
@@ -17,9 +18,6 @@ step so far."""
 ENERGY_ERROR = 1e-2
 """Largest change of the dissipated energy when an increment is halved, relative to that energy or
 to the work of all tractions on the slip, whichever is larger."""
-LEAST_SLIP = 1e-3
-"""Smallest slip that errors are compared with, over the displacement by the tractions, or of the
-whole body."""
 BEGUN = 0.05
 """Largest traction at the end of an increment, relative to the largest of the step, of a pair that
 carried nothing in its middle. The two halves agree until a pair touches, so that they do not show
