@@ -20,6 +20,7 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, GradedOutline
 from ...refinement.singular_points import corner_exponents
+from ...results.evaluated import displacement_scale
 from ...results.report import Accuracy
 from ...results.solution import Solution
 from ...round_off import ROUNDED
@@ -28,7 +29,7 @@ from ..judge.remainders import missed_data
 from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
-from .difference import difference, displacement_difference, displacement_scale
+from .difference import difference, displacement_difference
 from .other_orders import whole_error
 from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
@@ -101,11 +102,15 @@ def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
 
 
 def _estimated(solution: Solution, accuracy: Accuracy) -> Solution:
-    """Return the solution with an estimate, and with a finding if the estimate is large."""
-    error = accuracy.error
+    """Return the solution with an estimate, and with a finding if the estimate is large.
+
+    Estimates are relative to the norm of the solution. The true norm may be smaller by the error:
+    from one half on the true relative error may be 1 or more, and is not known.
+    """
+    error = accuracy.error if accuracy.error < 0.5 else max(accuracy.error, 1.0)
     text = f"the error is estimated to be {error:.0%}{' or more' * (error >= 1.0)}"
     advice = "smaller elements, or --adapt, make it less"
-    accuracy = replace(accuracy, path=solution.accuracy.path)
+    accuracy = replace(accuracy, error=error, path=solution.accuracy.path)
     large = new_finding("accuracy", f"{text}: {advice}", measured=error)
     return replace(solution, accuracy=accuracy).with_findings(
         [large] * bool(error > limit_of("accuracy"))
