@@ -25,7 +25,7 @@ from ..errors import MissingKernelsError
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x3EC862E
+INTERFACE = 0xB42E1435
 """`petcontact_interface` of the C files beside this one; a library of others expects other
 arguments."""
 FILLER = "pipippp"

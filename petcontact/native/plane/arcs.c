@@ -83,27 +83,6 @@ INLINE void local_of_arc(const Element *e, const Targets *t, Local *p)
         p->left[i] = p->right[i] = p->h[i] = p->on_line[i] = 0.0;
 }
 
-typedef struct { /* Gauss points on the arc, and dx/ds there */
-    int count;   /* 0 before they are known */
-    double x[POINTS], y[POINTS], tx[POINTS], ty[POINTS];
-} Sources;
-
-INLINE void sources_of(const Element *e, int points, Sources *s)
-{
-    const Arc *a = e->arc;
-    s->count = points;
-    for (int q = 0; q < points; q++) {
-        /* (exp(iαs) - 1)/(iκ), without cancellation for flat arcs */
-        const double xi = e->rule->gauss[points].s[q], b = 0.5 * a->angle * xi, sine = b * sinc(b), cos = cosine(b);
-        const double chord = a->half * xi * sinc(b), re = chord * cos, im = chord * sine;
-        const double turn_re = a->half * (cos * cos - sine * sine), turn_im = a->half * 2.0 * sine * cos;
-        s->x[q] = a->middle[0] + (e->tx * re - e->ty * im);
-        s->y[q] = a->middle[1] + (e->tx * im + e->ty * re);
-        s->tx[q] = e->tx * turn_re - e->ty * turn_im;
-        s->ty[q] = e->tx * turn_im + e->ty * turn_re;
-    }
-}
-
 /* Moments in the global frame by Gauss quadrature. */
 INLINE void arc_by_points(const Element *e, const Constants *c, const Sources *s, const Targets *t, int first, Wanted w,
                           Values *v)
@@ -242,17 +221,6 @@ INLINE void arc_closed(const Element *e, const Constants *c, const Local *p, int
     }
 }
 
-/* What constant arcs miss of the slope of the displacement: bem.kelvin2d.integrals._add_slopes. */
-INLINE void add_slopes(const Element *e, const Constants *c, const Targets *t, Values *v)
-{
-    const double share = 0.34657359027997264 * (1.0 - 2.0 * c->nu) * c->scale;
-    for (int i = 0; i < t->count; i++) {
-        const double change = share * ((t->before[i] == e->index) - (t->after[i] == e->index));
-        v->h01[i] += change;
-        v->h10[i] -= change;
-    }
-}
-
 /* As `straight_values`. */
 DISPATCHED void petcontact_arc_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Values *v)
 {
@@ -274,5 +242,5 @@ DISPATCHED void petcontact_arc_values(const Element *e, const Constants *c, cons
                 arc_by_points(e, c, rule == FAR ? &far : &near, t, i, w, v);
     }
     if (e->order == 0 && w.h)
-        add_slopes(e, c, t, v);
+        add_slopes(e, c, t, v->h01, v->h10);
 }

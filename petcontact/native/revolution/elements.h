@@ -3,6 +3,7 @@
 #ifndef PETCONTACT_REVOLUTION_ELEMENTS_H
 #define PETCONTACT_REVOLUTION_ELEMENTS_H
 
+#include "../plane/arcs.h"
 #include "ring.h"
 
 enum { MOST = 64, RULES = 12 }; /* points of a rule of one dimension, and rules by distance, at most */
@@ -25,17 +26,6 @@ typedef struct { /* a target beside an element: ξ+1, ξ-1, distance on the left
     double left, right, lift, from_start, from_end;
     int own;
 } Place;
-
-/* sin x/x and cos x for |x| <= π/2 by Taylor's series in x². */
-INLINE void sine_of(Vector x, Vector *sinc, Vector *cos)
-{
-    const Vector square = x * x;
-    *sinc = *cos = 1.0 + 0.0 * x;
-    for (int k = 24; k > 0; k -= 2) {
-        *cos = 1.0 - square * *cos * (1.0 / (k * (k - 1)));
-        *sinc = 1.0 - square * *sinc * (1.0 / (k * (k + 1)));
-    }
-}
 
 /* Arc length over the half and distance on the left of a target at (dx, dy) from a point of the element with the tangent
    (tx, ty) there. */
@@ -79,29 +69,6 @@ INLINE double half_sum(const Element *e, double x, double y)
     beside(e, x - e->arc->middle[0], y - e->arc->middle[1], e->tx, e->ty, &xi, &lift);
     const double h = logarithm(fmax(1.0 - e->arc->curvature * lift, 1e-300)) / e->arc->angle, square = h * h;
     return 0.5 * (sqrt((xi + 1.0) * (xi + 1.0) + square) + sqrt((xi - 1.0) * (xi - 1.0) + square));
-}
-
-typedef struct { /* Gauss points on an element, with half its length in the weights of the basis */
-    int count;
-    double r[POINTS], z[POINTS], nr[POINTS], nz[POINTS];
-} Sources;
-
-INLINE void sources_of(const Element *e, int count, Sources *s)
-{
-    const double bend = e->arc ? e->arc->angle : 0.0, x = e->arc ? e->arc->middle[0] : 0.5 * (e->start[0] + e->end[0]),
-                 y = e->arc ? e->arc->middle[1] : 0.5 * (e->start[1] + e->end[1]);
-    s->count = count;
-    for (int q = 0; q < count; q++) {
-        const double xi = e->rule->gauss[count].s[q];
-        Vector sinc, cos;
-        sine_of((0.5 * bend * xi) + (Vector){0.0}, &sinc, &cos);
-        const double sine = 0.5 * bend * xi * sinc[0], chord = e->half * xi * sinc[0];
-        s->r[q] = x + chord * (e->tx * cos[0] - e->ty * sine);
-        s->z[q] = y + chord * (e->tx * sine + e->ty * cos[0]);
-        const double turn = cos[0] * cos[0] - sine * sine, twice = 2.0 * sine * cos[0];
-        s->nr[q] = e->ty * turn + e->tx * twice;
-        s->nz[q] = -(e->tx * turn - e->ty * twice);
-    }
 }
 
 typedef struct { /* points of a panel of quadrature: s - ξ and weights, filled up to whole vectors with nothing */

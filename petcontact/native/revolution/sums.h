@@ -59,12 +59,13 @@ INLINE void by_points(Sum a, const Element *e, const Constants *c, const Sources
             for (int k = 0; k < kinds; k++)
                 sum[n][k] = 0.0 * r;
         for (int q = 0; q < s->count; q++) {
-            const Vector none = 0.0 * r, dr = s->r[q] - r, dz = s->z[q] - z;
-            const Rings ring = {r, s->r[q] + none, dr, dz, s->nr[q] + none, s->nz[q] + none, s->nr[q] * dr + s->nz[q] * dz};
+            const double nr = s->ty[q] / e->half, nz = -s->tx[q] / e->half;
+            const Vector none = 0.0 * r, dr = s->x[q] - r, dz = s->y[q] - z;
+            const Rings ring = {r, s->x[q] + none, dr, dz, nr + none, nz + none, nr * dr + nz * dz};
             a.kernels(&ring, c, a.second, value);
             for (int n = w.node; n < w.last; n++)
                 for (int k = 0; k < kinds; k++)
-                    sum[n][k] += (s->r[q] * rule->product[n][q]) * value[k];
+                    sum[n][k] += (s->x[q] * rule->product[n][q]) * value[k];
         }
         for (int n = w.node; n < w.last; n++)
             for (int k = 0; k < kinds; k++)

@@ -64,17 +64,6 @@ INLINE void by_plane(const Element *e, const Constants *c, const Targets *t, con
         }
 }
 
-/* What constant arcs miss of the slope of the displacement, as in the plane: bem.kelvin2d.integrals._add_slopes. */
-INLINE void add_slopes(const Element *e, const Constants *c, const Targets *t, RingValues *v)
-{
-    const double share = 0.34657359027997264 * (1.0 - 2.0 * c->nu) * c->scale;
-    for (int i = 0; i < t->count; i++) {
-        const double change = share * ((t->before[i] == e->index) - (t->after[i] == e->index));
-        v->h[RZ][i] += change;
-        v->h[ZR][i] -= change;
-    }
-}
-
 DISPATCHED void petcontact_ring_values(const Quadrature *q, const Element *e, int least, const Constants *c, const Targets *t,
                                        Wanted w, RingValues *v)
 {
@@ -87,5 +76,5 @@ DISPATCHED void petcontact_ring_values(const Quadrature *q, const Element *e, in
     by_plane(e, c, t, rule, w, v);
     sum_all(far, near, q, e, c, t, rule, w, (double(*)[CHUNK])v);
     if (e->arc && e->order == 0 && w.h)
-        add_slopes(e, c, t, v);
+        add_slopes(e, c, t, v->h[RZ], v->h[ZR]);
 }
