@@ -78,12 +78,12 @@ def points_in(points: Any, dim: int) -> Array:
     InputError
         If the array has another shape, or a coordinate is not finite.
     """
-    found: Array = np.atleast_2d(np.asarray(points, dtype=float))
-    if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
+    array: Array = np.atleast_2d(np.asarray(points, dtype=float))
+    if array.ndim != 2 or array.shape[1] != dim or not np.all(np.isfinite(array)):
         raise InputError(
-            f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}"
+            f"points: an array (m, {dim}) of finite coordinates is needed, got shape {array.shape}"
         )
-    return found
+    return array
 
 
 def field_at(
@@ -178,16 +178,16 @@ def fields_at(
             near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
             for first in range(0, len(far), SERIES):
                 rows = far[first : first + SERIES]
-                for s, one in enumerate(series):
-                    moves, stresses, turns = one.fields_at(points[rows])
+                for s, increment in enumerate(series):
+                    moves, stresses, turns = increment.fields_at(points[rows])
                     displacement[rows, :, s] += moves
                     stress[rows, :, s] += stresses
                 wound[rows] += turns
         step = max(1, ENTRIES // len(group.nodes))
         for first in range(0, len(near), step):
             rows = near[first : first + step]
-            found = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
-            for total, part in zip((displacement, stress, wound), found, strict=True):
+            integrals = kernel.field(mesh.points(points[rows]), group.elements, moved, pushed)
+            for total, part in zip((displacement, stress, wound), integrals, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
     # in an infinite plate with holes every winding number is less by one, and a rigid motion of the

@@ -110,10 +110,10 @@ def _end_values(
     )
     # an element with one smooth neighbour takes its second derivative, so that extrapolation is of
     # second order
-    for joined, other, sign in ((joined_after, after, -1.0), (joined_before, before, 1.0)):
-        only = joined & ~both & both[other]
-        curve[only] = curve[other][only]
-        slope[only] += (sign * (half + half[other])[:, None] * curve)[only]
+    for joined, neighbour, sign in ((joined_after, after, -1.0), (joined_before, before, 1.0)):
+        only = joined & ~both & both[neighbour]
+        curve[only] = curve[neighbour][only]
+        slope[only] += (sign * (half + half[neighbour])[:, None] * curve)[only]
     h = half[:, None]
     start, end = middle - h * slope + h * h * curve, middle + h * slope + h * h * curve
     # the value at the joint of two smooth neighbours is the mean of both

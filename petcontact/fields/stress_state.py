@@ -81,9 +81,9 @@ class StressState:
         They are NaN where the stress is not finite.
         """
         tensor = self.tensor
-        known = np.isfinite(tensor).all(axis=(1, 2))
+        finite = np.isfinite(tensor).all(axis=(1, 2))
         values = np.full((len(tensor), 3), np.nan)
-        values[known] = np.linalg.eigvalsh(tensor[known])[:, ::-1]
+        values[finite] = np.linalg.eigvalsh(tensor[finite])[:, ::-1]
         return values
 
 

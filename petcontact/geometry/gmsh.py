@@ -24,11 +24,11 @@ NODES = {"line": 2, "triangle": 3, "quad": 4}
 
 
 def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
-    """The outline of a plane mesh as meshio has it; of a half section of a body of revolution the
-    lines on the axis x = 0 need no group.
+    """Return the outline of a plane mesh that meshio has read.
 
-    Each boundary line of the mesh is a side of its own; lines of second order become circular arcs
-    through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    Each boundary line of the mesh is a side of its own. A line of second order becomes the circular
+    arc through its three nodes. If there are 2D cells, only lines of exactly one cell count. Lines
+    of a half section on the axis x = 0 need no group.
 
     Raises
     ------
@@ -92,8 +92,10 @@ def read_msh(file: str) -> Any:
 
 
 def _demand_cells(file: str, kind: str, cells: Any, count: int) -> None:
-    """Refuse cells of other numbers of nodes than their kind has, and nodes that are not there; of
-    meshio a number from the end is one."""
+    """Refuse cells with another number of nodes than their kind, and nodes that do not exist.
+
+    For meshio a negative number counts from the end.
+    """
     number = re.search(r"\d+$", kind)
     nodes = NODES.get(kind) if number is None else int(number.group())
     if nodes is not None and cells.shape[1:] != (nodes,):

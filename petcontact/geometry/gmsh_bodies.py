@@ -17,8 +17,10 @@ FLAT = ("triangle", "quad")
 
 
 def body_of(mesh: Any, file: str, name: str) -> Any:
-    """Return the mesh of one body: in the plane lines and the cells of its physical surface, in
-    space the surface cells around the tetrahedra of its physical volume.
+    """Return the mesh of one body.
+
+    In the plane it has the lines and the cells of the physical surface. In space it has the surface
+    cells around the tetrahedra of the physical volume.
 
     Raises
     ------

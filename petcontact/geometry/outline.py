@@ -180,14 +180,14 @@ class Outline(Boundary):
 
     @functools.cached_property
     def log_length(self) -> float:
-        """Length that the kernel's logarithm is measured in: 1/24 of the convex hull's perimeter
-        [length].
+        """Unit of length in the kernel's logarithm: 1/24 of the convex hull's perimeter [length].
 
-        At a degenerate scale the single layer is singular. In units of the diameter these scales
-        lie between 0.092 = exp(-1)/4 (a thin body, ν = 1/2) and 0.5, since the logarithmic capacity
-        lies between 1/4 and 1/2; this length is 0.083 for a thin body (whose lowest scale is 0.18
-        at ν = 0) and at most 0.131 for a disc (0.30 or more). It is 1 for both examples of the
-        paper, whose digits depend on it through the discretisation error.
+        The single layer is singular at a degenerate scale. The logarithmic capacity of a body lies
+        between 1/4 and 1/2 of its diameter. In diameters, degenerate scales therefore lie between
+        0.092 = exp(-1)/4, that of a thin body at ν = 1/2, and 0.5. This length is smaller than the
+        scales of each body: 0.083 for a thin one, whose lowest scale is 0.18 at ν = 0, and at most
+        0.131 for a disc, whose scales are 0.30 or more. It is 1 for both examples of the paper,
+        whose digits depend on it through the discretisation error.
         """
         points = np.vstack([_ring(loop, 64) for loop in self.around])
         if self._is_convex:

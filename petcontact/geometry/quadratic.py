@@ -126,12 +126,12 @@ class QuadraticCells:
 
     @functools.cached_property
     def bend(self) -> Array:
-        """How far each panel leaves its tangent planes, (n,) [-].
+        """Return how far each panel leaves its tangent planes, (n,) [-].
 
-        The largest distance, over samples as feet, of corners and middles of sides from where the
-        foot's tangent plane puts them, over their distance from the foot. What lies across the
-        plane counts a fifth: it moves the zeros of |y - foot| across the ray, where they harm
-        quadrature less than beyond its end.
+        Samples of the panel are taken as feet. The tangent plane at a foot predicts the corners and
+        the middles of the sides. The result is the largest error of these, over their distance from
+        the foot. The error across the plane counts a fifth. It moves the zeros of |y - foot| across
+        the ray, and these harm quadrature less than zeros beyond the end of the ray.
         """
         corners, feet = REFERENCE[self.n_corners], samples(self.n_corners)
         ends = np.concatenate([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])

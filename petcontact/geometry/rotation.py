@@ -54,8 +54,11 @@ class Motions:
         return np.array([*self.along, *range(self.dim, self.components)], dtype=int)
 
     def every(self, x: Array, centre: Any = 0.0) -> Array:
-        """Displacement of points (m, d) for unit translations along all d axes, 0 along those of no
-        rigid motion, then for unit rotations about a centre, (m, d, d + number of rotations)."""
+        """Return the displacement of points (m, d) for unit motions, (m, d, d + rotations).
+
+        Translations along the d axes come first, then rotations about a centre. A translation that
+        is no rigid motion has zeros.
+        """
         held = np.isin(np.arange(self.dim), self.along)
         away = lifted(x, self.dim) - held * lifted(np.zeros(x.shape[1]) + centre, self.dim)
         result = np.zeros((*away.shape, self.components))

@@ -143,28 +143,31 @@ class CondensedSurface(Boundary):
 
 
 def read_superelement(path: str | Path) -> CondensedSurface:
-    """The superelement of a .npz file.
+    """Return the superelement of a .npz file.
 
-    Arrays (numpy.savez), for a surface of p points and e faces in d dimensions:
+    The file has these arrays (numpy.savez), for a surface of p points and e faces in d dimensions:
 
-    - `points` (p, d); `elements` (e, 2), the body on the left, in space (e, 3) or (e, 4),
-      counter-clockwise seen from outside, -1 last in triangles;
-    - `part` (e,), numbers of the names in `part_names`; without them the one part is "contact";
-    - `stiffness` (d p, d p): forces at the points for their displacements, component c of point i
-      being d i + c, condensed to the surface, symmetric, positive semi-definite [force/length];
-      rigid motions that it does not resist are free;
-    - `force` (d p,), optional: K u = contact forces + force, of loads inside, at the end of every
-      step; or (K, d p): without load first, then at the end of each step;
+    - `points` (p, d) are coordinates [length].
+    - `elements` (e, 2) are numbers of points, with the body on the left. In space they are (e, 3)
+      or (e, 4), counter-clockwise seen from outside. Triangles among quadrilaterals end with -1.
+    - `part` (e,) has numbers of the names in `part_names`. Without both, the one part is "contact".
+    - `stiffness` (d p, d p) is K, condensed to the surface [force/length]. Component c of point i
+      has the number d i + c. K is symmetric and positive semi-definite. Rigid motions that K does
+      not resist are free.
+    - `force` (d p,), optional, is that of loads inside: K u = contact forces + force at the end of
+      every step. With (K, d p) the first row is without load, and each step has a row.
 
-    or, as `petcontact export --superelement` writes, for n collocation nodes of elements of given
-    `order` (e,):
+    Or it has the arrays that `petcontact export --superelement` writes. They are for the n
+    collocation nodes of elements of given `order` (e,):
 
-    - `compliance` (d n, d n): displacement of the nodes for tractions there [length/stress];
-    - `u_0` (n, d) or (K, n, d), `modes` (n, d, r), `resultant` (r,) or (K, r), optional:
-      displacement without tractions, and rigid motions that nothing but contact holds with the
-      loads along them; `curvature`, `line`, `side_start` (e,) and `unit_length` of elements in the
-      plane; `middles` (e, 5) of curved faces in space: points in the middles of the sides, and of
-      quadrilaterals in the middle, -1 where there are none.
+    - `compliance` (d n, d n) gives displacements of the nodes for tractions there [length/stress].
+    - `u_0` (n, d) or (K, n, d), optional, is the displacement without tractions.
+    - `modes` (n, d, r), optional, are the rigid motions that only contact holds. `resultant` (r,)
+      or (K, r) are the loads along them.
+    - `curvature`, `line`, `side_start` (e,) and `unit_length`, optional, describe elements in the
+      plane.
+    - `middles` (e, 5), optional, are points of curved faces in space. They lie in the middles of
+      the sides, and of quadrilaterals in the middle, too. -1 means that there is none.
 
     `axial` is 1 where points are (r, z), r >= 0, of a body of revolution. Forces are then those on
     whole rings.

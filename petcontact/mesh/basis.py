@@ -91,8 +91,8 @@ def best_slopes(order: int) -> Array:
     """Return points at which the slope of the interpolating polynomial is accurate to one more
     order.
 
-    They are the p zeros of P'_{p+1}, since the error of interpolation at the p+1 Gauss points is
-    P_{p+1} times a smooth function, up to higher orders.
+    They are the p zeros of P'_{p+1}. The error of interpolation at the p+1 Gauss points is P_{p+1}
+    times a smooth function, up to higher orders.
     """
     last = np.eye(order + 2)[order + 1]
     zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))

@@ -256,8 +256,11 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
 
 
 def _to_other_sides(cloud: Array, side: Index, owner: Index, before: Index, after: Index) -> Array:
-    """Distances of the first points of a cloud from those that are neither of their side nor of the
-    ones next to it [length]; `owner` has the side of each point."""
+    """Return distances of the first points of a cloud from points of other sides [length].
+
+    Points of the own side and of its two neighbours do not count. `owner` has the side of each
+    point.
+    """
     points = cloud[: len(side)]
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until

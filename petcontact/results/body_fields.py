@@ -50,9 +50,9 @@ def quantity(state: StressState, name: str) -> Array:
     InputError
         If there is none of that name.
     """
-    known = quantities(state.u.shape[1])
-    if name not in known:
-        raise InputError(f"no quantity {name!r}{among(name, known)}")
+    names = quantities(state.u.shape[1])
+    if name not in names:
+        raise InputError(f"no quantity {name!r}{among(name, names)}")
     if name == "von_mises":
         return state.von_mises
     if name.startswith("principal"):
@@ -165,14 +165,14 @@ def states_at(
 
     The increments share the integrals over the elements.
     """
-    one = increments[0]
-    if not one.known:
-        name = one.loaded.body.name
+    first = increments[0]
+    if not first.known:
+        name = first.loaded.body.name
         raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
-    points = points_in(points, one.mesh.dim)
-    if part is not None and part not in one.mesh.part_names:
-        raise InputError(f"no part {part!r}{nearest(part, list(one.mesh.part_names))}")
-    element, place = located(one.mesh, points, part)
+    points = points_in(points, first.mesh.dim)
+    if part is not None and part not in first.mesh.part_names:
+        raise InputError(f"no part {part!r}{nearest(part, list(first.mesh.part_names))}")
+    element, place = located(first.mesh, points, part)
     on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
     if part is not None and len(inside):
         raise InputError(f"part {part!r}: the point {shown(points[inside[0]])} does not lie on it")
@@ -180,10 +180,10 @@ def states_at(
     u, stress = _inside(increments, x, progress, outside)
     _next_to_boundary(increments, x, stress)
     result = []
-    for s, each in enumerate(increments):
-        within = each.whole(x, u[..., s], stress[..., s], each.loads.values_at(x))
+    for s, fields in enumerate(increments):
+        within = fields.whole(x, u[..., s], stress[..., s], fields.loads.values_at(x))
         if len(on):
-            rim = each.on_boundary(element[on], place[on])
+            rim = fields.on_boundary(element[on], place[on])
             within = StressState(
                 *(
                     np.concatenate([getattr(within, key), getattr(rim, key)])[order]
@@ -198,9 +198,11 @@ def _inside(
     increments: Sequence[BodyFields], x: Array, progress: Progress | None, outside: float | None
 ) -> tuple[Array, Array]:
     """Return u (m, d, s) and σ (m, d(d+1)/2, s) inside the body, without volume loads."""
-    one, data = increments[0], zip(*(each.data for each in increments), strict=True)
+    first, data = increments[0], zip(*(fields.data for fields in increments), strict=True)
     u, traction = (np.stack(values, axis=2) for values in data)
-    return fields_at(one.mesh, u, traction, one.loaded.body.material, x, progress, outside=outside)
+    return fields_at(
+        first.mesh, u, traction, first.loaded.body.material, x, progress, outside=outside
+    )
 
 
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
@@ -226,19 +228,20 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
     rim = np.stack(
         [
-            each.boundary.stress(element[rows], place[rows]) - each.loads.points_at(foot[taken])[1]
-            for each in increments
+            fields.boundary.stress(element[rows], place[rows])
+            - fields.loads.points_at(foot[taken])[1]
+            for fields in increments
         ],
         axis=2,
     )
     share = np.clip(2.0 - s / CLOSE, 0.0, 1.0)
-    found = share * rim + (1.0 - share) * stress[rows]
+    blended = share * rim + (1.0 - share) * stress[rows]
     if free.any():
         first, second = np.split(
             _inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2
         )
         s, rim = s[free], rim[free]
-        found[free] = (
+        blended[free] = (
             0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
         )
-    stress[rows] = np.where(np.isfinite(found), found, stress[rows])
+    stress[rows] = np.where(np.isfinite(blended), blended, stress[rows])

@@ -210,8 +210,8 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         **{f"residual_{key}": value for key, value in step.residuals.items()},
     }
     # what was not computed is not there
-    known = {key: value for key, value in facts.items() if value is not None and value == value}
-    place.attrs.update(known)
+    finite = {key: value for key, value in facts.items() if value is not None and value == value}
+    place.attrs.update(finite)
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
         folder = _ordered(place, f"contact/{name}")

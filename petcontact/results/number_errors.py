@@ -84,8 +84,8 @@ def _path_change(
     if number.name not in FUNCTIONS or number.key not in there:
         return _change(solution, other, number, there.get(number.key), stresses)
     pairs = [end_of(each, number).pairs[number.of] for each in (solution, other)]
-    one, two = (FUNCTIONS[number.name](pair) for pair in pairs)
-    return float(np.abs(one - two)[pairs[0].state != OPEN].max(initial=0.0))
+    first, second = (FUNCTIONS[number.name](pair) for pair in pairs)
+    return float(np.abs(first - second)[pairs[0].state != OPEN].max(initial=0.0))
 
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

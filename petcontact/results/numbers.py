@@ -224,23 +224,23 @@ class _OfStep:
 
     def _displaced(self) -> Iterator[Number]:
         """Yield the largest displacement of each body."""
-        for name, found in self._step.bodies.items():
-            mesh, size = self._solution.meshes[name], np.linalg.norm(found.u, axis=1)
+        for name, result in self._step.bodies.items():
+            mesh, size = self._solution.meshes[name], np.linalg.norm(result.u, axis=1)
             k = int(np.argmax(size))
-            at = {"place": mesh.x[k], "part": mesh.part_names[mesh.node_part[k]]}
-            yield self._number("largest displacement", name, size[k], "length", **at)
+            location = {"place": mesh.x[k], "part": mesh.part_names[mesh.node_part[k]]}
+            yield self._number("largest displacement", name, size[k], "length", **location)
 
     def _held(self) -> Iterator[Number]:
         """Yield the forces and moments on the parts that supports hold."""
         for body in self._solution.problem.body:
-            mesh, found = self._solution.meshes[body.name], self._step.bodies[body.name]
-            acting = float(mesh.weight @ np.abs(found.traction).max(axis=1))
+            mesh, result = self._solution.meshes[body.name], self._step.bodies[body.name]
+            acting = float(mesh.weight @ np.abs(result.traction).max(axis=1))
             for part in (c.part for c in body.boundary if c.condition in HELD):
                 rows = mesh.nodes_of(part)
-                force = mesh.weight[rows] @ found.traction[rows]
+                force = mesh.weight[rows] @ result.traction[rows]
                 yield self._number(f"force on {part}", body.name, force, "force", acting)
                 if mesh.components > mesh.dim:
-                    moment = found.moment_on(mesh, part)
+                    moment = result.moment_on(mesh, part)
                     far = acting * float(np.abs(mesh.x).max())
                     yield self._number(f"moment on {part}", body.name, moment, "moment", far)
 
@@ -271,12 +271,12 @@ def numbers_of(solution: Evaluated, peaks: bool = True) -> list[Number]:
 
     The largest stresses are among them if `peaks` is true.
     """
-    found, every = list[Number](), list[tuple[StepResult, dict[str, list[Unbounded]]]]()
+    numbers, steps = list[Number](), list[tuple[StepResult, dict[str, list[Unbounded]]]]()
     for increments in ends_of_steps(solution):
         places = unbounded_places(solution, increments[-1]) if peaks else {}
-        found += _OfStep(solution, increments, places).all()
-        every.append((increments[-1], places))
-    return [*found, *(_peak_numbers(solution, every) if peaks else [])]
+        numbers += _OfStep(solution, increments, places).all()
+        steps.append((increments[-1], places))
+    return [*numbers, *(_peak_numbers(solution, steps) if peaks else [])]
 
 
 def _peak_numbers(
@@ -319,8 +319,8 @@ def maximum(mesh: BoundaryMesh, nodes: Index, values: Array) -> tuple[float, Arr
     for across, count in zip(ACROSS, LOOKED_AT, strict=True):
         element = element[np.argsort(-most, kind="stable")[:count]]
         if len(element):
-            most, found = _between(mesh, element, whole, across)
-            best = found if found[0] > best[0] else best
+            most, location = _between(mesh, element, whole, across)
+            best = location if location[0] > best[0] else best
     return best
 
 

@@ -279,13 +279,17 @@ class _Body:
 
     def _corner_and_sides(self, number: int) -> tuple[_Corner, Sides]:
         """Return a corner by its number with what its two sides do."""
-        mesh, at = self._mesh, self._corners
-        x, elements, angle = at.x[number], at.element[number], round(float(at.angle[number]), 6)
+        mesh, corners = self._mesh, self._corners
+        x, elements, angle = (
+            corners.x[number],
+            corners.element[number],
+            round(float(corners.angle[number]), 6),
+        )
         parts = [mesh.part_names[mesh.part[element]] for element in elements]
         names = " and ".join(dict.fromkeys(parts))
         sides = [
             self._touched(element, x) or kinds_seen(self._conditions.get(part), way, mesh.dim)
-            for element, part, way in zip(elements, parts, at.leaving[number], strict=True)
+            for element, part, way in zip(elements, parts, corners.leaving[number], strict=True)
         ]
         return _Corner(x, angle, tuple(elements.tolist()), names), sides
 

@@ -49,17 +49,25 @@ class CurveSlopes:
         distance = np.full((2, count, BEYOND), np.nan)
         slope = np.zeros((2, count, BEYOND, values.shape[1]))
         for order in np.unique(mesh.order).tolist():
-            mine, z = np.flatnonzero(mesh.order == order), best_slopes(order)
-            nodal = values[mesh.first_node[mine][:, None] + np.arange(order + 1)]
-            found = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), nodal)
-            found /= half[mine, None, None]
-            found = self._with_linear(found, *np.broadcast_arrays(mine[:, None], 0.5 * (1.0 + z)))
-            self._s[mine, :order], self._slope[mine, :order] = z * half[mine, None], found
+            of_order, z = np.flatnonzero(mesh.order == order), best_slopes(order)
+            nodal = values[mesh.first_node[of_order][:, None] + np.arange(order + 1)]
+            slopes = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), nodal)
+            slopes /= half[of_order, None, None]
+            slopes = self._with_linear(
+                slopes, *np.broadcast_arrays(of_order[:, None], 0.5 * (1.0 + z))
+            )
+            self._s[of_order, :order], self._slope[of_order, :order] = (
+                z * half[of_order, None],
+                slopes,
+            )
             near = min(order, BEYOND)
-            distance[:, mine, :near] = (1.0 + z[:near]) * half[
-                mine, None
+            distance[:, of_order, :near] = (1.0 + z[:near]) * half[
+                of_order, None
             ]  # the zeros are symmetric
-            slope[0][mine, :near], slope[1][mine, :near] = found[:, :near], found[:, ::-1][:, :near]
+            slope[0][of_order, :near], slope[1][of_order, :near] = (
+                slopes[:, :near],
+                slopes[:, ::-1][:, :near],
+            )
         # an only neighbour gives two points, else each gives one
         for k in range(BEYOND):
             first, last = MOST + k, MOST + BEYOND + k
@@ -93,11 +101,13 @@ class CurveSlopes:
         )
         return np.asarray(slope[:, : self._count, None] * tangents(mesh, element, place)[:, None])
 
-    def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
+    def _with_linear(self, slopes: Array, element: Index, place: Array) -> Array:
         """Return slopes (..., k + 2) of the values and the position that are exact for linear
         parts."""
-        if found.shape[-1] == self._count:
-            return found
-        along = tangents(self._mesh, element.ravel(), place.ravel()).reshape((*found.shape[:-1], 2))
-        lost = np.einsum("...ka,...a->...k", self._linear[element], along - found[..., -2:])
-        return np.concatenate([found[..., :-2] + lost, along], axis=-1)
+        if slopes.shape[-1] == self._count:
+            return slopes
+        along = tangents(self._mesh, element.ravel(), place.ravel()).reshape(
+            (*slopes.shape[:-1], 2)
+        )
+        lost = np.einsum("...ka,...a->...k", self._linear[element], along - slopes[..., -2:])
+        return np.concatenate([slopes[..., :-2] + lost, along], axis=-1)

@@ -64,5 +64,5 @@ def _(mesh: SurfaceMesh, values: Array, element: Index, place: Array) -> Array:
 
 def tangents(mesh: CurveMesh, element: Index, place: Array) -> Array:
     """Return unit vectors (q, 2) along curves, with the body on their left."""
-    at = mesh.variables_at(element, place)
-    return np.column_stack([-at["ny"], at["nx"]])
+    variables = mesh.variables_at(element, place)
+    return np.column_stack([-variables["ny"], variables["nx"]])

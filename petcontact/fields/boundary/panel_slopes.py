@@ -56,14 +56,14 @@ class PanelSlopes:
         groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
         asked = np.unique(element)
         for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
-            of = np.flatnonzero(
+            samples = np.flatnonzero(
                 (mesh.part[self._owner] == part) & (self._label[self._owner] == label)
             )
-            mine = asked[np.all(groups[asked] == (part, label, order, level), axis=1)]
-            of = self._thinned(of, level, max(order, 1))
-            degree = min(order + 1, _degree(len(of)))
-            while degree > 0 and len(mine):
-                mine = self._fit(result, element, place, mine, of, degree)
+            panels = asked[np.all(groups[asked] == (part, label, order, level), axis=1)]
+            samples = self._thinned(samples, level, max(order, 1))
+            degree = min(order + 1, _degree(len(samples)))
+            while degree > 0 and len(panels):
+                panels = self._fit(result, element, place, panels, samples, degree)
                 degree -= 1
         return result[:, :-3]
 
@@ -72,43 +72,43 @@ class PanelSlopes:
 
         They use the nodes of each panel alone.
         """
-        found = surface_gradient(self._mesh, self._values, element, place)
-        return self._with_linear(found, element, place)
+        slopes = surface_gradient(self._mesh, self._values, element, place)
+        return self._with_linear(slopes, element, place)
 
-    def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
+    def _with_linear(self, slopes: Array, element: Index, place: Array) -> Array:
         """Return slopes of the values and the position that are exact for linear parts,
         (q, k + 3, 3)."""
         normal = points_at(self._mesh, element, place)[1]
         plane = np.eye(3) - normal[:, :, None] * normal[:, None]
         return np.concatenate(
-            [found[:, :-3] + self._linear[element] @ (plane - found[:, -3:]), plane], axis=1
+            [slopes[:, :-3] + self._linear[element] @ (plane - slopes[:, -3:]), plane], axis=1
         )
 
-    def _thinned(self, of: Index, level: int, order: int) -> Index:
+    def _thinned(self, samples: Index, level: int, order: int) -> Index:
         """Return samples that are as far apart as those on panels of this level and order.
 
         Smaller panels give one sample for each cube. Otherwise all samples nearest to a panel could
         lie on small panels at one side, and would not determine the polynomial at the others.
         """
-        small = self._level[self._owner[of]] < level
-        cube = np.floor(self._x[of[small]] / (2.0**level / order)).astype(np.int64)
+        small = self._level[self._owner[samples]] < level
+        cube = np.floor(self._x[samples[small]] / (2.0**level / order)).astype(np.int64)
         return np.concatenate(
-            [of[~small], of[small][np.unique(cube, axis=0, return_index=True)[1]]]
+            [samples[~small], samples[small][np.unique(cube, axis=0, return_index=True)[1]]]
         )
 
-    def _nearest(self, mine: Index, of: Index, count: int) -> tuple[Index, Array, Array]:
+    def _nearest(self, panels: Index, samples: Index, count: int) -> tuple[Index, Array, Array]:
         """Return the samples nearest to each panel, (n, count), their places and their distances.
 
         Both are in half-widths of the panel. The distance is infinite on other faces.
         """
         # they are chosen among four times as many, by distance in space
-        near = scipy.spatial.cKDTree(self._x[of]).query(
-            self._middle[mine], k=min(len(of), 4 * count)
+        near = scipy.spatial.cKDTree(self._x[samples]).query(
+            self._middle[panels], k=min(len(samples), 4 * count)
         )[1]
-        near = of[near.reshape(len(mine), -1)]
-        local = self._local(mine, self._x[near])
+        near = samples[near.reshape(len(panels), -1)]
+        local = self._local(panels, self._x[near])
         distance = np.linalg.norm(local, axis=2)
-        facing = np.einsum("ncd,nd->nc", self._normal[near], self._middle_normal[mine])
+        facing = np.einsum("ncd,nd->nc", self._normal[near], self._middle_normal[panels])
         # panels on one smooth face have normals that turn by less
         distance[np.less(facing, 0.7)] = np.inf
         chosen = np.argsort(distance, axis=1, kind="stable")[:, :count]
@@ -116,44 +116,52 @@ class PanelSlopes:
         return near, np.take_along_axis(local, chosen[:, :, None], axis=1), distance
 
     def _fit(
-        self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int
+        self,
+        result: Array,
+        element: Index,
+        place: Array,
+        panels: Index,
+        samples: Index,
+        degree: int,
     ) -> Index:
-        """Replace the slopes on some panels of one group by fits to its samples `of`.
+        """Replace the slopes on some panels of one group by fits to its samples.
 
         Return the panels whose fit these samples do not determine.
         """
         exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
         near, local, distance = self._nearest(
-            mine, of, min(len(of), int(np.ceil(SAMPLES * len(exponents))))
+            panels, samples, min(len(samples), int(np.ceil(SAMPLES * len(exponents))))
         )
         weight = (SOFT + distance) ** -2
-        samples = self._sample[near]
+        nodal = self._sample[near]
         u, size, v = np.linalg.svd(
             weight[:, :, None] * _powers(local, exponents), full_matrices=False
         )
         # smaller singular values: the samples do not determine the fit
-        known: Mask = np.greater(size[:, -1], 1e-6 * size[:, 0])
-        inverse = 1.0 / np.where(known[:, None], size, 1.0)
+        determined: Mask = np.greater(size[:, -1], 1e-6 * size[:, 0])
+        inverse = 1.0 / np.where(determined[:, None], size, 1.0)
         fit = (v.transpose(0, 2, 1) * inverse[:, None]) @ (u.transpose(0, 2, 1) * weight[:, None])
         corners = np.where(
-            np.isnan(self._mesh.corners[mine]),
-            self._mesh.corners[mine, :1],
-            self._mesh.corners[mine],
+            np.isnan(self._mesh.corners[panels]),
+            self._mesh.corners[panels, :1],
+            self._mesh.corners[panels],
         )
-        at_corners = _powers(self._local(mine, corners), exponents) @ fit
-        known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
-        rows = np.flatnonzero(np.isin(element, mine[known]))
-        panel = np.searchsorted(mine, element[rows])
-        at = self._local(
-            mine[panel], points_at(self._mesh, element[rows], place[rows])[0][:, None]
+        at_corners = _powers(self._local(panels, corners), exponents) @ fit
+        determined &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
+        rows = np.flatnonzero(np.isin(element, panels[determined]))
+        panel = np.searchsorted(panels, element[rows])
+        local_points = self._local(
+            panels[panel], points_at(self._mesh, element[rows], place[rows])[0][:, None]
         )[:, 0]
         fitted = np.einsum(
-            "qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*near.shape, -1))[panel]
+            "qj,qjg->qg",
+            _powers(local_points, exponents),
+            (fit @ nodal.reshape(*near.shape, -1))[panel],
         )
         result[rows] = self._with_linear(
             fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows]
         )
-        return mine[~known]
+        return panels[~determined]
 
     def _local(self, element: Index, x: Array) -> Array:
         """Return points (n, q, 3) in the tangent plane at the middle of panels (n,), (n, q, 2).

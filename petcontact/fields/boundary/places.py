@@ -45,10 +45,10 @@ def located(
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
     centre, radius = _spheres(mesh)
     reach = SINGLE * radius if within is None else within
-    found, row = within_reach(
+    candidates, row = within_reach(
         points, centre[numbers], (1.0 + SINGLE) * radius[numbers] + reach[numbers]
     )
-    element = numbers[found]
+    element = numbers[candidates]
     place, distance, depth = _on(mesh, element, points[row])
     kept = np.flatnonzero((distance < reach[element]) & (depth > -SINGLE))
     # distances on the boundary are round-off
@@ -71,9 +71,9 @@ def sizes(mesh: BoundaryMesh) -> Array:
 
 def points_at(mesh: BoundaryMesh, element: Index, place: Array) -> tuple[Array, Array]:
     """Return points (q, d) [length] and outward unit normals (q, d) at places of elements."""
-    at = mesh.variables_at(element, place)
+    variables = mesh.variables_at(element, place)
     x, normal = (
-        np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
+        np.column_stack([variables[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n")
     )
     return x, normal
 

@@ -1,9 +1,9 @@
 """Names of faces in a STEP file (ISO 10303-21), which Gmsh does not pass on.
 
-The file lists the faces of a solid in the order in which OpenCASCADE has them; that it is so for a
-given solid is checked by distances between the middles of their vertices, which no unit and no
-place in an assembly changes. It belongs to the program `worker.py` and imports nothing of
-petcontact; its time and memory are linear in the size of a file, whatever the file says.
+The file lists the faces of a solid in the order of OpenCASCADE. The distances between the middles
+of the faces' vertices check this order for each solid: no unit and no place in an assembly changes
+them. The module belongs to the program `worker.py` and imports nothing of petcontact. Its time and
+memory are linear in the size of a file, whatever the file says.
 """
 
 from __future__ import annotations

@@ -1,5 +1,7 @@
-"""The program that reads and meshes a CAD file with Gmsh: requests of one file in JSON, a line
-each, on standard input, the answers on standard output.
+"""The program that reads and meshes a CAD file with Gmsh.
+
+It reads requests for one file from standard input, a line of JSON each, and writes the answers to
+standard output.
 
 It runs as a process of its own: OpenCASCADE writes to standard output, ends on signals where a file
 is damaged, and has one state for all. It imports nothing of petcontact.
@@ -89,8 +91,11 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
 
 
 def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, Any]:
-    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on
-    its edges where they are closer to these than a share of the panel."""
+    """Return the points of panels, projected onto one of some surfaces.
+
+    Each panel takes the surface to which the whole panel is nearest. Points that are closer to an
+    edge of the surface than the share `rim` of the panel are projected onto the edge.
+    """
     import numpy as np
 
     model, boxes, edges = gmsh.model, dict[tuple[int, int], Any](), dict[int, list[int]]()

@@ -96,8 +96,8 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
 
 def _first_nan(values: Array) -> int:
     """The first of the last run of NaN."""
-    known = np.flatnonzero(~np.isnan(values))
-    return int(known[-1]) + 1 if len(known) else 0
+    finite = np.flatnonzero(~np.isnan(values))
+    return int(finite[-1]) + 1 if len(finite) else 0
 
 
 def draw_wear(figure: Any, solution: SolutionData) -> None:
@@ -112,10 +112,10 @@ def draw_wear(figure: Any, solution: SolutionData) -> None:
         (name, pair) for name, pair in solution.pairs.items() if pair.wear is not None
     ):
         if table is not None and len(table.cycle) > 1:
-            at, depth, pressure = table.cycle, table.depth[name], table.pressure[name]
+            abscissa, depth, pressure = table.cycle, table.depth[name], table.pressure[name]
         else:
             pairs = [step.pairs[name] for step in solution.steps]
-            at = np.arange(1, len(pairs) + 1)
+            abscissa = np.arange(1, len(pairs) + 1)
             depth = np.array(
                 [
                     np.zeros(len(last.x)) if pair.wear is None else pair.wear.sum(axis=1)
@@ -125,7 +125,7 @@ def draw_wear(figure: Any, solution: SolutionData) -> None:
             pressure = np.array([pair.pressure for pair in pairs])
         colour = f"C{number}"
         left.plot(
-            at,
+            abscissa,
             depth @ last.weight,
             ".-",
             color=colour,
@@ -133,9 +133,9 @@ def draw_wear(figure: Any, solution: SolutionData) -> None:
             ms=4,
             label=f"{plain(name)}: volume",
         )
-        deep.plot(at, depth.max(axis=1, initial=0.0), "--", color=colour, lw=1.0)
+        deep.plot(abscissa, depth.max(axis=1, initial=0.0), "--", color=colour, lw=1.0)
         left.plot([], [], "--", color=colour, lw=1.0, label=f"{plain(name)}: depth")
-        right.plot(at, pressure.max(axis=1, initial=0.0), ".-", color=colour, lw=1.2, ms=4)
+        right.plot(abscissa, pressure.max(axis=1, initial=0.0), ".-", color=colour, lw=1.2, ms=4)
         pressed.append(pressure.max(initial=0.0))
     what = "increment" if table is None or len(table.cycle) < 2 else "cycle"
     unit = (

@@ -74,7 +74,7 @@ class LabelledPart:
 
 def parts_of(solution: SolutionData) -> list[LabelledPart]:
     """All parts in the last step, with their conditions and interfaces."""
-    problem, found = solution.problem, dict[tuple[str, str], LabelledPart]()
+    problem, labelled = solution.problem, dict[tuple[str, str], LabelledPart]()
     names = [body.name for body in problem.body]
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         conditions = problem.conditions(number)[solution.last.step - 1]
@@ -82,14 +82,14 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
             condition = conditions.get(part)
             kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])
             text = "" if kind == "free" else condition_text(condition)
-            found[name, part] = LabelledPart(name, part, kind, text)
+            labelled[name, part] = LabelledPart(name, part, kind, text)
     for side in problem.interfaces:
         for number, part in () if side.periodic else side.ends:
             against = "" if isinstance(side.law, Contact) else f"pair {side.name}: "
-            mine = (number, part) == side.ends[0]
-            text = f"{against}{law_text(side.law)}" if mine else f"pair {side.name}"
-            found[names[number], part] = LabelledPart(names[number], part, "contact", text)
-    return list(found.values())
+            is_secondary = (number, part) == side.ends[0]
+            text = f"{against}{law_text(side.law)}" if is_secondary else f"pair {side.name}"
+            labelled[names[number], part] = LabelledPart(names[number], part, "contact", text)
+    return list(labelled.values())
 
 
 def _kind(condition: Any, traction: Array) -> str:
@@ -167,10 +167,10 @@ def _edge(axes: Any, mesh: CurveMesh, part: LabelledPart) -> None:
 def _named(axes: Any, mesh: CurveMesh, part: LabelledPart, taken: list[Any], away: float) -> None:
     """The name of a part along its longest stretch, and what holds on it: on the inner side, or
     where others stand there on the outer one."""
-    found = _middle(mesh, part.name)
-    if found is None:
+    middle = _middle(mesh, part.name)
+    if middle is None:
         return
-    x, normal = found
+    x, normal = middle
     angle = float(np.degrees(np.arctan2(normal[0], -normal[1])))
     angle = angle - 180.0 * np.floor((angle + 89.0) / 180.0)  # no text stands on its head
     upwards = normal @ [-np.sin(np.radians(angle)), np.cos(np.radians(angle))]
@@ -315,17 +315,17 @@ def _given(solution: SolutionData) -> Iterator[tuple[Array, Array, Array]]:
 
 def _loads_in_space(axes: Any, solution: SolutionData) -> None:
     """Tractions that are given, and forces at points, as arrows."""
-    size, found = size_of(solution), list[tuple[Array, Array]]()
+    size, drawn = size_of(solution), list[tuple[Array, Array]]()
     for at, force in _point_forces(solution):
-        found.append((at[None], force[None] / np.linalg.norm(force)))
+        drawn.append((at[None], force[None] / np.linalg.norm(force)))
     given = list(_given(solution))
     largest = max((float(np.abs(traction).max()) for *_, traction in given), default=1.0)
     for x, normal, traction in given:
         arrows = traction / largest
         pulls = np.sum(arrows * normal, axis=1) > 0.0
-        found.append((x - LONG * size * np.where(pulls[:, None], 0.0, arrows), arrows))
+        drawn.append((x - LONG * size * np.where(pulls[:, None], 0.0, arrows), arrows))
     style = {"color": "black", "lw": 0.8, "arrow_length_ratio": 0.35, "zorder": 1e3}
-    for feet, arrows in found:
+    for feet, arrows in drawn:
         axes.quiver(*feet.T, *(LONG * size * arrows).T, **style)
 
 

@@ -65,17 +65,19 @@ def plot_all(
     OutputError
         If a file cannot be written.
     """
-    found = drawings(solution)
-    wanted = found if names is None else {name: found[name] for name in found if name in names}
+    drawers = drawings(solution)
+    wanted = (
+        drawers if names is None else {name: drawers[name] for name in drawers if name in names}
+    )
     return save_all(wanted, folder, stem, solution, formats=formats)
 
 
 def drawings(solution: SolutionData) -> Drawings:
     """The figures that a solution has."""
-    found = {**OF_DIMENSION[next(iter(solution.meshes.values())).dim], **OF_ALL}
+    drawers = {**OF_DIMENSION[next(iter(solution.meshes.values())).dim], **OF_ALL}
     return {
         name: draw
-        for name, draw in found.items()
+        for name, draw in drawers.items()
         if (solution.nodes or name in OF_BODIES) and (name not in NEEDS or NEEDS[name](solution))
     }
 

@@ -113,10 +113,10 @@ def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshi
     return _cells(mesh, values)
 
 
-def traction_error(mesh: BoundaryMesh, found: BodyResult) -> Array:
+def traction_error(mesh: BoundaryMesh, result: BodyResult) -> Array:
     """Estimated error of the traction on each element, (n_elements,), see `panels.tail`
     [stress]."""
-    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]])
+    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), result.traction)[mesh.first_node[:-1]])
 
 
 @functools.singledispatch
