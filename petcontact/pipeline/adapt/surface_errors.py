@@ -24,7 +24,7 @@ from ...results.solution import Solution
 from ...round_off import TINY
 from ..judge.findings import limit_of
 from ..judge.remainders import DataRemainders, GapRemainder, gap_remainders
-from ..judge.thickness import bending_error
+from ..judge.thickness import bending_error, held_nodes
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
 """Error of u_t over its tail, for orders 0, 1, 2 and above [-]. The factors are fitted to the runs
@@ -155,7 +155,12 @@ class TailErrors:
         """Relative error of resultants that finer panels in the contact do not reduce [-].
 
         It is that of the integrals of given tractions, and that of bending."""
-        return self._data.resultant_error() + max(map(bending_error, self.meshes))
+        return self._data.resultant_error() + self._bending
+
+    @functools.cached_property
+    def _bending(self) -> float:
+        each = zip(self.meshes, self.solution.problem.body, strict=True)
+        return max(bending_error(mesh, held_nodes(mesh, body)) for mesh, body in each)
 
     def error(self, whole: float = math.nan) -> tuple[float, float]:
         """Return the relative L2 error of u_t, or of p and q, and the relative error of resultants
@@ -183,7 +188,7 @@ class TailErrors:
             # an overlap between nodes in contact means that p and the forces are too small
             lacks = max((step.residuals.get("pressed", 0.0) for step in ends), default=0.0)
             lacks = lacks if lacks > limit_of("overlap under pressure") else 0.0
-            bending = max(map(bending_error, self.meshes))
+            bending = self._bending
             of_resultants = worst**2 + uneven + EVENLY * even + self.shared + unseen
             return min(max(math.hypot(worst, bending), lacks), 1.0), min(
                 max(of_resultants, lacks), 1.0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.hp_grading import OPPOSITE
+from ...model.problem import Body, Displacement
 
 ASIDE = 0.75
 """Largest distance of an opposite node from the normal line through the centre, in element
@@ -21,15 +22,16 @@ a thickness of 0.2 and 0.15 radii, pressed on a plane, were 0.8 and 1.8 % too st
 and 1.9."""
 
 
-def slenderness(mesh: BoundaryMesh) -> Array:
+def slenderness(mesh: BoundaryMesh, held: Mask | None = None) -> Array:
     """Return the size of each element over the thickness of the body behind it, (n_elements,) [-].
 
     The size is the length, in space the square root of the area. The value is 0 where no opposite
-    side lies within one size, or where the two sides meet at an angle.
+    side lies within one size, or where the two sides meet at an angle. With `held` (n_nodes,) it is
+    0, too, where one of the sides is held and the body cannot bend.
     """
-    count, d = mesh.n_elements, mesh.dim
+    count = mesh.n_elements
     area = np.bincount(mesh.element, mesh.measure, minlength=count)
-    size = area ** (1.0 / (d - 1))
+    size = area ** (1.0 / (mesh.dim - 1))
     middle = np.add.reduceat(mesh.measure[:, None] * mesh.x, mesh.first_node[:-1]) / area[:, None]
     # take the node nearest to the middle: the middle itself may lie below a thin curved shell
     away = np.linalg.norm(mesh.x - middle[mesh.element], axis=1)
@@ -37,6 +39,8 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     centre, normal = mesh.x[nearest], mesh.normal[nearest]
     element, node = within(mesh.x, centre, np.hypot(ASIDE, 1.0) * size)
     facing = np.einsum("qd,qd->q", mesh.normal[node], normal[element]) < OPPOSITE
+    if held is not None:
+        facing &= ~(held[node] | held[nearest[element]])
     if not facing.any():
         return np.zeros(count)
     element, node = element[facing], node[facing]
@@ -49,14 +53,20 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     return np.asarray(size / thickness)
 
 
-def bending_error(mesh: BoundaryMesh) -> float:
+def held_nodes(mesh: BoundaryMesh, body: Body) -> Mask:
+    """Return which nodes lie on parts of a body with a given displacement, (n_nodes,)."""
+    conditions = [c for c in body.boundary if isinstance(c, Displacement) and "free" not in c.value]
+    return np.isin(mesh.node_part, [mesh.part_names.index(c.part) for c in conditions])
+
+
+def bending_error(mesh: BoundaryMesh, held: Mask | None = None) -> float:
     """Return the relative error of forces and pressure from elements that are too large to bend
     [-].
 
     It is `BENDING` times the square of the size over the thickness that the share `SHARE` of the
     boundary exceeds.
     """
-    ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.measure)
+    ratio, area = slenderness(mesh, held), np.bincount(mesh.element, mesh.measure)
     order = np.argsort(-ratio)
     beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())
     return BENDING * float(ratio[order[beyond]]) ** 2
