@@ -141,6 +141,39 @@ def displaced_by(
     return moved
 
 
+def _balances(
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice]
+) -> tuple[Array, list[float]]:
+    """Return ρ (M, k), balanced within each pair and group, and ‖σ‖ of each pair."""
+    displaced, sizes = moves(law, system, v), list[float]()
+    # where all nodes stick v is round-off
+    least = system.u_0 if len(law.groups) == 1 else displaced
+    rho, common, strained = np.empty(sigma.shape), None, displaced_by(system, v, sigma, pairs)
+    still = HALF * contact_norm(displaced, system.weight)
+    for pair in pairs:
+        (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = group_norms(
+            system.weight[pair],
+            law.groups,
+            sigma[pair],
+            displaced[pair],
+            strained[pair],
+            least[pair],
+        )
+        for group, traction, moved, own in zip(
+            law.groups, tractions, moving, straining, strict=True
+        ):
+            # under a free plate to which a whole body sticks, tangential motion is round-off
+            own = own if own > SOLVED * whole else whole
+            rho[pair, group] = balance = ratio(
+                max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0
+            )
+            if balance == 0.0:
+                common = balanced(law, system, v, sigma)[0] if common is None else common
+                rho[pair, group] = np.broadcast_to(common, law.k)[group]
+        sizes.append(size)
+    return rho, sizes
+
+
 def natural_residuals(
     law: ContactLaw,
     system: ContactSystem,
@@ -155,28 +188,8 @@ def natural_residuals(
     is not judged by the round-off of its displacement. A pair without tractions has 0 or 1, see
     `over_traction`.
     """
-    displaced, sizes, residuals = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
-    least = (
-        system.u_0 if len(law.groups) == 1 else displaced
-    )  # where all nodes stick v is round-off
-    rho, common, strained = np.empty(sigma.shape), None, displaced_by(system, v, sigma, pairs)
-    still = HALF * contact_norm(displaced, system.weight)
-    for pair in pairs:
-        four = (x[pair] for x in (sigma, displaced, strained, least))
-        norms = group_norms(system.weight[pair], law.groups, *four)
-        (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = norms
-        for group, traction, moved, own in zip(
-            law.groups, tractions, moving, straining, strict=True
-        ):
-            # under a free plate to which a whole body sticks, tangential motion is round-off
-            own = own if own > SOLVED * whole else whole
-            rho[pair, group] = balance = ratio(
-                max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0
-            )
-            if balance == 0.0:
-                common = balanced(law, system, v, sigma)[0] if common is None else common
-                rho[pair, group] = np.broadcast_to(common, law.k)[group]
-        sizes.append(size)
+    rho, sizes = _balances(law, system, v, sigma, pairs)
+    residuals = [[0.0] * len(law.groups)]
     residual = law_residual(law, v, sigma, rho)
     noise = rho * of_vectors(v, system.u_0, share=SUMMED)
     for pair, size in zip(pairs, sizes, strict=True):

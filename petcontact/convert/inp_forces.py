@@ -10,11 +10,10 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..round_off import WRITTEN
 from .inp_file import Face
 
 Key = TypeVar("Key", bound=Hashable)
-SMALL = 1e-9
-"""Of the largest, what is left out of a linear expression: coordinates have as many digits."""
 
 
 def connected(nodes: Mapping[Key, Iterable[int]]) -> list[list[Key]]:
@@ -72,8 +71,9 @@ def linear_traction(
 
     phi = terms(places)
     gram = phi.T @ (weights[:, None] * phi)
-    traction = np.linalg.pinv(gram, rcond=SMALL, hermitian=True) @ terms(points).T @ forces
-    traction[np.abs(traction) <= SMALL * np.abs(traction).max()] = 0.0
+    # coordinates have as many digits
+    traction = np.linalg.pinv(gram, rcond=WRITTEN, hermitian=True) @ terms(points).T @ forces
+    traction[np.abs(traction) <= WRITTEN * np.abs(traction).max()] = 0.0
     constant = traction[0] - (middle / size) @ traction[1:]
     return tuple(
         f"{c:.12g}"

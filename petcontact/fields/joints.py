@@ -20,8 +20,8 @@ from ..geometry.arcs import end_tangents
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.elements import Elements
+from ..mesh.grading import CORNER
 
-SMOOTH = np.cos(np.radians(10.0))
 KEPT_JUMP, KEPT_SHARE = 0.5, 0.1
 """Jump of a traction over its range on both elements, and over its mean size on the boundary [-].
 If it exceeds both, the traction is taken to jump in reality; errors of the data are smaller."""
@@ -130,7 +130,7 @@ def runs_on(mesh: CurveMesh) -> Mask:
     """
     _, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
-    smooth = np.sum(last * first[after], axis=1) > SMOOTH
+    smooth = np.sum(last * first[after], axis=1) > np.cos(CORNER)
     return np.asarray(smooth & (after != np.arange(mesh.n_elements)))
 
 

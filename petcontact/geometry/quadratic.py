@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..round_off import SOLVED, WRITTEN
+from ..round_off import SOLVED, TINY, WRITTEN
 
 REFERENCE = {
     3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
@@ -191,7 +191,7 @@ class QuadraticCells:
             step = np.where(met == 0, step, np.where(met == 1, -along[:, None] * side, 0.0))
             rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
             room[active] = np.inf
-            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(
+            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > TINY).min(
                 axis=1
             )
             foot = foot + np.minimum(share, 1.0)[:, None] * step

@@ -21,8 +21,6 @@ SPECK = 4e-3
 [-]."""
 SEEN = 5.0
 """Number of smallest elements in a zone from which it has edges on finer meshes."""
-BACK = 3
-"""State of a node that slips opposite to those of state 1."""
 SKIPPED, FITTED = 2, 4
 """Nodes next to an edge that are left out (`SKIPPED`), and nodes after them that the line is fitted
 to (`FITTED`)."""
@@ -75,13 +73,14 @@ def edges(
     """
     if not len(s):  # a side that faces nothing
         return []
-    state = np.where((state == 1) & (shear > 0.0), BACK, state)
+    # slip the other way is -1
+    state = np.where((state == 1) & (shear > 0.0), -1, state)
     state = _without_specks(s, state, min(SPECK, SEEN * smallest), SEEN * finest)
     closed = state != 2
     result = []
     for k in np.flatnonzero(np.diff(state)):
         low, high = float(s[k]), float(s[k + 1])
-        if {state[k], state[k + 1]} == {1, BACK}:
+        if {state[k], state[k + 1]} == {1, -1}:
             result.append(
                 Edge(low + (high - low) * _share(moved[k], moved[k + 1]), _half_width(s, closed, k))
             )
@@ -117,7 +116,7 @@ def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> I
     total = float(s[state != 2][-1] - s[state != 2][0]) if np.any(state != 2) else 0.0
     for first, last in itertools.pairwise(ends):
         low, high = s[max(first - 1, 0)], s[min(last, len(s) - 1)]
-        turns = first > 0 and last < len(s) and {state[first - 1], state[last]} == {1, BACK}
+        turns = first > 0 and last < len(s) and {state[first - 1], state[last]} == {1, -1}
         if high - low < max(narrowest * total, least) and not turns:
             state[first:last] = state[first - 1] if first > 0 else state[min(last, len(s) - 1)]
     return state
@@ -171,17 +170,21 @@ def merged(
 ) -> list[Edge]:
     """Return the kept edges and those of the others that are not too close, by arc length.
 
-    An edge is dropped if it is closer to one of the result than three of their smallest elements.
+    An edge is dropped unless it `is_apart` from the result.
     """
     result = list(kept)
     for edge in sorted(candidates, key=lambda e: e.s):
-        if all(
-            abs(edge.s - kept_edge.s)
-            > 3.0 * max(smallest * min(edge.width, kept_edge.width), finest)
-            for kept_edge in result
-        ):
+        if is_apart(edge, result, smallest, finest):
             result.append(edge)
     return sorted(result, key=lambda e: e.s)
+
+
+def is_apart(edge: Edge, others: Sequence[Edge], smallest: float, finest: float) -> bool:
+    """Return whether an edge is farther from all others than three of their smallest elements."""
+    return all(
+        abs(edge.s - other.s) > 3.0 * max(smallest * min(edge.width, other.width), finest)
+        for other in others
+    )
 
 
 def zone_at(old_s: Array, old: Index, zone_edges: list[Edge], new_s: Array) -> Index:

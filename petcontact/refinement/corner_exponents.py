@@ -32,9 +32,8 @@ CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
 side is held in that direction and has no traction across it; π/2 is the side's normal."""
 LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
 """Bounds of exponents. Values outside belong to λ = 0, a translation, or to λ = 1, a rotation or a
-uniform stress."""
-STRAIGHT = math.radians(0.01)
-"""Angle up to which two sliding sides count as one straight side [rad]."""
+uniform stress. Of two sliding sides λ is known exactly; they are one straight side if it is as near
+to 0 as `HIGHEST` is to 1."""
 
 
 @functools.lru_cache(maxsize=4096)
@@ -52,8 +51,8 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
     """
     if first == second == SLIDING:
         # closed form: the zeros of sin((λ ± 1) angle)
-        turns = [abs(k * math.pi / angle - 1.0) for k in range(1, 4)]
-        return 1.0 if abs(angle - math.pi) < STRAIGHT else min(1.0, *turns)
+        turns = (abs(k * math.pi / angle - 1.0) for k in range(1, 4))
+        return min([1.0, *(turn for turn in turns if turn > 1.0 - HIGHEST)])
 
     def determinant(power: Complex) -> Complex:
         rows = np.concatenate(

@@ -15,26 +15,19 @@ from collections.abc import Callable, Container, Iterator
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..geometry.same_place import TOLERANCE
+from ..geometry.same_place import SMALLEST, TOLERANCE
 from ..model.expressions import Value, parse_expression, plain_value
 from ..round_off import ROUNDED, SUMMED
 
 SAMPLES = 4096
 """Uniform samples of a side."""
-HALVINGS = 79
-"""Largest j of the samples on either side of a centre. Their distances are 2^(-j/2) of the side, j
-= 2 ... HALVINGS."""
 MOST_CENTRES = 64
 """Largest number of zeros and extrema of one sub-expression that get samples of their own."""
 CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 """Names that are constant on a straight line."""
-MOST_KINKS = 512
-"""Largest number of candidates in one function; a function with more is rough everywhere."""
-PARTS, ROUNDS = 8, 24
-"""The interval around a candidate is cut into `PARTS` parts, at most `ROUNDS` times. Each round
-keeps a quarter of it, so that 4^-24 of the first one is left."""
-MARGIN = 1e-3
-"""Overlap of the next interval over its parts, over the interval: a jump may lie at its end [-]."""
+PARTS = 8
+"""Parts of the interval around a candidate, of which each round keeps a quarter. More zeros or
+candidates than one in so many samples mean that a function is rough everywhere."""
 NEXT = 8.0 * TOLERANCE
 """Width of neighbouring samples up to which a change of slope is only noise [-] (J. J. Moré and S.
 M. Wild, Estimating computational noise, SIAM J. Sci. Comput. 33, 2011)."""
@@ -43,7 +36,7 @@ NOISE = 16.0
 distribution."""
 SMOOTH = 0.75
 """Power of the interval with which the change of slope falls, from which a function is smooth [-].
-The power is 1 at a curvature, 0 at a kink, -1 at a jump."""
+The power is 1 at a curvature, 0 at a kink, -1 at a jump, which is below -`SMOOTH`."""
 
 Variables = Callable[[Array], dict[str, Array]]
 
@@ -76,7 +69,7 @@ def samples_of(text: str, variables: Variables) -> Array:
         )
         centres = centres[:: max(1, len(centres) // MOST_CENTRES)]
         # closer centres share samples
-        apart = np.abs(centres[:, None] - done) > 2.0 ** (-0.5 * HALVINGS)
+        apart = np.abs(centres[:, None] - done) > SMALLEST
         centres = centres[apart.all(axis=1)]
         if len(centres):
             done, samples = np.append(done, centres), _around(centres, samples)
@@ -115,17 +108,19 @@ def kinks(
     if (width < NEXT).any():  # noise of differences of large terms
         size = max(size, NOISE * float(np.median((change * width)[width < NEXT])))
     chosen = _candidates(change, width, size)
-    if not 0 < len(chosen) <= MOST_KINKS:
+    if not 0 < len(chosen) <= SAMPLES // PARTS:
         return np.empty(0), np.empty(0)
     low, width = samples[chosen], samples[chosen + 2] - samples[chosen]
     widths, changes = [width], [change[chosen]]
-    for _ in range(ROUNDS):
+    while True:
         first, largest = _sharpest(values, low, width)
         chosen = (largest * width > PARTS * size) & (width > PARTS * far)
         if not chosen.any():
             break
-        low = np.where(chosen, first - MARGIN * width, low)
-        width = np.where(chosen, (2.0 / PARTS + 2.0 * MARGIN) * width, width)
+        # a jump may lie at the end of its parts: the next interval reaches beyond them by a share
+        # of 1 / PARTS
+        low = np.where(chosen, first - width / PARTS**2, low)
+        width = np.where(chosen, 2.0 * (1.0 + 1.0 / PARTS) / PARTS * width, width)
         widths.append(width)
         changes.append(np.where(chosen, largest, changes[-1]))
     power = _powers(np.array(widths), np.array(changes))
@@ -235,7 +230,11 @@ def uniform() -> Array:
 
 
 def _around(centres: Array, samples: Array) -> Array:
-    distance = 2.0 ** (-0.5 * np.arange(2, HALVINGS + 1))
+    """Return samples with more of them beside centres, down to the size of the smallest elements.
+
+    Each distance from a centre is that of the sample before over √2.
+    """
+    distance = 0.5 ** np.arange(1.0, -math.log2(SMALLEST), 0.5)
     distance = np.concatenate([-distance, [0.0], distance])
     more = (centres[:, None] + distance).ravel()
     return np.asarray(np.unique(np.concatenate([samples, more[(more >= 0.0) & (more <= 1.0)]])))
@@ -251,7 +250,7 @@ def _zeros(node: ast.expr, variables: Variables, fractions: Array, values: Array
     sign = np.sign(values)
     cut = np.flatnonzero(sign[1:] * sign[:-1] < 0.0)
     low, high, below = fractions[cut], fractions[cut + 1], sign[cut]
-    if len(cut) > SAMPLES // 8:
+    if len(cut) > SAMPLES // PARTS:
         return fractions[edges]  # rough everywhere: the samples show that
     for _ in range(60 if len(cut) else 0):
         middle = 0.5 * (low + high)

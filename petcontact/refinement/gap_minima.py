@@ -5,17 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array
+from ..round_off import HALF
+from .expression_features import SAMPLES
 from .known_data import SideData
 
 MOST = 4
 """Largest number of minima on one side to which meshes are graded; the lowest ones are taken."""
-PARTS, ROUNDS = 1024, 4
-"""The interval around a minimum is cut into `PARTS` parts, `ROUNDS` times. All minima are evaluated
-together in each round."""
 
 
 def gap_minima(field: SideData) -> Array:
     """Return the `MOST` lowest minima of a gap inside a side, as increasing fractions.
+
+    Samples of the interval around each minimum leave two of its parts, until these are as short as
+    a minimum is known (`HALF`). All minima are evaluated together.
 
     Parameters
     ----------
@@ -28,10 +30,10 @@ def gap_minima(field: SideData) -> Array:
     minima = np.flatnonzero((before <= 0.0) & (after <= 0.0) & (before + after < 0.0))
     minima = 1 + minima[np.argsort(gap[1 + minima], kind="stable")][:MOST]
     low, high = fractions[minima - 1], fractions[minima + 1]
-    share = np.arange(1, PARTS)[:, None] / PARTS
-    for _ in range(ROUNDS if len(minima) else 0):
+    share = np.arange(1, SAMPLES)[:, None] / SAMPLES
+    while (high - low).max(initial=0.0) > HALF:
         width = high - low
-        inside = field.values((low + share * width).ravel())[:, 0].reshape(PARTS - 1, -1)
+        inside = field.values((low + share * width).ravel())[:, 0].reshape(SAMPLES - 1, -1)
         best = inside.argmin(axis=0)
-        low, high = low + best * width / PARTS, low + (best + 2) * width / PARTS
+        low, high = low + best * width / SAMPLES, low + (best + 2) * width / SAMPLES
     return np.asarray(np.unique(0.5 * (low + high)))

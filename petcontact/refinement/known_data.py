@@ -22,18 +22,17 @@ from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Body, Condition, Contact, Displacement, Traction
 from ..round_off import SINGLE
-from .expression_features import SAMPLES, degree, kinks, samples_of, uniform
+from .expression_features import SAMPLES, SMOOTH, degree, kinks, samples_of, uniform
+from .levels import REFINEMENT_LEVELS
 
-ORDER = 5
-"""Largest order of an element."""
+ORDER = max(level.grading.order for level in REFINEMENT_LEVELS)
+"""Largest order of an element: that of the finest levels."""
 OWN_SAMPLES = 16
 """Samples in each element, besides the samples of its side."""
 ARC_SAMPLES = 64
 """Least number of samples of a side; an expression that may be narrow has more."""
 MOST_ELEMENTS = 600
 """Number of elements of one side above which data count as unresolved."""
-JUMP = -0.75
-"""Power of the distance with which slopes change, below which data jump [-], see `kinks`."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +186,7 @@ def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:
     values = functools.partial(_values, [gap], "gap", variables_at, False)
     power = math.inf if side.curvature else degree(gap)
     (fraction, power), *_ = _shown([gap], side, variables_at, values, power)
-    return fraction[power >= JUMP], fraction[power < JUMP]
+    return fraction[power >= -SMOOTH], fraction[power < -SMOOTH]
 
 
 @functools.singledispatch

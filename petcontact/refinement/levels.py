@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from dataclasses import dataclass
@@ -9,15 +10,12 @@ from dataclasses import dataclass
 from ..mesh.hp_grading import Grading
 from ..round_off import SOLVED
 
-MOST_GAIN = 40.0
-"""Largest believed ratio of the errors of two neighbouring levels; a larger one is chance [-]."""
 LEAST_GAIN = math.sqrt(2.0)
-"""The same of a force, and of every number where two meshes are all: tractions like r^(λ-1) at a
-corner make forces wrong by the size of the elements there to the power λ. These halve at least from
-mesh to mesh, and λ is 1/2 or more (less only where they shrink by more), so that the finer mesh is
-off by up to 1/(gain - 1) = 2.4 times what the two differ by [-]."""
-MARGIN = 1.3
-"""Wanted error over a level's typical error, from which the level is tried first [-]."""
+"""Least ratio of the errors of two meshes in a force, and in every number where they are all:
+tractions like r^(λ-1) at a corner make forces wrong by the size of the elements there to the power
+λ. These halve at least from mesh to mesh, and λ is 1/2 or more (less only where they shrink by
+more), so that the finer mesh is off by up to 1/(gain - 1) = 2.4 times what the two differ by
+[-]."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,8 @@ REFINEMENT_LEVELS = (
     Level(Grading(5, 0.40, 0.5), 1.2e-8, 1.3e-8),
     Level(Grading(5, 0.50, 0.4), 2.5e-9, 3.0e-9),
 )
-"""Levels for u_t in bilateral contact; errors were measured on the paper's examples."""
+"""Levels for u_t in bilateral contact; errors are those of the paper's examples, see
+scripts/benchmark_accuracy."""
 CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(2, 0.30), 2.5e-3, 2e-2, 1e-1),
     Level(Grading(3, 0.25), 5e-4, 3e-3, 2e-2),
@@ -60,8 +59,9 @@ CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 5e-6),
     Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 2e-6),
 )
-"""Levels for pressure and shear; errors were measured on Cattaneo's and Mindlin's blocks. A level
-finds edges to a tenth of its elements there, and the next level's elements are a tenth as large."""
+"""Levels for pressure and shear; errors were measured on Cattaneo's and Mindlin's blocks, and are
+checked by scripts/verify_random --contact. A level finds edges to a tenth of its elements there,
+and the next level's elements are a tenth as large."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,11 @@ class Ladder:
     rougher: float
     milder: Level
 
+    @functools.cached_property
+    def most_gain(self) -> float:
+        """Largest ratio of the errors of two neighbouring levels; a larger one is chance [-]."""
+        return max(low.error / high.error for low, high in itertools.pairwise(self.levels))
+
     def reaching(self, accuracy: float) -> tuple[Level, ...]:
         """Return the levels for a wanted accuracy."""
         if accuracy < self.rough:
@@ -103,25 +108,23 @@ class Ladder:
 
 
 SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
-"""Levels for u_t. On 183 random bodies the error on the third level was at most 0.99 times the only
-difference, and in 9 of 10 below a fifth of it. On the milder level 168 of 214 bodies had a
-difference below 1e-2, and errors of at most 2.8e-3. 50, 90 and 99 % of these errors were below
-0.14, 0.57 and 1.06 times the estimate. With corners twice as coarse, two of 62 errors exceeded 1e-2
-and were ten times the difference."""
+"""Levels for u_t. On 183 random bodies (scripts/verify_random) the error on the third level was at
+most 0.99 times the only difference, and in 9 of 10 below a fifth of it. On the milder level 168 of
+214 bodies had a difference below 1e-2, and errors of at most 2.8e-3. 50, 90 and 99 % of these
+errors were below 0.14, 0.57 and 1.06 times the estimate. With corners twice as coarse, two of 62
+errors exceeded 1e-2 and were ten times the difference."""
 CONTACT_LADDER = Ladder(
     CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3)
 )
-"""Levels for p and q. For a wanted 5e-2 the errors of 105 random bodies of revolution were at most
-0.020. 50, 90 and 99 % of them were below 0.21, 0.56 and 0.92 times the estimate, in which the only
-difference counts twice."""
+"""Levels for p and q. For a wanted 5e-2 the errors of 105 random bodies of revolution
+(scripts/verify_axial) were at most 0.020. 50, 90 and 99 % of them were below 0.21, 0.56 and 0.92
+times the estimate, in which the only difference counts twice."""
 
 
 def first_level(accuracy: float) -> int:
     """Return the lowest level, except the first, that is expected to reach an accuracy."""
     last = len(REFINEMENT_LEVELS) - 1
-    return next(
-        (k for k in range(1, last + 1) if MARGIN * REFINEMENT_LEVELS[k].error <= accuracy), last
-    )
+    return next((k for k in range(1, last) if REFINEMENT_LEVELS[k].error <= accuracy), last)
 
 
 def check_accuracy(accuracy: float) -> None:
@@ -136,7 +139,7 @@ def check_accuracy(accuracy: float) -> None:
         raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
 
 
-def believed(differences: list[float], most: float = MOST_GAIN) -> float:
+def believed(differences: list[float], most: float) -> float:
     """Return the error that the last two differences of levels let one expect, infinite for fewer
     than two.
 

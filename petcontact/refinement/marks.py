@@ -47,9 +47,7 @@ ACCURACY = 1e-4
 """Default of the accuracy of u_t for which a mesh is made [-]."""
 TOUCH = 1e-6
 """Size of the smallest elements at a minimum of the gap over the side, while the width of the
-contact is unknown [-]."""
-NEAR_END = 1e-4
-"""Distance over the side within which minima of the gap count as one, or as an end [-]."""
+contact is unknown, and the distance within which minima count as one, or as an end [-]."""
 IN_ZONES = 0.25
 """Power of a level's error with which elements at the ends of narrow zones shrink, relative to the
 zones' widths [-]."""
@@ -174,7 +172,7 @@ class GradedOutline:
         result = []
         for side, row in zip(self.outline.sides, self.data, strict=True):
             fractions = [gap_minima(field) for field in row if field.kind == "gap"]
-            result.append(side.length * inside(np.concatenate([[], *fractions]), NEAR_END, 1.0))
+            result.append(side.length * inside(np.concatenate([[], *fractions]), TOUCH, 1.0))
         return result
 
     @property

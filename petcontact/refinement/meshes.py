@@ -18,7 +18,7 @@ from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import Boundary, BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-from ..mesh.grading import mesh_outline
+from ..mesh.grading import LARGEST_MESH, mesh_outline
 from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.ring_mesh import RingMesh
@@ -27,9 +27,6 @@ from ..model.problem import Body
 from ..model.solver_options import MeshOptions
 from .marks import default_mesh
 
-LARGEST_MESH = 400_000
-"""Largest number of nodes in space; compressed operators of more do not fit into a machine's
-memory."""
 PANELS = 4
 """Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
@@ -182,7 +179,7 @@ def _order(options: MeshOptions) -> int:
 
 def _check_size(nodes: float, advice: str = "choose a larger mesh.element_size") -> None:
     if not nodes <= LARGEST_MESH or not np.isfinite(nodes):
-        raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; {advice}")
+        raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH:.0e} fit; {advice}")
 
 
 def _refuse(options: MeshOptions, keys: Iterable[str], why: str) -> None:

@@ -18,7 +18,7 @@ from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..round_off import SINGLE
+from ..round_off import SINGLE, SUMMED
 from .evaluated import Evaluated
 from .peak_places import places_inside
 from .records import StepResult, step_ends
@@ -29,9 +29,6 @@ QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 NOTHING = 1e-6
 """Stress, over the largest component in the body, that is none: ten times the defect up to which
 the boundary integral equations are taken for solved."""
-MOVED = 1e-13
-"""Stress, over E times displacement over the size of the body, that is none: what a rigid motion
-leaves of it by round-off."""
 MORE = 1e-3
 """Share by which a stress inside is more than all on the surface, to be named besides."""
 CLIMBS, FINEST, GRID = 12, 1e-3, np.linspace(-1.0, 1.0, 5)
@@ -183,7 +180,8 @@ class _Samples:
         u, material = self._fields.found.u, self._fields.loaded.body.material
         moved = material.young_modulus * float(np.abs(u).max()) / size
         largest = float(np.nanmax(np.abs(boundary.components), initial=0.0))
-        self._least = max(NOTHING * largest, MOVED * moved)
+        # a rigid motion leaves round-off of E times displacement over the size of the body
+        self._least = max(NOTHING * largest, SUMMED * moved)
 
     def peaks(self, key: str) -> Iterator[StressPeak]:
         """Yield the largest samples on the boundary and inside, away from unbounded places."""

@@ -11,13 +11,12 @@ from shapes import cuboid, elastic, moved, touching
 from petcontact import Problem, solve
 from petcontact.errors import InputError
 from petcontact.model.base import parse
-from petcontact.pipeline.adapt.first_mesh import LONGER
 from petcontact.pipeline.adapt.fixed_mesh import carries_something
 from petcontact.pipeline.adapt.loop import adapt
 from petcontact.pipeline.adapt.surface_errors import TailErrors
 from petcontact.pipeline.judge.thickness import bending_error, slenderness
 from petcontact.refinement.panels.axes import sides
-from petcontact.refinement.panels.marks import facing
+from petcontact.refinement.panels.marks import LONGER, facing
 
 STEEL = elastic(1.0, 0.3)
 COARSE = {"element_size": 5.0, "order": 1}

@@ -17,7 +17,7 @@ from petcontact.pipeline.adapt.difference import difference, fading_places
 from petcontact.pipeline.adapt.part_ends import pressed_sides
 from petcontact.pipeline.adapt.traction_ladder import edges_of_steps
 from petcontact.refinement.contact_edges import Edge, edges, merged
-from petcontact.refinement.levels import believed, growing
+from petcontact.refinement.levels import CONTACT_LADDER, believed, growing
 from petcontact.results.verdict.summary import verdict
 
 
@@ -138,8 +138,8 @@ def test_close_edges_are_one_and_the_kept_ones_stay():
 
 
 def test_differences_that_grow_are_not_believed_to_fall():
-    assert believed([1e-2, 5e-3]) == 5e-3
-    assert believed([1e-2, 1e-5]) == 1e-2 / 40.0
-    assert believed([5e-3, 1e-2]) == pytest.approx(2e-2)
+    assert believed([1e-2, 5e-3], 40.0) == 5e-3
+    assert believed([1e-2, 1e-5], CONTACT_LADDER.most_gain) == pytest.approx(1e-2 / 30.0)
+    assert believed([5e-3, 1e-2], 40.0) == pytest.approx(2e-2)
     assert growing([1e-2, 5e-3, 6e-3]) and growing([1e-3, 5e-3, 1e-3])
     assert not growing([1e-2, 5e-3, 1e-3]) and not growing([1.0, 2.0, 1.0, 0.5])

@@ -19,11 +19,11 @@ import numpy as np
 from ...arrays import AnyArray, Array, Complex, Index
 from ...mesh.basis import gauss, product_weights
 from ...mesh.elements import Elements
-from .arcs import Arcs
+from .arcs import CLOSE_SUM, MIDDLE, Arcs
 from .integrals import shape_of
 from .segments import Segments
 
-FAR_RADIUS, FAR, MIDDLE, CLOSE_SUM = 12.0, 1, 24, 2.9
+FAR_RADIUS, FAR = 12.0, 1
 """As in `moments.Rule`; FAR is added to the far points of G and H, whose kernels are less
 singular."""
 

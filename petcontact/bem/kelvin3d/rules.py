@@ -31,8 +31,9 @@ MOST = 40
 """Gauss points in s or v at most."""
 MARGIN = 3.3
 """Digits (natural) beyond the tolerance that the rules aim at."""
-TIGHTER, USUAL = 0.3, 1e-9
-"""More of them for each one beyond a usual tolerance: zeros are known to the second order only."""
+TIGHTER = 0.3
+"""More of them for each one beyond the tolerance of curved panels: zeros are known to the second
+order only."""
 STRETCH, GENTLE = {3: 0.3, 4: 2.0}, 0.1
 """Rate of `warp` by the corners, and the bend up to which nothing more is needed."""
 CURVED = 1
@@ -142,7 +143,8 @@ def _moments(panels: CurvedPanels, count: int) -> Array:
 
 def digits(tolerance: float) -> float:
     """Return D, the natural digits that the rules of a flat panel have."""
-    return math.log(1.0 / tolerance) + MARGIN + TIGHTER * max(math.log(USUAL / tolerance), 0.0)
+    tighter = max(math.log(TOLERANCE[CurvedPanels] / tolerance), 0.0)
+    return math.log(1.0 / tolerance) + MARGIN + TIGHTER * tighter
 
 
 def warp(panels: CurvedPanels) -> Array:

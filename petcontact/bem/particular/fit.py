@@ -12,6 +12,7 @@ from numpy.polynomial import chebyshev
 
 from ...arrays import Array
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...round_off import WRITTEN
 from .polynomials import BodyBox, total_degrees
 
 TRIED = {2: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40), 3: (1, 2, 3, 4, 6, 8, 10, 12, 16)}
@@ -22,9 +23,6 @@ ENOUGH = 3e-13
 """Error over the largest value below which no higher degree is tried."""
 NODES = 1500
 """Largest number of nodes of the boundary among the points."""
-CUT = 1e-9
-"""Singular values over the largest that are left out: polynomials that vanish on the body but not
-on its box."""
 
 
 def points_in(mesh: BoundaryMesh, box: BodyBox) -> Array:
@@ -78,7 +76,10 @@ def fitted(function: Callable[[Array], Array], points: Array, box: BodyBox) -> t
         if len(used) < 2 * exponents.shape[1]:
             break
         basis = np.prod([table[:, k] for table, k in zip(along, exponents, strict=True)], axis=0)
-        solved = scipy.linalg.lstsq(basis[used], wanted[used], cond=CUT, lapack_driver="gelsy")[0]
+        # what is left out are polynomials that vanish on the body but not on its box
+        solved = scipy.linalg.lstsq(basis[used], wanted[used], cond=WRITTEN, lapack_driver="gelsy")[
+            0
+        ]
         missed = (
             float(
                 np.abs(basis @ solved - wanted).max() + np.finfo(float).eps * np.abs(solved).sum()

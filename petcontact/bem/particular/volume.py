@@ -15,13 +15,11 @@ from ...model.expressions import evaluate
 from ...model.loaded_body import LoadedBody
 from ...model.loads import VolumeLoads
 from ...model.problem import Material
+from ...round_off import CHAINED
 from .fit import fitted, points_in
 from .polynomials import BodyBox, padded
 from .rings import RingBox
 from .solution import ParticularSolution, particular_solution
-
-EXACT = 1e-10
-"""Error of a polynomial over the largest value below which it is not reported."""
 
 BOXES: dict[type, Any] = {RingMesh: RingBox, TwistedRingMesh: RingBox}
 """Class of the box by the kind of a mesh, where it is not `BodyBox`."""
@@ -161,7 +159,7 @@ class _Posed:
                 return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
 
             self.known[key, value], missed = fitted(at, self._points, self.box)
-            if missed > EXACT:
+            if missed > CHAINED:
                 self.notes.append(
                     f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its "
                     f"largest "

@@ -167,6 +167,29 @@ def _by_state(surface: CondensedSurface, name: str, shape: tuple[int, ...], stat
     return np.concatenate([np.zeros((1, *shape)), np.broadcast_to(values, (states - 1, *shape))])
 
 
+def _reactions(
+    source: object, parts: tuple[Array, Array, Array], wanted: tuple[Array, Array]
+) -> list[Array]:
+    """Return the tractions at held components, and α: S t + R α = wanted, RᵀW t = wanted.
+
+    `parts` are S, R and RᵀW of these components. `source` names the superelement.
+
+    Raises
+    ------
+    InputError
+        If the conditions hold only some of the rigid motions.
+    """
+    compliance, modes, balance = parts
+    r = modes.shape[1]
+    if r and np.linalg.matrix_rank(modes) < r:
+        raise InputError(
+            f"{source}: the conditions on its parts hold the body in part only, which moves "
+            "freely; hold it altogether, or by contact only"
+        )
+    bordered = np.block([[compliance, modes], [balance, np.zeros((r, r))]])
+    return np.split(np.linalg.solve(bordered, np.vstack(wanted)), [len(modes)])
+
+
 class SuperelementBody(ElasticBody):
     """A superelement eliminated to its contact directions.
 
@@ -187,15 +210,16 @@ class SuperelementBody(ElasticBody):
     def __init__(self, operators: BoundaryOperators, surface: CondensedSurface) -> None:
         mesh, data = operators.mesh, operators.data
         given = condensed(surface, mesh, data.states, operators.kernel.half_space_compliance)
-        traction_known = data.traction_known.ravel()
         r = given.modes.shape[2]
-        super().__init__(operators, given.modes if traction_known.all() else given.modes[..., :0])
+        super().__init__(
+            operators, given.modes if data.traction_known.all() else given.modes[..., :0]
+        )
         frame, (n, d) = data.frame, mesh.x.shape
         compliance = np.einsum(
             "icj,ijkl,kml->ickm", frame, given.compliance.reshape(n, d, n, d), frame, optimize=True
         )
         compliance = compliance.reshape(d * n, d * n)
-        free = np.einsum("icj,sij->sic", frame, given.free.reshape(-1, n, d)).reshape(-1, d * n)
+        free = np.einsum("icj,sij->sic", frame, given.free.reshape(-1, n, d))
         modes = data.components(given.modes).reshape(d * n, r)
         balance = (modes * np.repeat(mesh.weight, d)[:, None]).T
         value = (
@@ -204,30 +228,20 @@ class SuperelementBody(ElasticBody):
             else data.value + np.einsum("icj,sij->sic", frame, data.rigid)
         )
         traction = np.where(data.traction_known, data.value, 0.0).reshape(-1, d * n)
-        held, contact = ~traction_known, data.contact_unknowns
-        count = int(held.sum())
+        held, contact = ~data.traction_known.ravel(), data.contact_unknowns
         # columns: the load states, then a unit traction in each contact direction
         loads = np.hstack([traction.T, np.eye(d * n)[:, contact]])
-        rest = np.hstack([free.T, np.zeros((d * n, len(contact)))])
         resultant = np.hstack([given.resultant.T, np.zeros((r, len(contact)))])
-        moved, alpha = compliance @ loads + rest, np.zeros((r, loads.shape[1]))
-        if count:
-            border = modes[held]
-            if r and np.linalg.matrix_rank(border) < r:
-                raise InputError(
-                    f"{surface.source}: the conditions on its parts hold the body in part only, "
-                    f"which moves "
-                    "freely; hold it altogether, or by contact only"
-                )
+        moved, alpha = compliance @ loads, np.zeros((r, loads.shape[1]))
+        moved[:, : data.states] += free.reshape(-1, d * n).T
+        if held.any():
             wanted = np.hstack([value.reshape(-1, d * n).T, np.zeros((d * n, len(contact)))])[held]
-            both = np.linalg.solve(
-                np.block(
-                    [[compliance[np.ix_(held, held)], border], [balance[:, held], np.zeros((r, r))]]
-                ),
-                np.vstack([wanted - moved[held], -resultant - balance @ loads]),
+            loads[held], alpha = _reactions(
+                surface.source,
+                (compliance[np.ix_(held, held)], modes[held], balance[:, held]),
+                (wanted - moved[held], -resultant - balance @ loads),
             )
-            loads[held], alpha = both[:count], both[count:]
-            moved = moved + compliance[:, held] @ both[:count] + modes @ alpha
+            moved = moved + compliance[:, held] @ loads[held] + modes @ alpha
         elif r:
             self.resultant = (resultant + balance @ loads)[:, : data.states].T
         self._given, self._u, self._t, self._alpha = given, moved, loads, alpha

@@ -177,12 +177,7 @@ class Coupling:
         q = len(self.met)
         factors, numbers = np.arange(q), np.arange(k * m)
         self._pick = _selection(numbers, self._place, (k * m, q))
-        moved, carried = (
-            scipy.sparse.hstack(parts).tocsr()
-            for parts in zip(
-                *((body_maps.displacement, body_maps.traction) for body_maps in maps), strict=True
-            )
-        )
+        moved, carried = _joined(maps)
         self.opposite = matrix_of(moved - self._turn @ self._pick)
         self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0
         self.opposite.eliminate_zeros()
@@ -192,14 +187,7 @@ class Coupling:
         stress = np.concatenate([np.full(body.slot.size, body.scale) for body in rows])
         self._felt = matrix_of(scipy.sparse.diags(1.0 / stress) @ self._carried)
         self.scale = _stiffness(rows, interfaces)
-        free = np.ones(self.size, dtype=bool)
-        free[self.secondary] = False
-        others = np.flatnonzero(free)
-        owner = np.searchsorted(self.first, others, side="right") - 1
-        column = others - self.first[owner] + self.first_column[owner]
-        self._own = _selection(column, others, (self.columns, self.size))
-        kept = np.flatnonzero(free[self.met])
-        self._primary = _selection(kept, self.met[kept], (q, self.size))
+        self._own, self._primary = self._of_others()
         self._y = _selection(numbers, self.secondary, (k * m, self.size))
         self._to_u, self._to_t = (
             _selection(offset, factors, (self.columns, q)) for offset in (self._u, self._t)
@@ -207,6 +195,19 @@ class Coupling:
         self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
         self._unknowns = np.concatenate(
             [offset + np.arange(n) for offset, n in zip(self.first_column, sizes, strict=False)]
+        )
+
+    def _of_others(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        """Return the selections of unknowns that belong to no secondary: of all, and of contact."""
+        free = np.ones(self.size, dtype=bool)
+        free[self.secondary] = False
+        others = np.flatnonzero(free)
+        owner = np.searchsorted(self.first, others, side="right") - 1
+        column = others - self.first[owner] + self.first_column[owner]
+        kept = np.flatnonzero(free[self.met])
+        return (
+            _selection(column, others, (self.columns, self.size)),
+            _selection(kept, self.met[kept], (len(self.met), self.size)),
         )
 
     def expansion(self, relation: Relation, motion: Array) -> ColumnExpansion:
@@ -316,6 +317,12 @@ def _behind(matrix: Sparse, before: int) -> Sparse:
     """Return the matrix with columns of zeros before its own."""
     shape = matrix.shape[0], matrix.shape[1] + before
     return matrix_of((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)
+
+
+def _joined(maps: Sequence[ContactMaps]) -> list[Any]:
+    """Return the maps of displacements and of tractions of all bodies beside one another."""
+    pairs = ((of_body.displacement, of_body.traction) for of_body in maps)
+    return [scipy.sparse.hstack(parts).tocsr() for parts in zip(*pairs, strict=True)]
 
 
 def _selection(rows: Index, columns: Index, shape: tuple[int, int]) -> Any:

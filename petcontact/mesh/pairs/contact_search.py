@@ -93,46 +93,67 @@ def face(
     values.data *= np.repeat(met, np.diff(values.indptr))
     values.eliminate_zeros()
     distance = np.where(met, there.distance, np.inf)
-    faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
     values = rounded(
-        balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.measure[b])
+        balanced(
+            values,
+            primary.x[b],
+            secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal,
+            secondary.tangents_to(normal),
+            primary.measure[b],
+        )
     )
     far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
     size = float(secondary.measure[a].sum()) ** (1.0 / (secondary.dim - 1))
-    near, close = segments.take(far < NEAR * size), np.unique(segments.other[far < CLOSE * size])
-    measure = [
-        np.asarray(np.bincount(mesh.element, mesh.measure), dtype=float)[some]
-        for mesh, some in ((secondary, elements), (primary, opposite_elements))
-    ]
-    couples = _couples(near, measure[0])
-    sides = [np.unique(numbers) for numbers in couples.T]
-    matched = all(len(numbers) == len(couples) for numbers in sides)
-    sizes = [
-        float(every[numbers].sum()) / max(1, len(numbers))
-        for every, numbers in zip(measure, sides, strict=True)
-    ]
+    close = np.unique(segments.other[far < CLOSE * size])
+    matched, sizes = _matched(
+        segments.take(far < NEAR * size), (secondary, elements), (primary, opposite_elements)
+    )
     missed = np.zeros(len(a))
     if not matched:
-        number = np.searchsorted(elements, secondary.element[a])
-        missed = np.where(met, np.maximum(sag(own)[number], sag(opposite)[there.face]), 0.0)
-    pushed = (
-        values.data
-        * np.repeat(secondary.weight[a], np.diff(values.indptr))
-        / primary.weight[b][values.indices]
-    )
-    loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
+        own_sag = sag(own)[np.searchsorted(elements, secondary.element[a])]
+        missed = np.where(met, np.maximum(own_sag, sag(opposite)[there.face]), 0.0)
     return Facing(
         a,
         b,
         normal,
         distance,
         values,
-        scipy.sparse.csr_array(loads),
+        _pushed(values, secondary.weight[a], primary.weight[b]),
         matched,
-        (sizes[0], sizes[1]),
+        sizes,
         not matched and _ends_within(own, opposite, close, direction),
         missed,
     )
+
+
+def _pushed(
+    values: scipy.sparse.csr_array, weight: Array, primary_weight: Array
+) -> scipy.sparse.csr_array:
+    """Return the map from tractions on the secondary to those on the primary with equal forces."""
+    pushed = values.data * np.repeat(weight, np.diff(values.indptr))
+    pushed /= primary_weight[values.indices]
+    loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
+    return scipy.sparse.csr_array(loads)
+
+
+def _matched(
+    near: FacingSegments, *sides: tuple[BoundaryMesh, Index]
+) -> tuple[bool, tuple[float, float]]:
+    """Return whether elements that are near face one each, and their mean sizes on both sides.
+
+    A side is a mesh and the numbers of its elements on the part [length, in space area].
+    """
+    measure = [
+        np.asarray(np.bincount(mesh.element, mesh.measure), dtype=float)[some]
+        for mesh, some in sides
+    ]
+    couples = _couples(near, measure[0])
+    numbers = [np.unique(column) for column in couples.T]
+    first, second = (
+        float(every[some].sum()) / max(1, len(some))
+        for every, some in zip(measure, numbers, strict=True)
+    )
+    return all(len(some) == len(couples) for some in numbers), (first, second)
 
 
 def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array | None) -> bool:

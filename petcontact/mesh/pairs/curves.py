@@ -18,8 +18,6 @@ from .ray_casting import TOGETHER, Faces, FacingSegments, Hits, along
 FEW, BLOCK = 512, 64
 """Number of curves from which those that points may meet are selected first (`FEW`), and number of
 points for which this is done at once (`BLOCK`)."""
-MARGIN = 1.0 + 1e-6
-"""Factor on the lengths of this selection, against round-off."""
 
 
 @dataclass(frozen=True)
@@ -268,7 +266,8 @@ def _on_lines(x: Array, direction: Array, curves: Curves) -> Mask:
     offset = middle - centre[0]
     across = np.abs(offset[:, 0] * mean[1] - offset[:, 1] * mean[0])
     return np.asarray(
-        across <= MARGIN * (centre[1] + size + spread * (np.hypot(*offset.T) + size + centre[1]))
+        across
+        <= (1.0 + WRITTEN) * (centre[1] + size + spread * (np.hypot(*offset.T) + size + centre[1]))
     )
 
 
@@ -280,9 +279,9 @@ def _under_feet(x: Array, normal: Array, curves: Curves) -> Mask:
     centre, middle, size = _around(x, curves)
     chord, offset = curves.end - curves.start, centre[0] - middle
     length = np.hypot(*chord.T)
-    overlaps = np.abs(
-        offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]
-    ) <= MARGIN * length * (centre[1] + size)
+    overlaps = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= (
+        1.0 + WRITTEN
+    ) * length * (centre[1] + size)
     return np.asarray(overlaps | (curves.curvature != 0.0))
 
 

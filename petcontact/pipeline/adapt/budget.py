@@ -55,7 +55,8 @@ class Budget:
 BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
 """Budgets in space for one or two bodies, by whether the user named an accuracy."""
 USELESS = 0.5
-"""Estimated error from which a solution is not accepted, though the user named no accuracy [-]."""
+"""Estimated error from which a solution is not accepted, though the user named no accuracy, and its
+increments are not used again on the next mesh [-]."""
 
 
 def budget_of(bodies: int, asked: bool) -> Budget:

@@ -15,13 +15,9 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
 from ...refinement.panels.tail import FADE
 from ...results.evaluated import displacement_scale
-from ...results.records import PairResult, step_ends
+from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from .part_ends import pressed_sides, singular_places
-
-GROWS = 1.1
-"""Ratio of the largest traction near a point on the finer mesh to that on the coarser one, from
-which the traction counts as infinite there [-]."""
 
 
 @dataclass(frozen=True)
@@ -58,37 +54,57 @@ def difference(coarse: Solution, fine: Solution, ends: dict[str, Ends] | None = 
     its own nodes only. `ends` are the singular points from `fading_places`.
     """
     ends = fading_places(fine.problem) if ends is None else ends
-    inside = whole = 0.0
-    growing: dict[str, dict[float, float]] = {}
-    for coarse_step, fine_step in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
-        for name in fine_step.pairs:
-            both = [(coarse, coarse_step.pairs[name]), (fine, fine_step.pairs[name])]
-            both.sort(key=lambda solved: len(solved[1].weight))
-            (fewer, old), (_, pair) = both
-            mesh = as_curve(fewer.meshes[fewer.sides[name][0]])
-            to_more = _interpolation(mesh, fewer.sides[name][1], fewer.nodes[name], pair.arc_length)
-            change = to_more @ _tractions(old) - _tractions(pair)
-            near, fade = _fading(pair, ends[name])
-            weight = pair.weight * fade**2
-            size, size_whole = (float(np.sqrt(w @ pair.size**2)) for w in (weight, pair.weight))
-            if size == 0.0:
-                continue
-            square = pair.weight[:, None] * change**2
-            inside = max(inside, float(np.sqrt((fade**2 @ square).max())) / size)
-            whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
-            before, after = (
-                _peaks(step.pairs[name], ends[name]) for step in (coarse_step, fine_step)
-            )
-            for k, s in enumerate(ends[name].arc_lengths.tolist()):
-                if after[k] > GROWS * before[k]:
-                    around = (near == k) & (fade < 1.0)
-                    share = float(np.sqrt(square[around].sum(axis=0).max())) / size_whole
-                    growing.setdefault(name, {})[s] = max(share, growing.get(name, {}).get(s, 0.0))
-    singular = {
-        name: sorted(s for s, share in points.items() if share > inside)
-        for name, points in growing.items()
+    compared = [
+        (name, _on_interface((coarse, fine), steps, name, ends[name]))
+        for steps in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True)
+        for name in steps[1].pairs
+    ]
+    inside = max((apart for _, (apart, _, _) in compared), default=0.0)
+    whole = max((apart for _, (_, apart, _) in compared), default=0.0)
+    singular: dict[str, set[float]] = {}
+    for name, (_, _, growing) in compared:
+        places = {s for s, share in growing.items() if share > inside}
+        singular[name] = singular.get(name, set()) | places
+    return Difference(
+        inside, whole, {name: sorted(places) for name, places in singular.items() if places}
+    )
+
+
+def _on_interface(
+    solutions: tuple[Solution, Solution],
+    steps: tuple[StepResult, StepResult],
+    name: str,
+    ends: Ends,
+) -> tuple[float, float, dict[float, float]]:
+    """Return the difference of an interface at the end of a step, with and without fading.
+
+    The third value is the share that the surroundings of each point have in it at which tractions
+    grow from the coarse solution to the fine one.
+    """
+    old, new = (step.pairs[name] for step in steps)
+    fewer, rough, pair = solutions[0], old, new
+    if len(old.weight) > len(new.weight):
+        fewer, rough, pair = solutions[1], new, old
+    mesh = as_curve(fewer.meshes[fewer.sides[name][0]])
+    to_more = _interpolation(mesh, fewer.sides[name][1], fewer.nodes[name], pair.arc_length)
+    square = pair.weight[:, None] * (to_more @ _tractions(rough) - _tractions(pair)) ** 2
+    near, fade = _fading(pair, ends)
+    size, whole = (
+        float(np.sqrt(weight @ pair.size**2)) for weight in (pair.weight * fade**2, pair.weight)
+    )
+    if size == 0.0:
+        return 0.0, 0.0, {}
+    inside, everywhere = (
+        float(np.sqrt((factor @ square).max())) for factor in (fade**2, np.ones(len(square)))
+    )
+    growing = np.array(_peaks(new, ends)) > np.array(_peaks(old, ends))
+    shares = {
+        float(ends.arc_lengths[k]): float(
+            np.sqrt(square[(near == k) & (fade < 1.0)].sum(axis=0).max()) / whole
+        )
+        for k in np.flatnonzero(growing)
     }
-    return Difference(inside, whole, {name: points for name, points in singular.items() if points})
+    return inside / size, everywhere / whole, shares
 
 
 def displacement_difference(coarse: Solution, fine: Solution) -> float:

@@ -19,7 +19,7 @@ from ...model.solver_options import MeshOptions
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.data_lines import with_data_lines
-from ...refinement.panels.marks import facing
+from ...refinement.panels.marks import LONGER, facing
 from ...refinement.panels.quartering import cut
 from ..judge.meshes import STIFF
 from ..judge.thickness import SHARE, held_nodes, slenderness
@@ -29,11 +29,6 @@ FIRST = 36
 """Approximate number of panels on a contact face of the first mesh; other faces have a quarter."""
 ROUND = 16
 """Approximate number of panels on a contact part of a round body, all of one size."""
-LONGEST = 1.5
-"""Size of panels of the first mesh over the shortest edge of the box, at most [-]."""
-STIFFER, LONGER = 10.0, 1.2
-"""Ratio of Young's moduli from which a stiff secondary refines the soft primary, whose panels are
-then at most `LONGER` times as long as the opposite ones."""
 FIRST_SHARE = 0.5
 """Share of the nodes of the budget that the first mesh of a thin body may have."""
 MULTIPLES = (1.0, 1.5, 2.0, 2.5)
@@ -99,13 +94,13 @@ class FirstMeshes:
         return meshes
 
     def _presses(self, secondary: int, primary: int) -> bool:
-        """Return whether a stiff secondary presses on a soft primary whose mesh the user did not
-        choose."""
+        """Return whether a secondary presses on a softer primary whose mesh the user did not
+        choose.
+
+        The primary's panels are then at most `LONGER` times as long as the opposite ones.
+        """
         stiff, soft = (self._problem.body[b] for b in (secondary, primary))
-        return (
-            stiff.material.young_modulus > STIFFER * soft.material.young_modulus
-            and soft.mesh.automatic
-        )
+        return stiff.material.young_modulus > soft.material.young_modulus and soft.mesh.automatic
 
 
 def first_options(body: Body, boundary: Boundary, *, bilateral: bool) -> Body:
@@ -135,7 +130,7 @@ def _first_sizes(boundary: Any, body: Body, touching: list[str]) -> dict[str, An
 @_first_sizes.register
 def _(boundary: BoxSurface, body: Body, touching: list[str]) -> dict[str, Any]:
     extent = boundary.upper - boundary.lower
-    longest = LONGEST * float(extent.min())
+    longest = STIFF[0] * float(extent.min())
     area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
     sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
     size = min(longest, 2.0 * min(sizes.values()))

@@ -17,6 +17,7 @@ from ...errors import PetcontactError
 from ...geometry.outline import Outline, as_outline
 from ...mesh.curve_building import build_mesh
 from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...model.problem import Problem
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, GradedOutline
 from ...refinement.singular_points import corner_exponents
@@ -30,18 +31,13 @@ from ..pose.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..steps.load_steps import known_factors
 from .difference import difference, displacement_difference
-from .other_orders import whole_error
+from .other_orders import FEW, whole_error
 from .slip_ladder import contact_lines
 from .surface_errors import TailErrors
 
-CHEAP = 1200
-"""Nodes of a body up to which the estimate is computed; it takes about a quarter more assembly."""
 FEWEST = 8
 """A body with fewer elements is not solved again on half as many: the difference would not show the
 error."""
-MOST_INCREMENTS = 64
-"""Largest number of increments that are solved again; each costs about a quarter of the first
-time."""
 MOST = 100
 """Largest number of iterations of an increment on another mesh. 3 to 20 are usual; a solve that
 takes more does not show the error."""
@@ -130,14 +126,12 @@ def _costly(solution: Solution) -> str:
     meshes = list(solution.meshes.values())
     if not all(body.geometry.has_inside for body in solution.problem.body):
         return "a superelement has one mesh"
-    if any(mesh.n_nodes > CHEAP for mesh in meshes):
-        return f"more than {CHEAP} nodes a body; compare with a finer mesh"
+    if any(mesh.n_nodes > FEW for mesh in meshes):
+        return f"more than {FEW} nodes a body; compare with a finer mesh"
     if any(mesh.n_elements < FEWEST for mesh in meshes):
         return f"fewer than {FEWEST} elements"
     if solution.wear is not None:
         return "wear over cycles is not computed twice; compare with a finer mesh"
-    if len(solution.steps) > MOST_INCREMENTS:
-        return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
     if solution.kind == "bilateral" and min(map(min, _exponents(solution))) < WEAK:
         return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
@@ -156,22 +150,19 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
     )
 
 
+def by_newton(problem: Problem, **options: Any) -> Problem:
+    """Return the problem with semismooth Newton from zero, and further options of `[method]`."""
+    newton = {"name": "semismooth-newton", "rule": None, "start": "zero"}
+    method = problem.method.model_copy(update=newton | {"formulation": "condensed"} | options)
+    return problem.model_copy(update={"method": method})
+
+
 def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
     """Return the solution of the same problem, with the same increments, on other meshes."""
-    problem = solution.problem
-    method = problem.method.model_copy(
-        update={
-            "name": "semismooth-newton",
-            "rule": None,
-            "start": "zero",
-            "formulation": "condensed",
-            "max_iterations": MOST,
-        }
-    )
-    problem = problem.model_copy(update={"method": method})
+    problem = by_newton(solution.problem, max_iterations=MOST)
     prepared = prepare(problem, comm, discretise(problem, make, law))
     # take the same increments as the solution
-    prepared.factors = known_factors(solution, 0.0)
+    prepared.factors = known_factors(solution)
     try:
         return unreported(prepared, None, checked=False)
     finally:

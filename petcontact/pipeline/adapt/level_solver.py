@@ -21,15 +21,13 @@ from ..pose.discretise import Discrete, MeshMaker, discretise
 from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
-from .fixed_mesh import MOST
+from .budget import USELESS
+from .fixed_mesh import MOST, by_newton
+from .other_orders import FEW
 from .strategy import Strategy
 
 TIGHTER = 0.25
 """Factor on the compression tolerance after a solution that is not accurate enough [-]."""
-MANY_NODES = 1000
-"""Nodes above which a mesh gets its report at once, and its operators are freed before the next
-mesh. The operators take several GB together. A smaller mesh gets a report only if it is the
-last."""
 
 
 class LevelSolver:
@@ -55,14 +53,7 @@ class LevelSolver:
         law: Any,
         announce: Announce | None = None,
     ) -> None:
-        newton = {
-            "name": "semismooth-newton",
-            "rule": None,
-            "start": "zero",
-            "formulation": "condensed",
-        }
-        method = problem.method.model_copy(update=newton)
-        self.problem = problem.model_copy(update={"method": method})
+        self.problem = by_newton(problem)
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self.discrete: Discrete | None = None
         self.missed = 0.0
@@ -133,10 +124,10 @@ class LevelSolver:
             return mesh
 
         with answering(self._comm):
-            self.discrete, self._tried = self._prepared(make, strategy.dense_nodes, last)
+            self.discrete, self._tried = self._prepared(make, last)
         problem = replace(self._tried, start=strategy.start(self._tried))
         if last is not None:
-            factors = known_factors(last, strategy.estimate)
+            factors = known_factors(last) if strategy.estimate < USELESS else {}
             # once: each try that fails costs as much as the whole mesh
             problem = replace(problem, factors=factors, halvings=1)
         self._tried = problem
@@ -145,18 +136,11 @@ class LevelSolver:
             solution = reported(problem, solution)
         return replace(solution, problem=self.problem)
 
-    def _prepared(
-        self, make: MeshMaker, dense_nodes: int, last: Solution | None
-    ) -> tuple[Discrete, PreparedProblem]:
+    def _prepared(self, make: MeshMaker, last: Solution | None) -> tuple[Discrete, PreparedProblem]:
         """Return the problem on new meshes, and the same after the elimination."""
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self._law)
-        largest = max(mesh.n_nodes for mesh in discrete.meshes)
-        changes: dict[str, Any] = (
-            {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
-        )
-        if discrete.problem.bem.mat_type == "auto" and largest <= dense_nodes:
-            changes["mat_type"] = "dense"
+        changes = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
         bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
         if last is not None:  # contact sets may cycle without end
             needed = max((step.iterations for step in last.steps), default=0)
@@ -181,4 +165,10 @@ class LevelSolver:
 
 
 def _is_large(discrete: Discrete) -> bool:
-    return sum(mesh.n_nodes for mesh in discrete.meshes) > MANY_NODES
+    """Return whether a mesh gets its report at once, and its operators are freed before the next
+    mesh.
+
+    The operators take several GB together. A mesh that is cheap to solve again gets a report only
+    if it is the last.
+    """
+    return sum(mesh.n_nodes for mesh in discrete.meshes) > FEW

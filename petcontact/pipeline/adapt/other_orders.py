@@ -19,11 +19,12 @@ from ...results.evaluated import displacement_scale
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..pose.discretise import MeshMaker
+from .budget import budget_of
 
-FEW, MOST = 1200, 5000
-"""Largest number of nodes of a body for another solve. `FEW` counts nodes with order p + 1, which
-costs up to four times the first solve. `MOST` holds for order p - 1, which costs 0.5 to 0.8 of
-it."""
+FEW = 1200
+"""Largest number of nodes of a body for another solve that costs up to four times the first one: in
+space those with order p + 1, in the plane those of the solution, where half as many elements cost a
+quarter."""
 SURE = 1.6
 """Factor on `share`, measured by scripts/verify_space: errors on coarse meshes fall more slowly
 than in the limit [-]."""
@@ -69,7 +70,7 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     float
         nan if unknown. In contact that is so with panels of order 3, and where the next order has
         more than `FEW` nodes. Without contact the order below is impossible with panels of order 0,
-        and too expensive above `MOST` nodes.
+        and too expensive above the nodes of `BUDGETS`.
     """
     meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
     change = _affordable(meshes, bilateral=solution.kind == "bilateral")
@@ -94,10 +95,14 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
 
 
 def _affordable(meshes: Sequence[SurfaceMesh], *, bilateral: bool) -> int:
-    """Return the change of all orders for another solve: 1, -1, or 0 if none is worth its cost."""
+    """Return the change of all orders for another solve: 1, -1, or 0 if none is worth its cost.
+
+    The order p - 1 costs 0.5 to 0.8 of the first solve. It is tried on meshes that an adaptive
+    solve would make without being asked for an accuracy.
+    """
     if max(map(_next_nodes, meshes)) <= FEW and max(mesh.order.max() for mesh in meshes) < 3:
         return 1
-    small = max(mesh.n_nodes for mesh in meshes) <= MOST
+    small = sum(mesh.n_nodes for mesh in meshes) <= budget_of(len(meshes), asked=False).nodes
     return -1 if not bilateral and small and min(mesh.order.min() for mesh in meshes) >= 1 else 0
 
 

@@ -24,8 +24,8 @@ from ..judge.first_panels import lowest_between
 from ..steps.increment import PreparedProblem
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
-"""Estimated error for each number of rings around the core of a contact, measured on Hertz'
-contact."""
+"""Estimated error for each number of rings around the core of a contact, measured on Hertz' contact
+by scripts/verify_space --only adaptive."""
 FALL = 0.15
 """Largest ratio of the estimate with new rings to the present one. A smaller estimate means that
 the edge is known better."""

@@ -24,26 +24,20 @@ from ...refinement.contact_line import (
     without_specks,
 )
 from ...refinement.levels import SLIP_LADDER, Level, believed
-from ...refinement.marks import GradedOutline, LevelMesh
+from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
 from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
 
-GAIN = 25.0
-"""Largest believed ratio of the errors of two neighbouring levels: that of the first two of
-`REFINEMENT_LEVELS`. A larger ratio is chance."""
 NEGLIGIBLE = 1e-5
 """Displacement of a half-space by friction over the scale of u_t, below which the sign of slip is
 round-off [-]."""
-DENSE_NODES = 2500
-"""Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
-BEYOND = 2.0
-"""σ_t of a start in slip over the largest σ_t: it lies outside the ball of the friction bound
-[-]."""
+
 FIRST_LOOK = 12
-"""Least number of elements on a contact side while its zones are unknown."""
+"""Least number of elements on a contact side while its zones are unknown. With 24 the first two
+meshes of Example 1 differ most where u_t is smooth: the second one is coarser there."""
 
 
 class Slip:
@@ -61,7 +55,7 @@ class Slip:
         Relative differences of u_t between neighbouring meshes [-].
     """
 
-    accuracy, dense_nodes, exhausted = 1e-4, DENSE_NODES, ""
+    accuracy, exhausted = ACCURACY, ""
 
     def __init__(self) -> None:
         self.differences: list[float] = []
@@ -117,9 +111,9 @@ class Slip:
         # only the tangential component has zones, also if all components are unknowns
         direction = np.zeros((problem.system.size, problem.system.k))
         direction[:, 0] = np.concatenate(ways)
-        return float(np.abs(contact.u_t).max()) * direction, -BEYOND * float(
-            np.abs(contact.sigma_t).max()
-        ) * direction
+        # the largest u_t leads out of the ball of the largest σ_t, which is the bound there
+        v, sigma = (float(np.abs(values).max()) for values in (contact.u_t, contact.sigma_t))
+        return v * direction, -sigma * direction
 
     def mark(self, solution: Solution, level: Level) -> bool:
         """Store the transition points of a solution, to which the next mesh is graded."""
@@ -176,7 +170,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
 
     The last difference is the error of the last level but one, hence a safe estimate for the last
     one. Two levels may agree by chance, or because both have the smallest possible elements at a
-    corner. Therefore no level counts as more than GAIN times better than the one before. The
+    corner. Therefore no level counts as more than `most_gain` times better than the one before. The
     estimate is also at least the error at corners. Errors C T_k there cause differences d_k = C
     (T_k - T_(k+1)), which bound C.
 
@@ -189,14 +183,15 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """
     if len(differences) < 2:
         return math.inf
+    most = SLIP_LADDER.most_gain
     least = [
-        max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)
+        max(d, before / most) for d, before in zip(differences, [0.0, *differences], strict=False)
     ]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
     # a difference bounds C only if its two meshes differ at corners
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences, GAIN), left)
+    return max(believed(differences, most), left)
 
 
 def contact_lines(body: GradedOutline, solution: Solution) -> list[ContactLine]:

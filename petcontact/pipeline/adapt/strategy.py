@@ -31,8 +31,6 @@ class Strategy(Protocol):
         Differences of neighbouring meshes, if meshes are compared [-].
     exhausted : str
         Why there is no mesh after the last one, or "".
-    dense_nodes : int
-        Nodes of a body up to which `mat_type = "auto"` stays dense.
     """
 
     wanted: float
@@ -46,8 +44,6 @@ class Strategy(Protocol):
     def accuracy(self) -> float: ...
     @property
     def estimate(self) -> float: ...
-    @property
-    def dense_nodes(self) -> int: ...
 
     def mark(self, solution: Solution, level: Any) -> bool:
         """Estimate the error of a solution, and mark where the next mesh is finer.

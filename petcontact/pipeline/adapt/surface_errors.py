@@ -36,7 +36,8 @@ SECOND = 9.2
 """Error of u_t on linear contact elements over the square of `OF_SLIP` times its tail, all relative
 to u_t [-]. The error falls as h², the tail as h."""
 OTHER_FACES = 0.41
-"""Error of u_t over the error of u on other faces, before it fades with the distance [-]."""
+"""Error of u_t over the error of u on other faces, before it fades with the distance [-]. What
+this factor and those below leave is measured by scripts/verify_space --only blocks."""
 HELD = 0.085
 """Error of u_t over the displacement of a half-space under the tails of tractions on other faces
 [-]. These move the whole contact."""

@@ -20,7 +20,7 @@ from ...model.problem import Body, Problem
 from ...refinement.known_data import gap_edges
 from ...refinement.marks import LevelMesh
 from ...refinement.panels.axes import at_edges, halved, matched, sides
-from ...refinement.panels.marks import FINER, facing, faded, largest, too_large, wider_than
+from ...refinement.panels.marks import LONGER, facing, faded, largest, too_large, wider_than
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
@@ -40,11 +40,6 @@ SHARE = 0.9
 ELSEWHERE = 0.7
 """Share of the estimate from overlaps off the contact from which rings are of no use [-]: half of
 its square."""
-SMALLEST = 12
-"""Largest number of halvings of panels for one mesh where a contact is smaller than a panel."""
-DEEPEST = 4
-"""Largest number of halvings of panels at a rim for one mesh, down to the strip in which errors
-fade out. p may be infinite at a rim, and wider panels do not resolve the strip."""
 
 
 class PanelTails:
@@ -68,7 +63,7 @@ class PanelTails:
         Why there is no next mesh, or "".
     """
 
-    levels, accuracy, dense_nodes = range(40), 2e-2, 0
+    levels, accuracy = range(40), 2e-2
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -265,7 +260,8 @@ class PanelTails:
         """Make the next meshes: panels of the next order, and panels halved along marked
         coordinates.
 
-        Halving is repeated at rims. If the meshes are too expensive, `exhausted` says why.
+        Halving is repeated where `_once_more` says so. If the meshes are too expensive,
+        `exhausted` says why.
         """
         meshes, small = (
             [as_surface(mesh) for mesh in solution.meshes.values()],
@@ -274,14 +270,11 @@ class PanelTails:
         if small:
             within = self._within(meshes, small)
             marked = [mask | more for mask, more in zip(marked, within, strict=True)]
-            most = SMALLEST
         else:
-            meshes, most = (
-                self._raised(meshes, raised),
-                1 if solution.kind == "bilateral" else DEEPEST,
-            )
+            meshes = self._raised(meshes, raised)
         next_meshes, overlaps = list[SurfaceMesh](), TailErrors(solution).overlaps()
-        for _ in range(most):
+        again = True
+        while again:
             finer, parent = self._cut(meshes, marked)
             reason = self._too_much(solution, finer)
             if reason:
@@ -289,8 +282,7 @@ class PanelTails:
             next_meshes = meshes = finer
             marked = [mask[number] for mask, number in zip(marked, parent, strict=True)]
             marked = self._once_more(meshes, marked, small, overlaps)
-            if not any(mask.any() for mask in marked):
-                break
+            again = solution.kind != "bilateral" and any(mask.any() for mask in marked)
         self.exhausted = "" if next_meshes else reason
         self._meshes = [*next_meshes] or self._meshes
 
@@ -303,7 +295,8 @@ class PanelTails:
     ) -> list[Mask]:
         """Return which halves of marked panels are halved again for the same mesh.
 
-        They are at rims, too long for small contacts, or over narrow overlaps.
+        They are at rims, where p may be infinite, and longer than the strip in which errors fade
+        out; too long for small contacts; or over narrow overlaps.
         """
         more = self._within(meshes, small) if small else self._at_rims(meshes, marked)
         return [
@@ -359,9 +352,8 @@ class PanelTails:
                 own, opposite = self._facing(side, meshes)
                 axis = matched(vectors[side.body][own], vectors[b][opposite])
                 length = np.take_along_axis(lengths[b][opposite], axis, axis=1)
-                k, a = np.nonzero(
-                    marked[side.body][own] & (length > FINER * lengths[side.body][own])
-                )
+                halves = 0.5 * lengths[side.body][own]
+                k, a = np.nonzero(marked[side.body][own] & (length > LONGER * halves))
                 marked[b][opposite[k], axis[k, a]] = True
         return marked
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...contact.friction_law import main_direction, signed
 from ...contact.law_protocol import OPEN, SLIP
+from ...contact.laws import STEEP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
@@ -17,7 +18,7 @@ from ...mesh.curve_mesh import as_curve
 from ...model.loaded_body import LoadedBody
 from ...model.loads import NO_LOADS
 from ...model.problem import Body, Problem
-from ...refinement.contact_edges import Edge, merged, zone_at
+from ...refinement.contact_edges import Edge, is_apart, merged, zone_at
 from ...refinement.known_data import SideData, fields
 from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, GradedOutline, LevelMesh
@@ -29,19 +30,13 @@ from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
-from .slip_ladder import DENSE_NODES
 
-ATTEMPTS = 3
-"""Largest number of solves on one level while only few nodes are in contact."""
 FEW = 8
 """Number of closed nodes of a contact below which its edges are determined again on the same
 level."""
 PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side, as for a rigid frictionless punch on
 a half-plane [-]."""
-APART = 3.0
-"""Distance of an edge from a pressing corner, in its smallest elements, below which it is the
-corner."""
 MANY = 12
 """Number of edges before the end of a step, above which only a part of them is kept. The kinks that
 they leave are weak if they are close to each other."""
@@ -52,8 +47,6 @@ that several levels leave out does not show in their differences."""
 FINEST = 1e-6
 """Size of the smallest elements at edges over the thickness of the body [-]. The round-off of
 displacements over this size becomes round-off of p."""
-OUTSIDE = 1e6
-"""Shear of a start over its pressure that exceeds every friction coefficient [-]."""
 
 
 class Tractions:
@@ -69,7 +62,7 @@ class Tractions:
         Relative differences of p and q between neighbouring meshes [-].
     """
 
-    accuracy, dense_nodes, exhausted = 1e-2, DENSE_NODES, ""
+    accuracy, exhausted = 1e-2, ""
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -77,7 +70,7 @@ class Tractions:
         self._problem, self._bodies = problem, dict[int, GradedOutline]()
         self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
-        self._attempt = 0
+        self._closed = 0
         self._sides = {side.name: (side.body, side.part) for side in problem.interfaces}
         outlines = [as_outline(boundary, "--adapt").joined for boundary in problem.boundaries]
         self._pressed = pressed_sides(outlines, problem.interfaces)
@@ -105,7 +98,7 @@ class Tractions:
         ):
             unseen = side.part in edges_on and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
-            edges = [(e.s - start, e.width) for e in edges_on.get(side.part, [])]
+            edges = [replace(e, s=e.s - start) for e in edges_on.get(side.part, [])]
             pressing = *pressed.inner.get(k, []), *pressed.kinks.get(k, [])
             if graded := self._graded(pressing, edges, level, body, side.length):
                 inner[k] = graded
@@ -114,7 +107,7 @@ class Tractions:
     def _graded(
         self,
         pressing: Sequence[float],
-        edges: list[tuple[float, float]],
+        edges: list[Edge],
         level: Level,
         body: GradedOutline,
         length: float,
@@ -130,26 +123,21 @@ class Tractions:
             size = self._size_at(s, edges, level, body)
             if not corners or s - corners[-1][0] > size:
                 corners.append((s, size))
-        inside = [(s, max(level.edge * width, FINEST * body.scale)) for s, width in edges]
-        inside = [
-            (s, size)
-            for s, size in inside
-            if size < s < length - size
-            and all(abs(s - corner) > APART * size for corner, _ in corners)
+        finest, fixed = FINEST * body.scale, [Edge(s, np.inf) for s, _ in corners]
+        sizes = [
+            (edge.s, max(level.edge * edge.width, finest))
+            for edge in edges
+            if is_apart(edge, fixed, level.edge, finest)
         ]
-        return sorted([*corners, *inside])
+        return sorted([*corners, *((s, size) for s, size in sizes if size < s < length - size)])
 
     @staticmethod
-    def _size_at(
-        s: float, edges: list[tuple[float, float]], level: Level, body: GradedOutline
-    ) -> float:
+    def _size_at(s: float, edges: list[Edge], level: Level, body: GradedOutline) -> float:
         """Return the element size at a pressing corner, or at a kink or jump of the gap [length].
 
         It is no larger than at an edge of the contact around the point.
         """
-        widths = [
-            width for position, width in edges if abs(position - s) <= 2.0 * width + body.closest
-        ]
+        widths = [e.width for e in edges if abs(e.s - s) <= 2.0 * e.width + body.closest]
         size = body.corner_size(PUNCH, level.resolved)
         return max(min([size, *(level.edge * width for width in widths)]), FINEST * body.scale)
 
@@ -160,14 +148,14 @@ class Tractions:
     def mark(self, solution: Solution, level: Level) -> bool:
         """Store the edges of a solution, to which the next mesh is graded.
 
-        Return whether the level is solved again since only few nodes are in contact, `ATTEMPTS`
-        times in all. Such solutions are not compared.
+        Return whether the level is solved again: only few nodes are in contact, but more than
+        before. Such solutions are not compared.
         """
-        if self._last and not _few(self._last[-1]):
+        before, self._closed = self._closed, closed_nodes(solution)
+        if before == FEW:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
-        self._attempt = self._attempt + 1 if level is self._level and self._last else 1
-        again = _few(solution) and self._attempt < ATTEMPTS
+        again = before < self._closed < FEW
         self._last, self._level = [solution], level
         if not again:
             self._bodies = {
@@ -192,7 +180,7 @@ class Tractions:
         """Estimated error of the last mesh: the last difference, which is the error of the mesh
         before; of one difference alone twice that, see `CONTACT_LADDER` [-]."""
         if not CONTACT_LADDER.believes(self.differences, self.wanted):
-            return believed(self.differences)
+            return believed(self.differences, CONTACT_LADDER.most_gain)
         return max(2.0 * self.differences[0], self._level.error)
 
     def shown(self) -> dict[str, Any]:
@@ -263,16 +251,14 @@ def edges_of_steps(
     return result
 
 
-def _few(solution: Solution) -> bool:
-    """Return whether a contact has so few closed nodes that its edges are guesses."""
-    pairs = [step.pairs.values() for step in step_ends(solution.steps)]
-    closed = [
-        np.count_nonzero(pair.state != 2)
-        for step in pairs
-        for pair in step
-        if np.any(pair.state == 2)
-    ]
-    return any(0 < count < FEW for count in closed)
+def closed_nodes(solution: Solution) -> int:
+    """Return the least number of closed nodes of a contact that is open elsewhere, at most `FEW`.
+
+    The edges of a contact of fewer nodes are guesses.
+    """
+    states = [pair.state for end in step_ends(solution.steps) for pair in end.pairs.values()]
+    closed = [np.count_nonzero(state != OPEN) for state in states if np.any(state == OPEN)]
+    return min([FEW, *filter(None, closed)])
 
 
 def warm_start(before: Solution, discrete: Discrete) -> Start:
@@ -293,10 +279,11 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
             for values in (state, direction.astype(np.int64))
         )
         slip = np.outer(np.where(state == SLIP, np.where(direction == 0, 1, direction), 0), along)
+        # beyond every coefficient of friction
         columns = (
-            ([slip], [-slip * OUTSIDE])
+            ([slip], [-slip * STEEP**2])
             if interface.held
-            else ([slip, -1.0 * (state == OPEN)], [-slip * OUTSIDE, -1.0 * (state != OPEN)])
+            else ([slip, -1.0 * (state == OPEN)], [-slip * STEEP**2, -1.0 * (state != OPEN)])
         )
         parts.append(tuple(np.column_stack(values) for values in columns))
     v, sigma = (np.concatenate(values).astype(np.float64) for values in zip(*parts, strict=True))

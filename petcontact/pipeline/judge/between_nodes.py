@@ -18,11 +18,11 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
+from ...round_off import HALF
 
 CLOSER = 5
-"""Points along each direction of the grid around the deepest point of an element."""
-ROUNDS = 14
-"""Largest number of such grids, each half as wide as the one before."""
+"""Points along each direction of the grid around the deepest point of an element. Each grid is half
+as wide as the one before, down to what a minimum is known to (`HALF`)."""
 MOVED = 1e-3
 """Assumed approach over the size of the mesh, where no node shows how far bodies approach [-]."""
 GapAt = Callable[[Index, Array, Array, Array], Array]
@@ -108,7 +108,7 @@ class Sampling:
             return 0.0, position
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
         worst, reach = 0.0, 1.0 / (self.across - 1)
-        for _ in range(ROUNDS):
+        while reach > HALF:
             best, deepest = over.argmax(axis=1), over.max(axis=1)
             least = np.where(np.isfinite(over) & adjacent[best], over, np.inf).min(axis=1)
             k = int(deepest.argmax())

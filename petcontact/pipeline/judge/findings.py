@@ -93,7 +93,9 @@ KINDS = {
     "friction coefficient": Kind("warning", 2.0),
     "closed gap": Kind("warning"),
     "empty step": Kind("warning"),
-    "known data": Kind("warning"),
+    # share of given data between the nodes; constant elements miss 16 % of a sine at ten elements
+    # a period
+    "known data": Kind("warning", 0.25),
     # estimated error
     "accuracy": Kind("warning", 0.1),
     "meshes": Kind("warning"),

@@ -26,8 +26,6 @@ from .findings import new_finding
 
 EXPLAINED = 0.1
 """Share of an overlap by which a panel is off the surface if that explains the overlap [-]."""
-DEEP = 2.0
-"""Gap beyond the smallest one, over the overlap, up to which surfaces may overlap, too [-]."""
 
 
 def missed_curves(
@@ -128,7 +126,7 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
             failed.pairs[side.name].gap,
         )
         lowest = lowest_between(element, gap, meshes[side.body].n_elements)
-        near = failed.pairs[side.name].x[lowest[element] <= gap.min() + DEEP * depth]
+        near = failed.pairs[side.name].x[lowest[element] <= gap.min()]
         for b, part in side.ends:
             if surface := _curved(problem, b):
                 on_part = meshes[b].part == meshes[b].part_names.index(part)

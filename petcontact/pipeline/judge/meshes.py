@@ -12,6 +12,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
 from ...model.problem import Problem
 from ...results.report import Finding
+from ...round_off import WRITTEN
 from .findings import limit_of, new_finding
 from .thickness import SHARE, slenderness
 
@@ -24,9 +25,6 @@ STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
 """Size over thickness from which bending is wrong by a tenth, for orders 0 to 5 [-]; a warning. A
 cantilever of length 20 and thickness 1 bends by 0.912, 0.906, 0.908 and 0.920 of the truth with
 orders 2 to 5 and sizes of 1.7, 2.5, 3.3 and 4."""
-PLANE = 0.05
-"""Height of a panel over its chord, as a share of its size, up to which it is taken as plane
-[-]."""
 
 
 def too_long_to_bend(mesh: BoundaryMesh) -> Mask:
@@ -91,7 +89,7 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[Finding]:
     ]
     # plane panels with curved sides keep their digits: with a ratio of 3.9 p changes by 4e-10 at
     # quadrature_tol = 1e-11; on rings of panels on balls it changes by 1e-10 with a ratio of 2.7
-    plane = (np.abs(panels.box[:, :, 2]).max(axis=1) < PLANE for panels in curved)
+    plane = (np.abs(panels.box[:, :, 2]).max(axis=1) < WRITTEN for panels in curved)
     ratio = np.concatenate(
         [
             np.empty(0),

@@ -26,13 +26,11 @@ from ...refinement.panels.marks import element_sizes, faded
 from ...results.records import PairResult
 from ...round_off import TINY
 from ..pose.load_states import given_values, known_function
+from .findings import limit_of
 
 BINS = 8
 """Strips of an element along each coordinate, in which the remainder is averaged across."""
 BOUNDS = "friction_bound", "friction_coefficient"
-LARGE = 0.25
-"""Share of given data between the nodes above which there is a warning [-]. Constant elements miss
-16 % of a sine at ten elements a period."""
 
 
 def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
@@ -62,7 +60,7 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
         f"body {problem.body[number].name!r}: its mesh misses {share:.0%} of the {quantity} on "
         f"{part}, which varies within elements; use smaller elements there"
         for (number, quantity, part), share in shares.items()
-        if share > LARGE
+        if share > limit_of("known data")
     ]
 
 

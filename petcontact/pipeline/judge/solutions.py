@@ -20,9 +20,6 @@ from .findings import limit_of, new_finding
 from .suspicious import suspicious
 from .warnings import unusual
 
-NEXT = 2.0
-"""Gaps over the gap that contact closes, up to which the `sag` of faces is judged [-]."""
-
 
 def findings_of(problem: PreparedProblem, solution: Solution) -> list[Finding]:
     """Return all findings of a solve that ended; what several increments share is listed once."""
@@ -69,7 +66,7 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[Finding
         ]
         # without contact, the height of the facets is compared with the smallest gap
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
-        near = interface.gap <= NEXT * approach
+        near = interface.gap <= approach
         sag = 0.0 if interface.sag is None else float(interface.sag[near].max(initial=0.0))
         if sag > limit_of("sag") * approach:
             text = (

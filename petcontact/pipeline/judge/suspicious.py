@@ -14,10 +14,7 @@ from ...results.solution import Solution
 from ...round_off import SOLVED
 from ..pose.discretise import Discrete
 from .findings import limit_of, new_finding
-
-USUAL = 0.95
-"""Share of a boundary whose strain is judged. The rest may be singular corners, whose strain has no
-bound."""
+from .thickness import SHARE
 
 
 def suspicious(discrete: Discrete, solution: Solution) -> list[Finding]:
@@ -55,9 +52,12 @@ def _strains(solution: Solution) -> list[Finding]:
 
 
 def _usual(values: Array, weight: Array) -> float:
-    """Return the value below which the share `USUAL` of the boundary lies."""
+    """Return the value that only the share `SHARE` of the boundary exceeds.
+
+    The rest may be singular corners, whose strain has no bound.
+    """
     order = np.argsort(values)
-    row = int(np.searchsorted(np.cumsum(weight[order]), USUAL * float(weight.sum())))
+    row = int(np.searchsorted(np.cumsum(weight[order]), (1.0 - SHARE) * float(weight.sum())))
     return float(values[order[min(row, len(order) - 1)]])
 
 

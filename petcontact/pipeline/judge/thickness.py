@@ -14,8 +14,8 @@ ASIDE = 0.75
 """Largest distance of an opposite node from the normal line through the centre, in element
 sizes."""
 SHARE = 0.1
-"""Share of the boundary that too large elements may have: next to acute corners there always are
-some."""
+"""Share of the boundary next to corners, which judgements of a body leave out: next to acute ones
+elements always are too large, and next to singular ones strains have no bound."""
 BENDING = 5e-3
 """Relative error of forces and pressure over (size / thickness)². Spherical shells of order 1 with
 a thickness of 0.2 and 0.15 radii, pressed on a plane, were 0.8 and 1.8 % too stiff at ratios of 1.4

@@ -15,15 +15,10 @@ from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
+from ...refinement.panels.marks import LONGER
 from ...results.report import Finding
-from ...round_off import WRITTEN
+from ...round_off import SINGLE, WRITTEN
 from ..judge.findings import new_finding
-
-CURVED = 0.1
-"""Change of the unit normals over a part, above which it is curved [-]."""
-
-FINER = 0.9
-"""Size of the secondary's elements over those of the primary, below which they are finer [-]."""
 
 
 def facing_of(side: PosedInterface, meshes: list[BoundaryMesh]) -> Facing | None:
@@ -67,7 +62,7 @@ def mismatch(side: PosedInterface, facing: Facing | None) -> list[Finding]:
         "elements of the two sides do not match: forces pass exactly, the pressure is about twice "
         "as far off as on elements that do"
     )
-    finer = facing.sizes[0] < FINER * facing.sizes[1]
+    finer = LONGER * facing.sizes[0] < facing.sizes[1]
     advice = "the coarser side is the better secondary" if finer else ""
     if facing.ends_within:
         text += (
@@ -98,7 +93,7 @@ def contact_interface(
             along(side.direction, mesh.smooth_normal[nodes]).copy(),
             np.ones(len(nodes), dtype=bool),
         )
-        bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > CURVED
+        bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > SINGLE
         if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
             text = "no gap is given, so that the obstacle fits the curved face as a cup does"
             advice = "give the gap to a flat or another one as an expression"

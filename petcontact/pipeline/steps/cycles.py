@@ -16,11 +16,12 @@ from ...contact.friction_law import contact_norm
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult, WearHistory
+from ...round_off import TINY
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .wear import Earlier, Tried, with_wear, worn
 
-GROWTH, SHRINK = 2.0, 0.25
-"""Largest and smallest ratio of a jump to the one before it."""
+GROWTH = 2.0
+"""Largest ratio of a jump to the one before it."""
 AIM = 0.8
 """Change of p that a jump aims at, over the tolerance."""
 GONE = 1e-2
@@ -68,9 +69,9 @@ def later_cycles(
         change = _change(problem, rows, row) / cycle.tolerance
         if cycle.jump == "auto":
             if change > 1.0 and jump > 1:
-                size = max(1, int(jump * max(SHRINK, AIM / change)))
+                size = max(1, int(jump * AIM / change))
                 continue
-            size = max(1, int(jump * min(GROWTH, max(SHRINK, AIM / max(change, 1e-300)))))
+            size = max(1, int(jump * min(GROWTH, AIM / max(change, TINY))))
         else:
             size = cycle.jump
         state, earlier, passed = tried[-1][2], following, tried

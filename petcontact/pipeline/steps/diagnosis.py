@@ -9,6 +9,7 @@ from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
 from ...contact.state import ContactState
 from ...results.report import Finding
+from ...round_off import WRITTEN
 from ..judge.findings import new_finding
 from .hulls import forces_at_corners
 from .increment import Increment, amplitudes
@@ -26,9 +27,6 @@ MOTIONS = {
 FAR_OFF = 1e3
 """Rigid motion over the displacement that loads and tractions cause, above which a body is not held
 [-]."""
-LOOSE = 1e-9
-"""Resistance of contact to a motion, over that to the motion it resists most, up to which it does
-not resist [-]."""
 
 
 def is_unbalanced(increment: Increment) -> bool:
@@ -87,15 +85,16 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[Fin
     followed = modes.motion / modes.size @ modes.basis @ modes.basis.T
     resisted = np.einsum("iab,ibr->iar", derivative, followed).reshape(-1, len(modes.load))
     values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
+    # relative to the motion that contact resists most
     values = np.append(values, np.zeros(len(vectors) - len(values))) / max(
         1.0, values.max(initial=0.0)
     )
-    if not (values <= LOOSE).any():
+    if not (values <= WRITTEN).any():
         return []
-    text = f"nothing holds {_named(increment, vectors[values <= LOOSE])}"
+    text = f"nothing holds {_named(increment, vectors[values <= WRITTEN])}"
     where = f"step {increment.step.name or increment.number!r}"
     advice = "the smallest was chosen, and no stress depends on it"
-    return [new_finding("loose motion", text, where, advice=advice, limit=LOOSE)]
+    return [new_finding("loose motion", text, where, advice=advice, limit=WRITTEN)]
 
 
 def _named(increment: Increment, loose: Array) -> str:

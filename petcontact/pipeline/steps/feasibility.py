@@ -17,10 +17,7 @@ from ..pose.discretise import Discrete
 from ..pose.load_states import later_data
 from .diagnosis import is_unbalanced, unheld
 from .increment import Increment, PreparedProblem
-from .load_steps import whole_step
-
-FINEST = 1e-3
-"""To which the share of a load is found that can be held."""
+from .load_steps import LEAST, whole_step
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:
@@ -69,7 +66,7 @@ def held_share(step: Increment) -> float:
     """The largest share of a step whose loads contact can hold, within 1e-3: what it can hold is
     convex."""
     low, high = 0.0, 1.0
-    while high - low > FINEST:
+    while high - low > LEAST:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if is_unbalanced(step.ending_at(middle)) else (middle, high)
     return low

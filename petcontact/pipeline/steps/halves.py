@@ -7,14 +7,15 @@ import numpy as np
 
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
-from ...results.evaluated import LEAST_SLIP
 from ...round_off import SOLVED
 from .increment import Increment, Monitor
 from .wear import Tried, with_wear
 
 PATH_ERROR = 1e-3
 """Largest change of σ and of w when an increment is halved, relative to their largest values in the
-step so far."""
+step so far. A slip is compared with at least this share of what the tractions displace, which is
+not known better than they are. What that leaves at the end of a step is measured by
+scripts/verify_paths."""
 ENERGY_ERROR = 1e-2
 """Largest change of the dissipated energy when an increment is halved, relative to that energy or
 to the work of all tractions on the slip, whichever is larger."""
@@ -99,8 +100,7 @@ class Halves:
         system = whole[0].problem.system
         weight, (coarse_sigma, sigma) = system.weight, (whole[1].sigma, second[1].sigma)
         self._tractions = max(self._tractions, contact_norm(sigma, weight))
-        # where nothing slips w is round-off of what the tractions move
-        moved = LEAST_SLIP * contact_norm(system.operator.apply(sigma), weight)
+        moved = PATH_ERROR * contact_norm(system.operator.apply(sigma), weight)
         self._slip = max(self._slip, contact_norm(second[2].slip, weight), moved)
         law = whole[0].problem.discrete.law
         once, *twice = (

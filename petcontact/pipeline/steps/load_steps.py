@@ -30,12 +30,11 @@ from .wear import Tried, with_wear
 LOOKED_AT_FIRST = 1500
 """Largest number of contact nodes for which the linear program of equilibrium costs less than a
 solve. It is then solved first, else only after a failure. A joint solve always costs more."""
-SHOWN = 0.2
-"""Largest estimated error of a solution whose increments are used again on a finer mesh."""
 ROOM = 0.3
 """Path error, over the one allowed, up to which "auto" takes an increment twice as large next."""
 LEAST = 1e-3
-"""Smallest share of a step before contact begins that becomes an increment of its own."""
+"""Smallest share of a step that is told apart: before contact begins it becomes an increment of its
+own, and what can be held of a load is known to it."""
 TOGETHER = 8
 """Number of increments whose boundary fields are computed in one product. Those that follow an
 increment that is not accepted are solved in vain."""
@@ -253,19 +252,15 @@ def _first_share(step: Step) -> float:
     return 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
 
 
-def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:
-    """Return the load factors at which the increments of "auto" ended, by number of the step.
-
-    There are none where the error of the solution is too large to trust them on another mesh.
-    """
-    steps = solution.problem.step if estimate <= SHOWN else ()
+def known_factors(solution: Solution) -> dict[int, list[float]]:
+    """Return the load factors at which the increments of "auto" ended, by number of the step."""
     return {
         number: [
             result.load_factor
             for result in solution.steps
             if result.step == number and result.cycle <= 1
         ]
-        for number, step in enumerate(steps, 1)
+        for number, step in enumerate(solution.problem.step, 1)
         if step.increments == "auto"
     }
 

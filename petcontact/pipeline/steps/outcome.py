@@ -66,21 +66,14 @@ def _step_result(
     checked: bool,
 ) -> StepResult:
     problem = increment.problem
-    discrete, system, d = problem.discrete, problem.system, problem.system.components
-    posed, shares = discrete.problem, increment.shares
-    bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    moved = [float(np.abs(u).max(initial=0.0)) for u, _ in fields]
-    for b, (body, (u, traction)) in enumerate(zip(system.bodies, fields, strict=True)):
-        bodies[posed.body[b].name] = BodyResult(u, traction)
-        limit = max(limit, BLOCKS * body.tolerance)
-        # bodies that are solved jointly share one accuracy: the residual of a body that hardly
-        # moves compared with the others means nothing
-        still = body.is_solved_jointly and body.displaced(u, traction) < HALF * max(moved)
-        if checked and not still:
-            alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
-            elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
-            if discrete.boundaries[b].closed:
-                unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
+    discrete, system = problem.discrete, problem.system
+    posed = zip(discrete.problem.body, fields, strict=True)
+    bodies = {body.name: BodyResult(*of_body) for body, of_body in posed}
+    moved = [float(np.abs(body.u).max(initial=0.0)) for body in bodies.values()]
+    elastic, unbalanced = (
+        _elastic_residuals(increment, outcome, after, fields, moved) if checked else (0.0, 0.0)
+    )
+    limit = max([ELASTIC_LIMIT, *(BLOCKS * body.tolerance for body in system.bodies)])
     tangential, *normal = natural_residuals(
         discrete.law, increment.system, outcome.v, outcome.sigma, system.slices
     )
@@ -115,15 +108,6 @@ def _step_result(
         else _solved_findings(increment, outcome, pairs, bodies, residuals, overlap)
     )
     status, reason = judged(findings, outcome.reason)
-    obstacles = {
-        o.name: ObstacleResult(
-            after.positions[k, :d],
-            axial(after.positions[k, d:]),
-            after.loads[k, :d],
-            axial(after.loads[k, d:]),
-        )
-        for k, o in enumerate(posed.obstacle)
-    }
     rest = contact_norm(
         law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight
     )
@@ -137,7 +121,7 @@ def _step_result(
         residuals,
         pairs,
         bodies,
-        obstacles,
+        _obstacles(increment, after),
         after.alpha,
         float(np.max(outcome.rho)),
         rest,
@@ -146,6 +130,41 @@ def _step_result(
         increment.origin,
         tuple(findings),
     )
+
+
+def _elastic_residuals(
+    increment: Increment,
+    outcome: ContactState,
+    after: IncrementState,
+    fields: Fields,
+    moved: Sequence[float],
+) -> tuple[float, float]:
+    """Return the largest residual of the integral equations, and the largest imbalance [-].
+
+    Bodies that are solved jointly share one accuracy: the residual of a body that hardly moves
+    compared with the others means nothing, and is left out. `moved` is the largest displacement of
+    each body [length].
+    """
+    discrete, system = increment.problem.discrete, increment.problem.system
+    elastic = unbalanced = 0.0
+    for b, (body, (u, traction)) in enumerate(zip(system.bodies, fields, strict=True)):
+        if body.is_solved_jointly and body.displaced(u, traction) < HALF * max(moved):
+            continue
+        alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
+        acting = body, increment.shares, u, traction, sigma, alpha
+        elastic = max(elastic, body.residual(*acting[1:]))
+        if discrete.boundaries[b].closed:
+            unbalanced = max(unbalanced, imbalance(*acting))
+    return elastic, unbalanced
+
+
+def _obstacles(increment: Increment, after: IncrementState) -> dict[str, ObstacleResult]:
+    """Return positions and loads of the obstacles by their names."""
+    d, obstacles = increment.problem.system.components, increment.problem.discrete.problem.obstacle
+    return {
+        obstacle.name: ObstacleResult(position[:d], axial(position[d:]), load[:d], axial(load[d:]))
+        for obstacle, position, load in zip(obstacles, after.positions, after.loads, strict=True)
+    }
 
 
 def _findings(
@@ -267,61 +286,65 @@ def _pairs(
     after: IncrementState,
     bodies: dict[str, BodyResult],
 ) -> dict[str, PairResult]:
-    discrete, system = increment.problem.discrete, increment.problem.system
-    names, d, states = (
-        [body.name for body in discrete.problem.body],
-        system.components,
-        outcome.states,
-    )
-    pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
-    spent, error = dissipation(
-        discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound
-    )
-    problem = increment.problem
-    parts = zip(
-        system.slices,
-        system.interfaces,
-        discrete.sides,
-        problem.contact_nodes,
-        problem.errors,
-        strict=True,
-    )
-    for where, face, side, (x, weight, arc_length), errors in parts:
-        sigma, v = outcome.sigma[where], outcome.v[where]
-        sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
-        if face.held:
-            at_nodes = bodies[names[side.body]].traction[face.nodes]
-            sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.across), np.zeros(len(x))
-        else:
-            sigma_n, open_by = sigma[:, -1], -v[:, -1]
-        pressure = 0.0 - sigma_n
-        gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
-        traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.across
-        given, turned = _on_primary(increment, face, traction)
-        wears, share = side.law.wear_coefficient is not None, side.law.wear_share
-        pairs[face.name] = PairResult(
-            x,
-            face.normal,
-            face.tangent,
-            weight,
-            arc_length,
-            pressure,
-            sigma_t,
-            bound[where],
-            gap,
-            moved + increment.before.slip[where],
-            moved,
-            states[where],
-            weight @ traction,
-            system.motions.moment(x, weight[:, None] * traction),
-            float(weight @ spent[where]),
-            float(weight @ error[where]),
-            given,
-            turned,
-            after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            functools.partial(errors, pressure, sigma_t, states[where]),
-        )
+    """Return the results of all interfaces by their names."""
+    problem, names = increment.problem, list(bodies)
+    law, system = problem.discrete.law, problem.system
+    bound = friction_bound(law, outcome.sigma)
+    slips = outcome.v[:, : system.components - 1]
+    energy = dissipation(law, increment.before.sigma, outcome.sigma, slips, bound)
+    pairs = {}
+    for number, (where, face) in enumerate(zip(system.slices, system.interfaces, strict=True)):
+        of_nodes = np.column_stack([bound, *energy])[where]
+        traction = bodies[names[face.body]].traction[face.nodes]
+        pairs[face.name] = _pair(increment, outcome, after, number, of_nodes, traction)
     return pairs
+
+
+def _pair(
+    increment: Increment,
+    outcome: ContactState,
+    after: IncrementState,
+    number: int,
+    of_nodes: Array,
+    traction: Array,
+) -> PairResult:
+    """Return the result of one interface.
+
+    `of_nodes` (m, 3) are the bound of friction, the dissipated energy and its error at its nodes;
+    `traction` (m, d) is that of the secondary there.
+    """
+    problem, system = increment.problem, increment.problem.system
+    where, face, d = system.slices[number], system.interfaces[number], system.components
+    (x, weight, arc_length), law = problem.contact_nodes[number], problem.discrete.sides[number].law
+    sigma, v, states = outcome.sigma[where], outcome.v[where], outcome.states[where]
+    sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
+    if face.held:
+        sigma_n, open_by = np.einsum("mc,mc->m", traction, face.across), np.zeros(len(x))
+    else:
+        sigma_n, open_by = sigma[:, -1], -v[:, -1]
+    pressure = 0.0 - sigma_n
+    traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.across
+    shares = None if law.wear_coefficient is None else [law.wear_share, 1.0 - law.wear_share]
+    return PairResult(
+        x,
+        face.normal,
+        face.tangent,
+        weight,
+        arc_length,
+        pressure,
+        sigma_t,
+        of_nodes[:, 0],
+        np.where(np.isfinite(face.gap), open_by + 0.0, np.inf),
+        moved + increment.before.slip[where],
+        moved,
+        states,
+        weight @ traction,
+        system.motions.moment(x, weight[:, None] * traction),
+        *(weight @ of_nodes[:, 1:]).tolist(),
+        *_on_primary(increment, face, traction),
+        None if shares is None else after.worn[where, None] * shares,
+        functools.partial(problem.errors[number], pressure, sigma_t, states),
+    )
 
 
 def _on_primary(

@@ -24,13 +24,10 @@ from ...runtime.petsc import options
 from ...runtime.signals import BrokenOff
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
-from .halves import touching
+from .halves import PATH_ERROR, touching
 from .increment import PreparedProblem
 from .load_steps import increments, state_after, whole_step
 
-CARRIES = 1e-3
-"""Least ratio of shear to pressure, in L2, at which the error of the path is estimated. A tenth of
-this shear is less than any accuracy that is asked of a mesh."""
 MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
@@ -106,7 +103,8 @@ def _first_that_matters(problem: PreparedProblem, solution: Solution) -> int | N
         slides = np.where(np.isinf(whole), 0.0, system.weight)
         q, p = (contact_norm(part, slides) for part in (sigma[:, :-1], sigma[:, -1:]))
         grows = end.step > 1 or gap[sigma.any(axis=1)].any() or (half != 0.5 * whole).any()
-        if wears or (grows and q > CARRIES * p):
+        # a smaller shear, relative to p in L2, is less than its own error may be
+        if wears or (grows and q > PATH_ERROR * p):
             return end.step
     return None
 

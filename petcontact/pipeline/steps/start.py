@@ -25,9 +25,6 @@ from ...results.solution import Solution, read_result
 from .cycles import Row, rows_of
 from .increment import PreparedProblem
 
-NEAREST = 4
-"""Nodes of an old surface mesh between which values are interpolated, by the inverse square of
-their distance."""
 NAMES = ("zero", "frictionless")
 ELSEWHERE = {
     "title",
@@ -234,11 +231,9 @@ def _read(file: str, name: str) -> Solution:
 @functools.singledispatch
 def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
     """From which nodes of a pair values at some nodes of another mesh come, and their shares, (m,
-    k) each: the nearest."""
-    near = min(NEAREST, len(old.x))
-    distance, nearest = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
-    share = 1.0 / np.maximum(distance, 1e-12 * np.ptp(old.x)) ** 2
-    return nearest, share / share.sum(axis=1, keepdims=True)
+    k) each: the nearest one, for each starts in one state."""
+    nearest = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=[1])[1]
+    return nearest, np.ones(nearest.shape)
 
 
 @_interpolation.register

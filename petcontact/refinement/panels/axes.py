@@ -63,12 +63,16 @@ def halved(mesh: SurfaceMesh, marked: Mask, square: Array) -> Mask:
     Both are halved unless the tail along one of them is small. `square` are the values of
     `directions`. No panel gets too narrow.
     """
+    along = (square > SLIGHT * square.max(axis=1, keepdims=True)) | too_narrow(mesh)
+    return np.asarray((along | ~along.any(axis=1, keepdims=True)) & marked[:, None])
+
+
+def too_narrow(mesh: SurfaceMesh) -> Mask:
+    """Return along which coordinates panels are halved, too, where they are halved across, so that
+    none gets too narrow, (n_elements, 2)."""
     length = np.linalg.norm(sides(mesh), axis=2)
     narrow = np.where(mesh.kind & CURVED > 0, NARROWEST[True], NARROWEST[False])[:, None]
-    along = (square > SLIGHT * square.max(axis=1, keepdims=True)) | (
-        length > 0.75 * narrow * length[:, ::-1]
-    )
-    return np.asarray((along | ~along.any(axis=1, keepdims=True)) & marked[:, None])
+    return np.asarray(length > 0.75 * narrow * length[:, ::-1])
 
 
 def matched(sides: Array, others: Array) -> Index:

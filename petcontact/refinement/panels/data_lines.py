@@ -17,8 +17,8 @@ from ...mesh.pairs.common_breakpoints import with_joints
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.expressions import Value, evaluate
 from ...model.problem import Body
-from ..expression_features import degree, kinks, uniform
-from ..known_data import JUMP, gap_edges, given_data
+from ..expression_features import SMOOTH, degree, kinks, uniform
+from ..known_data import gap_edges, given_data
 
 ALONG = 128
 """Number of points along an edge of a gap. They are closer than half of the strip beside it in
@@ -87,7 +87,7 @@ def _(box: BoxSurface, part: str, gap: Value) -> list[Array]:
     names = [
         _variables(box, part, k, shares, np.full(ALONG, fraction))
         for k in ((0, 1) if varies else ())
-        for fraction in _across(gap, box, part, k, JUMP)
+        for fraction in _across(gap, box, part, k, -SMOOTH)
     ]
     return [np.column_stack([each[key] for key in "xyz"]) for each in names]
 
@@ -96,7 +96,7 @@ def _across(value: Value, box: BoxSurface, part: str, axis: int, below: float = 
     """Return the fractions of an axis of a face with a kink on at least two lines along it.
 
     The powers of these kinks, see `kinks`, are below the given one; jumps have powers below
-    `JUMP`.
+    -`SMOOTH`.
     """
     shares = uniform()
     far = float(np.abs([box.lower, box.upper]).max() / (box.upper - box.lower).min())

@@ -23,10 +23,8 @@ from ..singular_points import kinds_of
 
 TOGETHER = 0.02
 """Distance of the middle of a panel's side from another side up to which both are one edge, over
-the length of the shorter one and the width of the narrower panel [-]."""
-INWARD = 0.02
-"""Step from the middle of a side towards the centre of its panel, which gives the inward direction
-[-]."""
+the length of the shorter one and the width of the narrower panel [-]. A step of this share from the
+middle towards the centre of the panel gives the inward direction."""
 SMOOTH = math.radians(15.0)
 """Angle between panels with equal conditions up to which they may be pieces of one curved surface
 [rad]."""
@@ -93,11 +91,13 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     panel, start, end = faces.rims()
     middle = 0.5 * (start + end)
     (a, _), (b, _), (x, normal) = (faces.at(panel, points) for points in (start, end, middle))
-    inside = faces.at(panel, middle + INWARD * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
+    inside = (
+        faces.at(panel, middle + TOGETHER * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
+    )
     length = np.linalg.norm(b - a, axis=1)
     j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
-    width = np.minimum(length, 2.0 / INWARD * np.linalg.norm(inside, axis=1))
+    width = np.minimum(length, 2.0 / TOGETHER * np.linalg.norm(inside, axis=1))
     near = np.minimum(
         _distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])
     ) < TOGETHER * np.minimum(width[i], width[j])

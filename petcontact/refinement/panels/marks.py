@@ -19,8 +19,8 @@ from .axes import matched, sides
 GROWTH = 2.0
 """Largest size of a panel, less its distance from the contact, over the size of the nearest panel
 there."""
-FINER = 0.6
-"""Size of a panel over that of an opposite one from which both count as equally large [-]."""
+LONGER = 1.2
+"""Length of a panel over that of an opposite one up to which both count as equally long [-]."""
 TIED = 0.8
 """Squared error of an element over that of another from which both are treated equally [-]."""
 

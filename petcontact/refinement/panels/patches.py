@@ -15,29 +15,20 @@ from ...geometry.quadratic import QuadraticCells, samples
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.pairs.clipping import cross
 from ...mesh.surface_mesh import SurfaceMesh
+from ...round_off import least_pieces
 from .axes import sides
 from .hanging import numbered
 from .quartering import cut, parents
 from .zone import ContactEllipse
 
-PATCH, LEFT = 1.5, 0.5
-"""`PATCH` is half the side of the rectangle with rings over the reach of the zone [-]. `LEFT` is
-the least distance of the rectangle from the rim of the face, over the same reach."""
 CLEAR = 1.1
 """Least distance of the rim of a patch from the centre over that of the edge [-]."""
 AROUND = (1.25, 1.5, 2.0)
 """Distances from the centre over that of the edge [-]. Panels within one of them may be a patch;
-the first one with a good rim is taken."""
-WIDEST, NARROWEST = 2.6, 0.12
-"""Largest and least angle of a side of a good rim, seen from the centre [rad]."""
-UNEVEN = 4.0
-"""Ratio of the largest to the least distance of the points of a good rim, at most [-]."""
+the first one with a good rim is taken. The rectangle on a face of a box has half sides of the
+second one, and reaches to the rim of the face where this is nearer than the third."""
 MOST = 40
 """Largest number of panels around a zone, and of sectors of a rim."""
-WIDE = 1.6
-"""Largest angle of a panel between the sides of a rim over that of a sector [-]."""
-SLACK = 1e-3
-"""Share of a sector by which the sectors may fall short of a full turn [-]."""
 
 
 @dataclass(frozen=True)
@@ -115,8 +106,8 @@ def _rectangle(
     uv = [(axis + 1) % 3, (axis + 2) % 3][:: 1 if normal[axis] > 0.0 else -1]
     centre = zone.centre[uv]
     reach, face = np.linalg.norm(zone.axes[uv], axis=1), np.stack([low[uv], high[uv]])
-    far = np.abs(face - centre) < (PATCH + LEFT) * reach
-    patch = np.where(far, face, centre + np.outer([-1.0, 1.0], PATCH * reach))
+    far = np.abs(face - centre) < AROUND[2] * reach
+    patch = np.where(far, face, centre + np.outer([-1.0, 1.0], AROUND[1] * reach))
 
     def placed(points: Array) -> Array:
         result = np.full((*points.shape[:-1], 3), low[axis])
@@ -145,7 +136,7 @@ def _equal_angles(
     seen = zone.facing(corners).local(corners)
     angle = np.unwrap(np.angle(np.append(seen, seen[:1], axis=0) @ [1.0, 1.0j]))
     span = np.diff(angle)
-    if not np.all((span > 0.0) & (span < np.pi)) or not np.isclose(span.sum(), 2.0 * np.pi):
+    if not _goes_round(span):
         return None, (0, 0)
     half = _half(sector)
     across = span[0] + span[2]
@@ -160,9 +151,15 @@ def _equal_angles(
     return np.concatenate(points), (count[0], count[1])
 
 
+def _goes_round(span: Array) -> bool:
+    """Return whether the sides of a rim, seen at these angles [rad], go round the centre once."""
+    once = np.isclose(span.sum(), 2.0 * np.pi)
+    return bool(once and np.all((span > 0.0) & (span < np.pi)))
+
+
 def _half(sector: float) -> int:
     """Return half the number of sectors of a full turn, each of about the given angle at most."""
-    return max(2, math.ceil(np.pi / sector - SLACK))
+    return max(2, int(least_pieces(np.pi / sector)))
 
 
 def _corners(rectangles: Array) -> Array:
@@ -308,10 +305,11 @@ def _rim(
         return None
     zone = zone.facing(loop[0])
     span = np.diff(_angles(zone, loop[0]))
-    if not np.all((span > NARROWEST) & (span < WIDEST)) or not np.isclose(span.sum(), 2.0 * np.pi):
+    if not _goes_round(span):
         return None
+    # halves of a piece that is wider than this are nearer to a sector
     pieces = np.ones(len(span), dtype=int)
-    while pieces.sum() < 2 * _half(sector) or (span / pieces).max() > WIDE * sector:
+    while pieces.sum() < 2 * _half(sector) or (span / pieces).max() > math.sqrt(2.0) * sector:
         pieces[(span / pieces).argmax()] *= 2
     if pieces.sum() % 2:  # opposite sides of the inner grid have equal counts
         pieces[np.where(pieces == 1, span, 0.0).argmax()] = 2
@@ -325,7 +323,7 @@ def _rim(
         + t * (2.0 * t - 1.0) * stop
     )
     reach = np.linalg.norm(zone.local(rim), axis=1)
-    if reach.min() < CLEAR or reach.max() > UNEVEN * reach.min():
+    if reach.min() < CLEAR:
         return None
     counts = len(rim) // 8, len(rim) // 4 - len(rim) // 8
     # choose the corners of the inner grid as far from one another as possible

@@ -21,13 +21,12 @@ from .zone import ContactEllipse
 
 CORE, SHRINK = 0.5, 0.4
 """`CORE` is the radius of the core over that of the zone [-]. `SHRINK` is the distance of a ring's
-outer side from the edge over that of its inner side."""
+outer side from the edge over that of its inner side, and the width of a ring outside of the zone
+over that of the next outer one."""
 SECTOR, LONG = np.pi / 6.0, 5.0
 """`SECTOR` is about the angle of a panel [rad], `LONG` the largest ratio of length to width at the
 edge. On longer panels of order 2 single nodes at the edge were closed, and others open. p was wrong
 by 8 % with three rings of 12 panels, and by 0.1 % with rings of 16."""
-GROWTH = 2.5
-"""Width of a ring outside of the zone over that of the next inner one [-]."""
 NARROW = 0.02 * np.arange(-2.0, 3.0)
 """Distances of the ends of rings of order 1 from the edge of a stick zone, over the radius of the
 contact [-]. One ring of order 2 lies between them and the core; a second one made no estimate
@@ -144,9 +143,10 @@ def _inside(
 def _widths(lines: Array, reach: Array) -> Array:
     """Return the ends (n,) of rings between the edge and a rim, over their distance [-]."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
-    steps = np.log1p((reach.max() - 1.0) * (GROWTH - 1.0) / (2.0 * narrow)) / np.log(GROWTH)
+    growth = 1.0 / SHRINK
+    steps = np.log1p((reach.max() - 1.0) * (growth - 1.0) / (2.0 * narrow)) / np.log(growth)
     number = max(1, int(steps))
-    return (GROWTH ** np.arange(number + 1) - 1.0) / (GROWTH**number - 1.0)
+    return (growth ** np.arange(number + 1) - 1.0) / (growth**number - 1.0)
 
 
 def _outside(patch: Patch, edge: Array, share: Array) -> Array:

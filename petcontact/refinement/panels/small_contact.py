@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...mesh.surface_mesh import CURVED, SurfaceMesh
-from .axes import NARROWEST, sides
+from ...mesh.surface_mesh import SurfaceMesh
+from .axes import sides, too_narrow
 
 NEIGHBOURS = 24
 """Number of nodes to whose gaps a parabola is fitted."""
@@ -66,8 +66,7 @@ class SmallContact:
         )
         along = np.einsum("ekd,ad->eka", vectors, self.axes / self.half[:, None])
         wide = np.linalg.norm(along, axis=2) > ACROSS
-        narrow = np.where(mesh.kind & CURVED > 0, NARROWEST[True], NARROWEST[False])[:, None]
-        wide |= (length > 0.75 * narrow * length[:, ::-1]) & wide.any(axis=1, keepdims=True)
+        wide |= too_narrow(mesh) & wide.any(axis=1, keepdims=True)
         return np.asarray(near[:, None] & wide)
 
 

@@ -9,9 +9,6 @@ import numpy as np
 from ...arrays import Array, Mask, States
 from ...mesh.pairs.clipping import cross
 
-INSET = 0.999
-"""Factor on the semi-axes [-]. A panel that ends outside the contact has pressure where there is
-none; a panel that ends just inside causes no error."""
 STRAY = 0.1
 """Largest share of a contact that may differ from the ellipse outside a strip at its edge [-]."""
 STRIP = 0.04
@@ -103,7 +100,7 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> ContactEl
     distance = zone.distance(x) ** 2
     _, between = _parted(distance, pressure > 0.0, weight)
     edge = float(np.clip(1.0, *between))
-    zone = ContactEllipse(centre, INSET * np.sqrt(edge) * zone.axes)
+    zone = ContactEllipse(centre, np.sqrt(edge) * zone.axes)
     distance = zone.distance(x)
     stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
     return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None

@@ -22,7 +22,7 @@ from ...runtime.atomic_write import write_text
 from ...runtime.figure_style import label, png
 from ...runtime.terminal import printable
 from ..data import SolutionData
-from ..records import StepResult, step_ends
+from ..records import PairResult, StepResult, step_ends
 from ..vtu.boundary import traction_error
 from ..vtu.inside import field_inside, filled_bodies, grid_inside
 from ..vtu.places import small_triangles
@@ -223,18 +223,27 @@ def _(
         error = traction_error(mesh, step.bodies[name])[places.element]
         across = np.sum(traction * normal, axis=1)
         slip = np.full(len(x), np.nan)
-        for pair, mine in contact.items():
-            nodal = np.zeros((mesh.n_nodes, mesh.dim - 1))
-            nodal[solution.nodes[pair]] = np.where(
-                step.pairs[pair].state[:, None] < 2, step.pairs[pair].slip, 0.0
-            )
-            slip[mine] = np.linalg.norm(basis @ nodal, axis=1)[mine]
+        for pair, touching in contact.items():
+            slips = basis @ _slip_at_nodes(mesh, solution.nodes[pair], step.pairs[pair])
+            slip[touching] = np.linalg.norm(slips, axis=1)[touching]
         state = solution.body_fields(name, step).on_boundary(places.element, places.place)
-        shear = np.linalg.norm(traction - across[:, None] * normal, axis=1)
         fields.append(
-            _of_state(state) | {"pressure": -across, "shear": shear, "slip": slip, "error": error}
+            _of_state(state)
+            | {
+                "pressure": -across,
+                "shear": np.linalg.norm(traction - across[:, None] * normal, axis=1),
+                "slip": slip,
+                "error": error,
+            }
         )
     return _geometry(x, normal, triangles, rims), fields
+
+
+def _slip_at_nodes(mesh: SurfaceMesh, nodes: Index, pair: PairResult) -> Array:
+    """Return the slip of an interface at all nodes of a mesh (n, 2), 0 where nothing is closed."""
+    slip = np.zeros((mesh.n_nodes, mesh.dim - 1))
+    slip[nodes] = np.where(pair.state[:, None] < 2, pair.slip, 0.0)
+    return slip
 
 
 @_piece.register
