@@ -246,7 +246,7 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
 def unit_motions(mesh: BoundaryMesh) -> Array:
     """The rigid motions, rotations about the body's middle, of about unit size, (n, d, r) [-]."""
     size = half_extent(mesh)
-    return mesh.motions.of(mesh.x / size, _middle(mesh) / size)
+    return mesh.motions.modes(mesh.x / size, _middle(mesh) / size)
 
 
 def half_extent(mesh: BoundaryMesh) -> float:

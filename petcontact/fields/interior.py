@@ -212,7 +212,7 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     """
     centre = mesh.x.mean(axis=0)
     size = np.abs(mesh.x - centre).max()
-    modes = mesh.motions.of(mesh.x / size, centre / size)
+    modes = mesh.motions.modes(mesh.x / size, centre / size)
     amplitudes = np.linalg.lstsq(
         modes.reshape(-1, modes.shape[2]),
         u.reshape(modes.shape[0] * mesh.components, -1),
@@ -220,7 +220,7 @@ def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
     )[0]
     # only motions that leave less than a tenth of the displacements are worth subtracting
     amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < 0.1 * np.abs(u).max(axis=(0, 1))
-    return lambda x: np.asarray(mesh.motions.of(x / size, centre / size) @ amplitudes)
+    return lambda x: np.asarray(mesh.motions.modes(x / size, centre / size) @ amplitudes)
 
 
 @functools.singledispatch

@@ -67,8 +67,8 @@ class Motions:
             result[:, i, k], result[:, j, k] = -away[:, j], away[:, i]
         return result
 
-    def of(self, x: Array, centre: Any = 0.0) -> Array:
-        """Displacement of points (m, d) for the unit rigid motions alone, (m, d, count)."""
+    def modes(self, x: Array, centre: Any = 0.0) -> Array:
+        """Return the displacement of points (m, d) for the unit rigid motions, (m, d, count)."""
         return self.every(x, centre)[:, :, self.possible]
 
     def moment(self, x: Array, force: Array) -> Axial:

@@ -293,11 +293,13 @@ def _rule(
     share = (low[:, None] + size[:, None] * points).reshape(-1, d)
     face = np.repeat(number, len(points))
 
-    def at(share: Array) -> Array:
+    def position(share: Array) -> Array:
         return faces.at(face, faces.spread(face, share))[0]
 
     nudges = NUDGE * np.eye(d)
-    along = np.stack([at(share + each) - at(share - each) for each in nudges], axis=1)
+    along = np.stack(
+        [position(share + nudge) - position(share - nudge) for nudge in nudges], axis=1
+    )
     area = np.sqrt(np.linalg.det(along @ along.transpose(0, 2, 1))) / (2.0 * NUDGE) ** d
     place = faces.spread(face, share)
     x, normal = faces.at(face, place)

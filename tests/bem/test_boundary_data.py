@@ -137,7 +137,7 @@ def test_rigid_modes_strain_nothing(d):
     """Distances between points stay, to first order: (x_i - x_j)·(u_i - u_j) = 0; and the modes are
     independent."""
     x = 5.0 + np.random.default_rng(d).standard_normal((9, d))
-    modes = MOTIONS[x.shape[1]].of(x)
+    modes = MOTIONS[x.shape[1]].modes(x)
     assert modes.shape == (9, d, d * (d + 1) // 2)
     assert np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
     apart = x[:, None] - x

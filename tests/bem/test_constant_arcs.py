@@ -28,7 +28,7 @@ def test_a_rigid_rotation_has_no_traction_to_second_order(nu):
         kernel, targets = kernel_for(mesh, material), mesh.targets(np.arange(mesh.n_nodes))
         (batch,) = mesh.batches()
         kernel_h = kernel.integrals(targets, batch.elements)[1]
-        modes = mesh.motions.of(mesh.x)
+        modes = mesh.motions.modes(mesh.x)
         left = 0.5 * modes + np.einsum("ijkm,kjr->mir", kernel_h, modes[batch.nodes])
         assert np.abs(left[:, :, :2]).max() < 1e-14
         worst.append(np.abs(left[:, :, 2]).max())

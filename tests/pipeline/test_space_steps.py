@@ -188,7 +188,7 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     """A plate on the floor slides at µN in every direction, to 0.1 %."""
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
-    motion = np.einsum("kc,mcr->mkr", frame, MOTIONS[x.shape[1]].of(x))
+    motion = np.einsum("kc,mcr->mkr", frame, MOTIONS[x.shape[1]].modes(x))
     law = SignoriniCoulomb(
         np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3
     )

@@ -155,10 +155,10 @@ class _Posed:
                 self._points = points_in(self.mesh, self.box)
             name = f"{self.key}.{key}"
 
-            def at(points: Array) -> Array:
+            def values_at(points: Array) -> Array:
                 return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
 
-            self.known[key, value], missed = fitted(at, self._points, self.box)
+            self.known[key, value], missed = fitted(values_at, self._points, self.box)
             if missed > CHAINED:
                 self.notes.append(
                     f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its "

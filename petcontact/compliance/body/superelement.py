@@ -90,7 +90,7 @@ def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
 def _free_at_points(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
     """Return the rigid motions (d p, r) of the points without stiffness, of about unit size [-]."""
     stiffness, away = surface.arrays["stiffness"], surface.points - surface.points.mean(axis=0)
-    motions = mesh.motions.of(away / np.abs(away).max()).reshape(surface.points.size, -1)
+    motions = mesh.motions.modes(away / np.abs(away).max()).reshape(surface.points.size, -1)
     values, vectors = np.linalg.eigh(motions.T @ stiffness @ motions)
     largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
     free = vectors[:, np.abs(values) <= HALF * largest]

@@ -80,7 +80,7 @@ def imbalance(
         force = np.concatenate(
             [force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)]
         )
-    motions = mesh.motions.of(x, mesh.weight @ mesh.x / mesh.weight.sum())
+    motions = mesh.motions.modes(x, mesh.weight @ mesh.x / mesh.weight.sum())
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
     loads = np.einsum("ic,icr->ir", force, motions)

@@ -133,12 +133,12 @@ def _turned(mesh: BoundaryMesh, u: Array, points: Array) -> float:
 
     The rotation is that of the rigid motion nearest to u (n, d) in least squares [length].
     """
-    motions = mesh.motions.of(mesh.x).reshape(u.size, -1)
+    motions = mesh.motions.modes(mesh.x).reshape(u.size, -1)
     turn = np.array(np.linalg.lstsq(motions, u.ravel(), rcond=None)[0])
     turn[: len(mesh.motions.along)] = 0.0
     middle = mesh.measure @ mesh.x / mesh.measure.sum()
     # the half section does not show motions around the axis
-    moved = (mesh.motions.of(points, middle) @ turn)[:, : mesh.dim]
+    moved = (mesh.motions.modes(points, middle) @ turn)[:, : mesh.dim]
     return float(np.linalg.norm(moved, axis=1).max())
 
 

@@ -51,14 +51,14 @@ def _of_pair(mesh: BoundaryMesh, face: Interface, motion: Array, limits: Admissi
     moved = np.einsum("mkd,mkr->mdr", face.directions, motion).reshape(
         mesh.components * len(nodes), -1
     )
-    rigid = mesh.motions.of(mesh.x[nodes]).reshape(len(moved), -1)
+    rigid = mesh.motions.modes(mesh.x[nodes]).reshape(len(moved), -1)
     shares = np.linalg.lstsq(rigid, moved, rcond=None)[0]
     away = np.linalg.norm(corners[:, None] - mesh.x[nodes], axis=2)
     directions = face.directions[
         np.argmin(np.where(element == rows[:, None], away, np.inf), axis=1)
     ]
     area = (np.bincount(element, mesh.weight[nodes]) / np.bincount(rows))[rows]
-    resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.of(corners), shares)
+    resultant = np.einsum("qkd,qdc,cr->rqk", directions, mesh.motions.modes(corners), shares)
     largest = np.zeros((len(number), 5))
     np.maximum.at(largest, element, np.transpose(dataclasses.astuple(limits)))
     return area[:, None] * resultant, Admissible(*largest[rows].T)

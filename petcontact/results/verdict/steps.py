@@ -45,7 +45,7 @@ class Teller:
     verbose: bool
 
     @staticmethod
-    def of(solution: SolutionData, verbose: bool) -> Teller:
+    def from_solution(solution: SolutionData, verbose: bool) -> Teller:
         """That of a solution."""
         numbers = {number.key: number for number in solution.numbers}
         some = any(np.isfinite(number.error) for number in numbers.values())
