@@ -196,7 +196,7 @@ sys.exit(cli.main(sys.argv[2:]))
 """
 
 
-@pytest.mark.parametrize("kills", [5, slow(120)])
+@pytest.mark.parametrize("kills", [3, slow(120)])
 def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
     tmp_path, monkeypatch, kills
 ):
