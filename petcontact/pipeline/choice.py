@@ -26,15 +26,16 @@ LARGEST = 12_000
 ENTRY, FLOP = 1.4e-7, 1.4e-10
 """A dense system of n unknowns over two takes ENTRY n² + FLOP n³, in space as in the plane."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
-"""Compressed curves take so much a node: of elements of about one length; graded."""
+"""Compressed curves take so much a node: of elements of about one length on few curves; graded, or
+of many holes."""
 SHARED, ALONE = 3e-5, 600
 """The same a node on straight stretches of equal elements, beyond the first of each, whose clusters
 share their blocks."""
 SLENDER = 3e-5
 """The same a node times the length of a strip over its thickness, whose sides see each other all
 along: strips of 13 and 40 of it, 2400 nodes, took 1.2 and 3.3 s."""
-RATIO = 30.0
-"""Largest ratio of node weights that counts as even."""
+RATIO, CURVES = 30.0, 3
+"""Largest ratio of node weights, and number of curves, that count as even."""
 CURVE_NODE, SHARED_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 2e3, 6e4, 7e4
 """Memory of compressed operators of curves (on stretches as above), and of surfaces with their
 preconditioner, a node, and more a node in contact [bytes]; measured ones of 2970 to 29 160 nodes,
@@ -109,7 +110,11 @@ class Costs:
 
 
 def _curve_seconds(mesh: CurveMesh) -> float:
-    even = mesh.measure.max() <= RATIO * mesh.measure.min()
+    steps = np.linalg.norm(np.diff(mesh.x, axis=0), axis=1)
+    # from curve to curve nodes are further apart than before and after
+    around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
+    curves = 1 + np.count_nonzero(steps > 3.0 * around)
+    even = mesh.measure.max() <= RATIO * mesh.measure.min() and curves <= CURVES
     length = float(mesh.weight.sum())
     inside = 0.5 * float(mesh.weight @ np.sum(mesh.normal * (mesh.x - mesh.x[0]), axis=1))
     slender = length**2 / (4.0 * abs(inside)) if inside else 0.0

@@ -12,7 +12,7 @@ from shapes import drawn, elastic, moved, rectangle
 from petcontact import Problem, solve
 from petcontact.contact.law_protocol import SLIP, STICK
 from petcontact.model.base import parse
-from petcontact.refinement.levels import LEAST_GAIN
+from petcontact.refinement.levels import CONTACT_LADDER, LEAST_GAIN
 from petcontact.results import number_errors, stress_errors
 from petcontact.results.contact_zones import hidden_slip
 from petcontact.results.evaluated import LEAST_SLIP, displacement_scale
@@ -90,7 +90,7 @@ def test_meshes_along_curves_gain_as_little_as_corners_let_them():
     two = SimpleNamespace(coarser=SimpleNamespace(coarser=SimpleNamespace(coarser=None)))
     two.accuracy = SimpleNamespace(estimates=[])
     shares = [share for _, share in number_errors._coarser(two)]
-    np.testing.assert_allclose(shares, [1.0, 1.0 / 40.0])
+    np.testing.assert_allclose(shares, [1.0, 1.0 / CONTACT_LADDER.most_gain])
     two.accuracy = SimpleNamespace(estimates=[0.3, 0.2, 0.1])
     shares = [share for _, share in number_errors._coarser(two)]
     np.testing.assert_allclose(shares, [1.0, 0.5])
