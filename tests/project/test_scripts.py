@@ -139,7 +139,7 @@ LONG = {
     "verify": "--h 1.6",
     "verify_space": "--quick",
     "verify_meshes": "--quick",
-    "assemblies": "solve hip",
+    "assemblies": "solve hip --set body.0.mesh.order=1 --set body.1.mesh.order=1",
 }
 APART = {"attack", "gallery", "verify_manual"}
 """Have tests of their own: test_attack.py, tests/manual/test_gallery.py and test_manual.py."""
