@@ -22,12 +22,12 @@ from ..fields.boundary.places import sizes, spread_places
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
+from ..round_off import HALF
 from .records import PairResult
 
-ACROSS = 8
-"""Places along each direction of a panel at which is looked: its share is known to 1/64."""
-FINE = 16
-"""The same of elements whose nodes are all closed: an open zone may lie between them."""
+ACROSS = 16
+"""Places along each direction of an element at which is looked: an edge along a side of it is known
+to 1/32 of the element."""
 
 
 def pair_edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
@@ -92,10 +92,12 @@ def areas(
     for inside in (pair.state != OPEN, pair.state == SLIP):
         share = np.bincount(row, pair.weight * inside) / area
         mixed = (share > 0.0) & (share < 1.0)
-        off = float((area / np.bincount(row))[mixed].sum())
         if mixed.any() or not inside.all():
-            share = _shares(mesh, contact, inside, share)
-        result.append((float((area * pressed) @ share), off))
+            share, at_edge = _shares(mesh, contact, inside, share)
+            mixed |= at_edge & (share > 0.0)
+        off = float((area / np.bincount(row))[mixed].sum())
+        # where p would pull beyond an edge inside an element both cut off the same
+        result.append((float(area @ np.minimum(pressed, share)), off))
     return result
 
 
@@ -153,7 +155,7 @@ def _pressed(mesh: Any, contact: _Contact) -> Array:
     np.minimum.at(least, mesh.element[nodes], np.where(pair.state != OPEN, pair.pressure, -np.inf))
     asked, share = np.flatnonzero(least[numbers] > 0.0), np.ones(len(numbers))
     if len(asked) and not np.any(pair.pressure < 0.0):
-        places = spread_places(mesh, numbers[asked], (np.arange(FINE) + 0.5) / FINE)
+        places = spread_places(mesh, numbers[asked], (np.arange(ACROSS) + 0.5) / ACROSS)
         number = np.repeat(numbers[asked], places.shape[1])
         values = mesh.basis_at(number, places.reshape(-1, *places.shape[2:])) @ whole
         share[asked] = (values >= 0.0).reshape(len(asked), -1).mean(axis=1)
@@ -161,12 +163,13 @@ def _pressed(mesh: Any, contact: _Contact) -> Array:
 
 
 @functools.singledispatch
-def _shares(mesh: Any, *_: Any) -> Array:
+def _shares(mesh: Any, *_: Any) -> tuple[Array, Mask]:
+    """Return the share of each element that is inside, and which elements hold or border edges."""
     raise TypeError(f"no areas on {type(mesh).__name__}")
 
 
 @_shares.register
-def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> Array:
+def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> tuple[Array, Mask]:
     """By the edges inside the elements that have them."""
     pair, numbers, row = contact.pair, contact.numbers, contact.row
     faced = np.isfinite(pair.gap)
@@ -183,19 +186,22 @@ def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> Array:
     for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
         found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
     whole = np.bincount(row, faced, len(numbers)) == np.bincount(row, minlength=len(numbers))
-    return np.where(whole, found / mesh.length[numbers], share)
+    share = np.where(whole, found / mesh.length[numbers], share)
+    return share, share < 1.0
 
 
 @_shares.register
-def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> Array:
-    """By the distance from the edge of contact, where that lies inside; what slips is a share of
-    what is closed."""
+def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple[Array, Mask]:
+    """By the distance from the edge of contact, in panels with open and closed nodes, and in those
+    of one kind that adjoin the other: edges lie between nodes of two panels, too. What slips is a
+    share of what is closed."""
     pair, numbers, row = contact.pair, contact.numbers, contact.row
     closed = pair.state != OPEN
     parts = [np.bincount(row, pair.weight * each, len(numbers)) for each in (closed, inside)]
     within = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
     of_closed = parts[0] / np.bincount(row, pair.weight)
-    mixed = np.flatnonzero((of_closed > 0.0) & (of_closed < 1.0))
+    at_edge = _at_edge(mesh, numbers, of_closed)
+    mixed = np.flatnonzero(at_edge)
     if len(mixed):
         values = np.zeros(mesh.n_nodes)
         values[contact.nodes] = _distance(contact, closed)
@@ -203,7 +209,19 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> Array
         count = places.shape[1]
         basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
         of_closed[mixed] = (basis @ values > 0.0).reshape(-1, count).mean(axis=1)
-    return np.asarray(of_closed * within)
+    return np.asarray(of_closed * within), at_edge
+
+
+def _at_edge(mesh: SurfaceMesh, numbers: Index, of_closed: Array) -> Mask:
+    """Which panels have closed and open nodes, or have one kind and adjoin panels of the other."""
+    result = (of_closed > 0.0) & (of_closed < 1.0)
+    whole, none = np.flatnonzero(of_closed == 1.0), np.flatnonzero(of_closed == 0.0)
+    low, high = (corner[numbers] for corner in mesh.boxes)
+    near = HALF * sizes(mesh)[numbers]
+    apart = np.maximum(low[whole, None] - high[none], low[none] - high[whole, None]).max(axis=2)
+    meets = apart <= near[whole, None] + near[none]
+    result[whole], result[none] = meets.any(axis=1), meets.any(axis=0)
+    return result
 
 
 def _distance(contact: _Contact, closed: Mask) -> Array:

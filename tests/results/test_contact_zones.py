@@ -1,0 +1,66 @@
+"""The area of contact of exact pressures and gaps at the nodes of panels, whose edges lie anywhere."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from petcontact.contact.law_protocol import OPEN, STICK
+from petcontact.geometry.surface import BoxSurface
+from petcontact.mesh.panelling import box_mesh
+from petcontact.results.contact_zones import areas
+
+MODULUS = 1.1
+
+
+def westergaard(x, period, half):
+    """p and gap of waves pressed on a half space (Johnson, Contact Mechanics, 13.2), of an
+    amplitude of 1."""
+    way = np.sin(np.pi * (x[:, 0] / period - np.round(x[:, 0] / period)))
+    end, root = (
+        np.sin(np.pi * half / period),
+        np.emath.sqrt(way**2 - np.sin(np.pi * half / period) ** 2),
+    )
+    p = 2.0 * np.pi * MODULUS / period * np.sqrt(1.0 - way**2) * root.imag
+    outside = np.log((np.abs(way) + root.real) / end)
+    return p, 2.0 * (np.abs(way) * root.real - end**2 * outside) * (root.real > 0.0)
+
+
+def hertz(x, radius, _):
+    """p and gap of a sphere of radius 1 (Johnson, 3.41 and 3.42)."""
+    r = np.hypot(x[:, 0] - 1.03, x[:, 1] - 0.98) / radius
+    p = 2.0 * MODULUS / np.pi * radius * np.sqrt(np.maximum(1.0 - r**2, 0.0))
+    r = np.maximum(r, 1.0)
+    moved = ((2.0 - r**2) * np.arcsin(1.0 / r) + np.sqrt(r**2 - 1.0)) / np.pi
+    return p, radius**2 * (0.5 * r**2 - 1.0 + moved)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(
+    ("exact", "size", "half", "area"),
+    [
+        # the last nodes of panels that end at 1/12 are closed: the edge lies beyond these
+        (westergaard, 1.0 / 3.0, 0.0795, 1.908),
+        (westergaard, 0.5, 0.14, 2.24),
+        (westergaard, 2.0 / 3.0, 0.155, 1.86),
+        (hertz, 0.35, 0.0, np.pi * 0.35**2),
+        (hertz, 0.5, 0.0, np.pi * 0.5**2),
+    ],
+)
+def test_edges_between_nodes_of_two_panels(order, exact, size, half, area):
+    box = BoxSurface(np.array([0.0, 0.0, -2.0]), np.array([2.0, 2.0, 0.0]))
+    mesh = box_mesh(box, lambda part: 1.0 / 12.0 if part == "top" else 2.0, order, 1.0)
+    nodes = mesh.nodes_of("top")
+    p, gap = exact(mesh.x[nodes], size, half)
+    pair = SimpleNamespace(
+        x=mesh.x[nodes],
+        weight=mesh.weight[nodes],
+        pressure=p,
+        gap=gap,
+        state=np.where(p > 0.0, STICK, OPEN),
+    )
+    (found, told), (slips, _) = areas(mesh, nodes, pair, 2.0 / MODULUS)
+    assert abs(found - area) < min(told, 0.04 * area) and told < 0.27 * area
+    assert slips == 0.0
