@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, OutputError, in_file
-from ..runtime.signals import Interrupted, stopping
+from ..runtime.signals import BrokenOff, Interrupted, answering, stopping
 from .options import option, options
 
 SOON = 5.0
@@ -82,7 +82,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _run(arguments: argparse.Namespace, comm: Any) -> int:
     from ..model import case as config
-    from ..runtime.mpi import handed
     from ..runtime.terminal import StatusLine, say
 
     first = comm.getRank() == 0
@@ -109,19 +108,19 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
                 solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
-        number = stop()
-    # every rank has the solution: another one looks for its peaks while the first one is busy
-    numbers = handed(comm, lambda: solution.numbers)
-    if first:
-        solution = replace(solution, written=tuple(numbers()))
-        try:
+        stop()  # from here on signals wait until the result is written
+        if first:
+            solution = with_numbers(solution, comm)
             write_solution(output, solution, replace=meshes.replaces)
+        number = stop()
+    if first:
+        try:
+            say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
+            if not (arguments.no_figures or number):
+                draw(solution, output, pictures, whole=bool(arguments.figures))
+            report_ignored(case, solution.accuracy.wanted is not None)
         except Interrupted as late:
             number = late.number
-        say(f"{solution.verdict(arguments.verbose)}\n  result: {output}")
-        if not (arguments.no_figures or number):
-            draw(solution, output, pictures, whole=bool(arguments.figures))
-        report_ignored(case, solution.accuracy.wanted is not None)
     if number:
         raise Interrupted(number, saved_text(solution, output))
     return STATUS[solution.status]
@@ -159,6 +158,15 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
             return arguments.config in shlex.split(str(file.attrs.get("argv", "")))
     except (InputError, ValueError):
         return False
+
+
+def with_numbers(solution: Any, comm: Any) -> Any:
+    """The solution with the numbers of its verdict; without any where a signal comes meanwhile, on
+    one rank. On several ranks a signal waits for them."""
+    numbers: tuple[Any, ...] = ()
+    with contextlib.suppress(BrokenOff), answering(comm):
+        numbers = tuple(solution.numbers)
+    return replace(solution, written=numbers)
 
 
 def saved_text(solution: Any, output: Path) -> str:

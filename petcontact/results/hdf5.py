@@ -100,7 +100,7 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
 def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> None:
     """Write a solution into an HDF5 file or group.
 
-    The numbers of the verdict may be left out. A reader computes them then.
+    The numbers of the verdict may be left out, or not be known. A reader computes them then.
     """
     for name, mesh in solution.meshes.items():
         place = _ordered(group, f"bodies/{name}")
@@ -118,7 +118,7 @@ def write_group(group: Any, solution: SolutionData, *, numbers: bool = True) -> 
         _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
     write_findings(group, solution.findings)
-    if numbers:
+    if numbers and solution.numbers:
         write_numbers(group, solution.numbers)
     if solution.wear is not None:
         write_wear(group, solution.wear)

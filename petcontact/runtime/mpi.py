@@ -25,20 +25,6 @@ def shared(world: Any, produce: Callable[[], T]) -> T:
     return result  # type: ignore[no-any-return]
 
 
-def handed(comm: Any, produce: Callable[[], T]) -> Callable[[], T]:
-    """What the last rank makes at once, for the first one to call for when it wants it. Collective.
-
-    One rank alone makes it when it is called for; on ranks between them nothing is made.
-    """
-    last = comm.getSize() - 1
-    if last == 0:
-        return produce
-    world = comm.tompi4py()
-    if comm.getRank() == last:
-        world.send(produce(), dest=0)
-    return lambda: world.recv(source=last)
-
-
 def all_meet(world: Any, patience: float | None = None) -> bool:
     """A barrier that sleeps, so that a rank that waits takes no core from those that work.
 

@@ -191,7 +191,8 @@ class Stop:
         if not self._waiting:
             self._waiting = True
             self._held.enter_context(deferred())
-        self.number = self.number or _pending_anywhere(self._comm)
+        later = _pending_anywhere(self._comm)
+        self.number = self.number or later
         return self.number
 
     @property

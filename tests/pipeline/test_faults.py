@@ -36,6 +36,8 @@ from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
+from petcontact.results import data
+from petcontact.results import solution as solutions
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
@@ -151,6 +153,8 @@ def test_a_stop_is_told_of_signals_from_its_first_question_on(comm):
         assert stop() == 0 and stop.reason == ""
         os.kill(os.getpid(), signal.SIGTERM)
         assert stop.reason == "interrupted by SIGTERM" and stop() == signal.SIGTERM
+        os.kill(os.getpid(), signal.SIGHUP)  # a second one changes nothing
+        assert stop() == signal.SIGTERM
 
 
 def with_rho(solution, rho):
@@ -166,7 +170,13 @@ BLOCKS = (
 
 
 @pytest.mark.parametrize(
-    ("module", "where"), [(load_steps, "step_results"), (pipeline, "findings_of")]
+    ("module", "where"),
+    [
+        (load_steps, "step_results"),
+        (pipeline, "findings_of"),
+        (data, "with_errors"),
+        (solutions, "verdict"),
+    ],
 )
 def test_a_signal_after_the_iteration_keeps_the_solution(
     tmp_path, monkeypatch, capsys, module, where
