@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
+from climbs import HOLDS_NOT
 
 from petcontact import PetcontactError, adapt
 
@@ -34,17 +35,21 @@ class Compared:
 
 def compared(problem, number, accuracy):
     """The numbers of a problem at an accuracy that are known at a tenth of it, too, and the
-    processor seconds of solve and numbers; None where one of both is not solved."""
+    processor seconds of solve and numbers; else "refused" where it is proved that nothing holds the
+    loads, or "not solved"."""
+    best = None
     try:
         began = time.process_time()
         solution = adapt(problem, accuracy)
-        solved = time.process_time()
-        numbers, asked = solution.numbers, time.process_time()
-        best = adapt(problem, accuracy / FINER)
-    except PetcontactError:
-        return None
-    if not (solution.converged and best.converged):
-        return None
+        reason, solved = solution.reason, time.process_time()
+        if solution.converged:
+            numbers, asked = solution.numbers, time.process_time()
+            # loads that one of both holds are not refused
+            reason, best = "", adapt(problem, accuracy / FINER)
+    except PetcontactError as error:
+        reason = str(error)
+    if best is None or not best.converged:
+        return "refused" if HOLDS_NOT in reason else "not solved"
     return differences(number, numbers, best.numbers), (solved - began, asked - solved)
 
 
@@ -75,8 +80,8 @@ def listed(problems):
     yield "| problem | number | value | true error | reported |\n|---|---|---|---|---|"
     every, times = [], np.zeros(2)
     for number, result in problems:
-        if result is None:
-            yield f"| {number} | not solved | | | |"
+        if isinstance(result, str):
+            yield f"| {number} | {result} | | | |"
             continue
         found, spent = result
         every += found

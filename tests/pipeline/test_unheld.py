@@ -12,6 +12,7 @@ from petcontact import Problem, solve
 from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.model.base import parse
 from petcontact.pipeline.run import prepare
+from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps.increment import HALVINGS, Increment
 from petcontact.pipeline.steps.load_steps import first_increment
 
@@ -42,8 +43,11 @@ def solved(data, **more):
     ],
 )
 def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, increments, monkeypatch):
-    """One solve in all, at the least load that is tried, where Coulomb's cone holds none of it."""
+    """One solve in all, at the least load that is tried, where Coulomb's cone holds none of it; no
+    load between that and the whole one is looked at."""
     calls, solver = [], Increment.solved
+    looked, look = set(), load_steps.is_unbalanced
+    monkeypatch.setattr(load_steps, "is_unbalanced", lambda i: looked.add(i.target) or look(i))
     monkeypatch.setattr(
         Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor)
     )
@@ -52,6 +56,7 @@ def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, incre
     assert not solution.converged
     assert f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
     assert len(calls) == 1
+    assert looked == {1.0, 0.5**HALVINGS / (1 if increments == "auto" else increments)}
 
 
 def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
@@ -250,6 +255,22 @@ def test_a_body_that_nothing_holds_is_strained_and_does_not_move(kind, storage):
     axis = 1 if kind == "ring" else 0
     assert solution.converged and "nothing holds" in " ".join(solution.warnings)
     assert np.allclose(body.u[:, axis], 1e-3 * (mesh.x[:, axis] - 1.0), atol=1e-7)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_contact_acts_along_the_normals_of_the_secondary_or_a_direction_that_is_named(named):
+    """A block whose bottom rises by 1e-3 stands on a flat floor without friction. Forces along its
+    normals leave a thousandth of the load over, forces along the floor's leave nothing."""
+    corners = [[0.0, 0.0], [2.0, 2e-3], [2.0, 1.0], [0.0, 1.0]]
+    parts = ["bottom", "right", "top", "left"]
+    shape = {"shape": "polygon", "vertices": corners, "parts": parts}
+    data = block(geometry=shape, boundary=[drawn("top", [0.0, -0.01])])
+    data["contact"][0] |= {"friction_coefficient": 0.0, "direction": [0.0, -1.0]}
+    if not named:
+        del data["contact"][0]["direction"]
+    solution = solved(data)
+    assert solution.converged == named
+    assert ("'block' cannot be held: the load pushes it along -x" in solution.reason) != named
 
 
 def test_a_body_that_nothing_holds_is_refused_where_its_loads_do_not_balance():

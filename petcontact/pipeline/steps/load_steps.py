@@ -141,6 +141,8 @@ class _Shares:
         The largest share, and that of the next increment where no factor is known.
     halves : Halves, optional
         With `increments = "auto"`: how small an increment has to be.
+    doubt : bool
+        Whether a load may be one that contact cannot hold.
     last : Tried, optional
         The last increment that was solved without halves.
     """
@@ -155,7 +157,11 @@ class _Shares:
             first = touching(replace(increment, begun=self.reached))
             if first > self.reached + LEAST:
                 self.known, self.whole = [first], 1.0 - first
-        self.size = self.whole
+        self.size, self.doubt = self.whole, _is_doubtful(increment)
+        least = self.whole * 0.5**HALVINGS
+        if self.doubt and is_unbalanced(increment.ending_at(self.reached + least)):
+            # what contact can hold is convex: it holds no larger share of the step either
+            self.known, self.size = [], least
 
     @property
     def target(self) -> float:
@@ -221,11 +227,11 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     Where it is known at which load factors the increments of "auto" end, they are solved without
     halves, until one of them fails.
     """
-    state, shares, doubt = increment.before, _Shares(increment, monitor), _is_doubtful(increment)
+    state, shares = increment.before, _Shares(increment, monitor)
     while shares.reached < 1.0 - 1e-12:
         following = replace(increment, target=shares.target, begun=shares.reached, before=state)
         # an unheld load needs no solve
-        unheld = doubt and is_unbalanced(following)
+        unheld = shares.doubt and is_unbalanced(following)
         whole, tried, apart = shares.solved_before(following), None, False
         if (by_halves := shares.by_halves) and not unheld:
             tried, apart = by_halves(following), by_halves.error > 1.0
@@ -233,7 +239,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
             whole = whole or with_wear(following, following.solved(monitor), monitor)
             shares.last, tried = whole, _unless_failed(whole)
         if tried is None:
-            doubt = doubt or not shares.known
+            shares.doubt = shares.doubt or not shares.known
             if shares.smaller(following, more=unheld or apart):
                 continue
             tried = [whole or with_wear(following, following.solved(monitor), monitor)]
