@@ -91,13 +91,13 @@ def areas(
     result = []
     for inside in (pair.state != OPEN, pair.state == SLIP):
         share = np.bincount(row, pair.weight * inside) / area
-        mixed = (share > 0.0) & (share < 1.0)
+        mixed = at_edge = (share > 0.0) & (share < 1.0)
         if mixed.any() or not inside.all():
             share, at_edge = _shares(mesh, contact, inside, share)
-            mixed |= at_edge & (share > 0.0)
+            mixed = mixed | at_edge & (share > 0.0)
         off = float((area / np.bincount(row))[mixed].sum())
-        # where p would pull beyond an edge inside an element both cut off the same
-        result.append((float(area @ np.minimum(pressed, share)), off))
+        # where p would pull beyond an edge of a panel its share has left that out
+        result.append((float(area @ (share * np.where(at_edge, 1.0, pressed))), off))
     return result
 
 
@@ -164,7 +164,7 @@ def _pressed(mesh: Any, contact: _Contact) -> Array:
 
 @functools.singledispatch
 def _shares(mesh: Any, *_: Any) -> tuple[Array, Mask]:
-    """Return the share of each element that is inside, and which elements hold or border edges."""
+    """Return the share of each element that is inside, and in which it is known to a node only."""
     raise TypeError(f"no areas on {type(mesh).__name__}")
 
 
@@ -186,8 +186,8 @@ def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> tuple[A
     for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
         found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
     whole = np.bincount(row, faced, len(numbers)) == np.bincount(row, minlength=len(numbers))
-    share = np.where(whole, found / mesh.length[numbers], share)
-    return share, share < 1.0
+    # an edge in an element of one state follows from its tractions, as well as these are known
+    return np.where(whole, found / mesh.length[numbers], share), np.zeros(len(share), dtype=bool)
 
 
 @_shares.register
