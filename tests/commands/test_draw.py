@@ -42,7 +42,7 @@ def test_a_part_has_what_holds_on_it_at_the_end_of_the_last_step():
 
 
 def test_a_rigid_sphere_is_a_net_above_the_face_that_it_may_touch():
-    """At its gap, (x² + y²)/4; a body that is no obstacle has none."""
+    """At its gap, (x² + y²)/40; a body that is no obstacle has none."""
     from matplotlib.figure import Figure
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
@@ -50,8 +50,8 @@ def test_a_rigid_sphere_is_a_net_above_the_face_that_it_may_touch():
     draw_model(figure, as_posed(load(CONFIGS / "space_sphere.toml")))
     (net,) = (each for each in figure.axes[0].collections if type(each) is Line3DCollection)
     x = np.concatenate(net._segments3d)
-    assert np.abs(x[:, 2] - 0.25 * (x[:, 0] ** 2 + x[:, 1] ** 2)).max() < 0.01
-    assert 0.3 < x[:, 2].max() < 0.5
+    assert np.abs(x[:, 2] - (x[:, 0] ** 2 + x[:, 1] ** 2) / 40.0).max() < 0.001
+    assert 0.1 < x[:, 2].max() < 0.12
 
 
 def test_draw_refuses_what_solve_refuses(tmp_path, capsys):

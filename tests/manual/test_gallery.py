@@ -73,6 +73,7 @@ NUMBERS = {
     "pin": largest("largest p"),
     "press_fit": largest("largest p"),
     "space_hip": lambda s: (np.linalg.norm(s.last.pairs["joint"].force), 50.0),
+    "space_sphere": largest("largest p"),
     "symmetry": largest("force"),
 }
 """What the chapter prints of problems that tests solve as they are, and its error."""
