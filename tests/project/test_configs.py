@@ -61,7 +61,7 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     assert status == 0, printed.err + printed.out
     assert "converged:" in printed.out
     # a solve that takes seconds, as on a loaded machine, says its size and how far it is
-    told = re.compile(r"petcontact: (mesh|matrix:|step|load|\d+ nodes,) ")
+    told = re.compile(r"petcontact: (mesh|matrix:|iteration|step|load|\d+ nodes,) ")
     assert [line for line in printed.err.splitlines() if not told.match(line)] == []
     assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
     assert (len(list(tmp_path.glob("result-*.png"))) >= 2) == figures
