@@ -36,6 +36,7 @@ from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.adapt import level_solver
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
+from petcontact.pipeline.steps import path as paths
 from petcontact.results import data
 from petcontact.results import solution as solutions
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
@@ -205,6 +206,27 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
     assert read_result(tmp_path / "example1.h5").converged
 
 
+FRETTING = [
+    *("solve", str(ROOT / "configs" / "fretting.toml"), "--no-figures"),
+    *("--set", "body.0.mesh={element_size=0.5}", "--set", "body.1.mesh={element_size=0.5}"),
+    *("--set", "step.2.increments=2", "--set", "step.3.increments=2"),
+]
+
+
+def test_a_signal_breaks_off_another_path(tmp_path, monkeypatch, capsys):
+    """Of which nothing is kept: the solution is there, and its error of the path is not known."""
+
+    def signalled(*words, **keys):
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AssertionError("the signal waits")
+
+    monkeypatch.setattr(paths, "increments", signalled)
+    monkeypatch.chdir(tmp_path)
+    assert main([*FRETTING, "-o", "r.h5"]) == 143
+    assert "interrupted by SIGTERM; the solution is saved in r.h5" in capsys.readouterr().err
+    assert read_result(tmp_path / "r.h5").converged
+
+
 @pytest.mark.slow
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
     """SIGTERM after the third increment, of several whose fields are computed together: three are
@@ -217,29 +239,16 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
             os.kill(os.getpid(), signal.SIGTERM)
         return made[-1]
 
-    config = [
-        "solve",
-        str(ROOT / "configs" / "fretting.toml"),
-        "--no-figures",
-        "--set",
-        "body.0.mesh={element_size=0.5}",
-        "--set",
-        "body.1.mesh={element_size=0.5}",
-        "--set",
-        "step.2.increments=2",
-        "--set",
-        "step.3.increments=2",
-    ]
     monkeypatch.chdir(tmp_path)
-    assert main([*config, "-o", "whole.h5"]) == 0
+    assert main([*FRETTING, "-o", "whole.h5"]) == 0
     monkeypatch.setattr(load_steps, "with_wear", signalled)
-    assert main([*config, "-o", "part.h5"]) == 143
+    assert main([*FRETTING, "-o", "part.h5"]) == 143
     assert "interrupted by SIGTERM; the last iterate is saved in part.h5" in capsys.readouterr().err
     part, whole = read_result(tmp_path / "part.h5"), read_result(tmp_path / "whole.h5")
     assert part.status == "failed" and len(part.steps) == 3
     assert all(step.status == "converged" for step in part.steps)
     monkeypatch.setattr(load_steps, "with_wear", original)
-    assert main([*config, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
+    assert main([*FRETTING, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
     rest = read_result(tmp_path / "rest.h5")
     assert len(rest.steps) == len(whole.steps)
     for name, pair in whole.last.pairs.items():

@@ -21,7 +21,7 @@ from ...results.records import StepResult
 from ...results.solution import Solution
 from ...round_off import SOLVED
 from ...runtime.petsc import options
-from ...runtime.signals import BrokenOff
+from ...runtime.signals import BrokenOff, answering
 from ..judge.findings import limit_of, new_finding
 from .cycles import Row, wear_history
 from .halves import PATH_ERROR, touching
@@ -139,7 +139,8 @@ def _along(
     first, rows = min(step for step in parts if step), list[Row]()
     done = [result for result in solution.steps if result.step < first]
     try:
-        later = list(increments(_posed(problem, parts), done, None, checked=False, rows=rows))
+        with answering(problem.comm):  # nothing of a path that a signal breaks off is kept
+            later = list(increments(_posed(problem, parts), done, None, checked=False, rows=rows))
     except (SolverError, BrokenOff):
         return None
     wear = wear_history(problem, rows)
