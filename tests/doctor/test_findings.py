@@ -111,6 +111,7 @@ def test_64_bit_integers_are_named():
     assert any("int64" in finding.text for finding in judge(HEALTHY | {"integer": "int64"}))
 
 
+@pytest.mark.slow
 def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
     (tmp_path / "petsc4py.py").write_text(
         "raise ImportError('libpetsc.so: cannot open shared object file')"
@@ -128,6 +129,7 @@ def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
     assert [f for f in findings if f.subject == "hdf5" and f.level == "ok"]
 
 
+@pytest.mark.slow
 def test_a_library_that_crashes_does_not_take_the_doctor_with_it(tmp_path, monkeypatch):
     (tmp_path / "petsc4py.py").write_text("import os; os.abort()")
     monkeypatch.setattr(

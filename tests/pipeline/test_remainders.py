@@ -103,6 +103,7 @@ def test_a_bump_between_open_nodes_is_not_overlooked():
     assert place == pytest.approx([0.83, 0.83, 0.0], abs=5e-3)
 
 
+@pytest.mark.slow
 def test_rings_wait_until_a_second_contact_that_no_node_sees_is_cut_to(monkeypatch):
     """An adaptive solve set new rings around the first contact for six meshes."""
     first = "(x-.5)**2 + (y-.5)**2"

@@ -138,7 +138,7 @@ def test_views_of_one_body_are_refused_of_several(solution):
 
 
 @pytest.mark.parametrize(
-    "solution", ["plane, bodies", "torsion", slow("space, bodies")], indirect=True
+    "solution", ["plane, bodies", slow("torsion"), slow("space, bodies")], indirect=True
 )
 def test_figures_of_the_file(solution, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -103,6 +103,7 @@ def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
     assert clocks.max() < 1.05 * clocks.mean()
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
     parts, _ = parts_of([1] * 100_000, [2e-3] * 100_000, [1e-3] * 100_000, 2)
     assert sum(part.batches for part in parts) < 32 * 2 + 2
