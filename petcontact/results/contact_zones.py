@@ -19,6 +19,7 @@ from ..arrays import Array, Index, Mask
 from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
+from ..linalg.nearest import within
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
@@ -198,7 +199,7 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
     pair, numbers, row = contact.pair, contact.numbers, contact.row
     closed = pair.state != OPEN
     parts = [np.bincount(row, pair.weight * each, len(numbers)) for each in (closed, inside)]
-    within = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
+    share_inside = np.divide(parts[1], parts[0], out=np.zeros(len(numbers)), where=parts[0] > 0.0)
     of_closed = parts[0] / np.bincount(row, pair.weight)
     at_edge = _at_edge(mesh, numbers, of_closed)
     mixed = np.flatnonzero(at_edge)
@@ -209,18 +210,23 @@ def _(mesh: SurfaceMesh, contact: _Contact, inside: Mask, share: Array) -> tuple
         count = places.shape[1]
         basis = mesh.basis_at(np.repeat(numbers[mixed], count), places.reshape(-1, 2))
         of_closed[mixed] = (basis @ values > 0.0).reshape(-1, count).mean(axis=1)
-    return np.asarray(of_closed * within), at_edge
+    return np.asarray(of_closed * share_inside), at_edge
 
 
 def _at_edge(mesh: SurfaceMesh, numbers: Index, of_closed: Array) -> Mask:
     """Which panels have closed and open nodes, or have one kind and adjoin panels of the other."""
     result = (of_closed > 0.0) & (of_closed < 1.0)
     whole, none = np.flatnonzero(of_closed == 1.0), np.flatnonzero(of_closed == 0.0)
+    if not (len(whole) and len(none)):
+        return result
     low, high = (corner[numbers] for corner in mesh.boxes)
     near = HALF * sizes(mesh)[numbers]
-    apart = np.maximum(low[whole, None] - high[none], low[none] - high[whole, None]).max(axis=2)
-    meets = apart <= near[whole, None] + near[none]
-    result[whole], result[none] = meets.any(axis=1), meets.any(axis=0)
+    middle, reach = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + 2.0 * near
+    a, b = within(middle[none], middle[whole], reach[whole] + reach[none].max())
+    a, b = whole[a], none[b]
+    apart = np.maximum(low[a] - high[b], low[b] - high[a]).max(axis=1)
+    meets = apart <= near[a] + near[b]
+    result[a[meets]] = result[b[meets]] = True
     return result
 
 
