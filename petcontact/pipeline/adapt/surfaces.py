@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -122,7 +123,7 @@ class PanelTails:
             own = [marked[a:b] for a, b in itertools.pairwise(counts)]
             raised = [mask & smooth for mask, smooth in zip(own, errors.smooth(), strict=True)]
             self._refine(
-                solution,
+                errors,
                 [
                     halved(mesh, mask & ~higher, tails)
                     for mesh, mask, higher, tails in zip(meshes, own, raised, squares, strict=True)
@@ -167,29 +168,29 @@ class PanelTails:
         self._expected = small_contacts(self._problem, solution)
         if not unresolved and self._follows(solution):
             return True
-        marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
-        for mask, more in zip(marked, self._overlapping(solution, failed), strict=True):
+        errors = TailErrors(solution)
+        marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in errors.meshes]
+        for mask, more in zip(marked, self._overlapping(errors, failed), strict=True):
             mask |= more
         for panels_of in (overlapping_sides, unseen_panels):
             for mask, more in zip(marked, panels_of(self._problem, solution, failed), strict=True):
                 mask |= more
-        self._refine(solution, marked, [mask[:, 0] & False for mask in marked])
+        self._refine(errors, marked, [mask[:, 0] & False for mask in marked])
         return not self.exhausted
 
-    def _overlapping(self, solution: Solution, failed: StepResult) -> list[Mask]:
+    def _overlapping(self, errors: TailErrors, failed: StepResult) -> list[Mask]:
         """Return the panels of secondaries that overlap most between nodes, (n_elements, 1) for
         each body.
 
         The measure is the pressure of the overlap. Where the gap is that of the geometry, they are
         the panels with the smallest gap.
         """
-        errors = TailErrors(solution)
         marked = [np.zeros((mesh.n_elements, 1), dtype=bool) for mesh in errors.meshes]
         for number, side in enumerate(self._sides):
             mesh, gap = errors.meshes[side.body], failed.pairs[side.name].gap
             overlapping = largest(errors.gap_squares(failed, number), SHARE)
             if not overlapping.any():
-                element = mesh.element[solution.nodes[side.name]]
+                element = mesh.element[errors.solution.nodes[side.name]]
                 overlapping = lowest_between(element, gap, mesh.n_elements) <= gap.min()
             marked[side.body] |= overlapping[:, None]
         return marked
@@ -256,23 +257,22 @@ class PanelTails:
             cached = self._faced[side.name] = (secondary.corners, primary.corners, couples)
         return cached[2]
 
-    def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
+    def _refine(self, errors: TailErrors, marked: list[Mask], raised: list[Mask]) -> None:
         """Make the next meshes: panels of the next order, and panels halved along marked
         coordinates.
 
         Halving is repeated where `_once_more` says so. If the meshes are too expensive,
         `exhausted` says why.
         """
-        meshes, small = (
-            [as_surface(mesh) for mesh in solution.meshes.values()],
-            small_contacts(self._problem, solution),
-        )
+        solution = errors.solution
+        meshes = [as_surface(mesh) for mesh in errors.meshes]
+        small = small_contacts(self._problem, solution)
         if small:
             within = self._within(meshes, small)
             marked = [mask | more for mask, more in zip(marked, within, strict=True)]
         else:
             meshes = self._raised(meshes, raised)
-        next_meshes, overlaps = list[SurfaceMesh](), TailErrors(solution).overlaps()
+        next_meshes, overlaps = list[SurfaceMesh](), errors.overlaps()
         again = True
         while again:
             finer, parent = self._cut(meshes, marked)
@@ -328,18 +328,26 @@ class PanelTails:
             for mesh, mask in zip(meshes, raised, strict=True)
         ]
 
+    @functools.cached_property
+    def _edges(self) -> list[tuple[Boundary, list[Array]]]:
+        """The surface of each interface's secondary, and the points of the edges that press on
+        it."""
+        boundaries = self._problem.boundaries
+        return [
+            (boundaries[side.body], gap_edges(boundaries[side.body], side.part, side.law.gap))
+            for side in self._sides
+        ]
+
     def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
         """Return the marks of secondaries along coordinates in which panels of boxes end at a rim,
         or at an edge that presses, and are long."""
         result = [np.zeros_like(mask) for mask in marked]
-        for side in self._sides:
+        for side, (outline, edges) in zip(self._sides, self._edges, strict=True):
             mesh = meshes[side.body]
             size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
             on_part = (mesh.part == mesh.part_names.index(side.part))[:, None]
             long = on_part & (np.linalg.norm(sides(mesh), axis=2) > FADE * size)
-            outline = self._problem.outline(side.body)
-            ends = at_edges(outline, mesh, gap_edges(outline, side.part, side.law.gap))
-            result[side.body] |= marked[side.body] & long & ends
+            result[side.body] |= marked[side.body] & long & at_edges(outline, mesh, edges)
         return result
 
     def _with_opposite(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
