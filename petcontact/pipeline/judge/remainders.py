@@ -9,6 +9,7 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     """
     shares, data = dict[tuple[int, str, str], float](), DataRemainders(problem.loaded, meshes)
     for loaded in problem.loaded:
-        for part, term in _given_terms(loaded):
+        for part, term in _given_terms(*loaded.conditions):
             key = loaded.number, type(term).__name__.lower(), part
             shares[key] = max(data.left(loaded.number, part, term)[1], shares.get(key, 0.0))
     for side, quantity in itertools.product(problem.interfaces, BOUNDS):
@@ -64,9 +65,9 @@ def missed_data(problem: Problem, meshes: Sequence[BoundaryMesh]) -> list[str]:
     ]
 
 
-def _given_terms(loaded: LoadedBody) -> Iterator[tuple[str, Displacement | Traction]]:
-    """Yield the part and each term of the displacements and tractions of all steps."""
-    for part, condition in itertools.chain.from_iterable(map(dict.items, loaded.conditions)):
+def _given_terms(*states: dict[str, Any]) -> Iterator[tuple[str, Displacement | Traction]]:
+    """Yield the part and each term of the displacements and tractions at the ends of steps."""
+    for part, condition in itertools.chain.from_iterable(map(dict.items, states)):
         for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
             yield part, term
 
@@ -265,10 +266,9 @@ class DataRemainders:
         mesh, result = self._meshes[number], np.zeros(self._meshes[number].n_elements)
         compliance = kernel_for(mesh, self._bodies[number].body.material).half_space_compliance
         stiff = 1.0 / (math.pi * compliance * element_sizes(mesh))
-        for part, condition in self._bodies[number].conditions[step - 1].items():
-            for term in condition.apart if isinstance(condition, Displacement | Traction) else ():
-                scale = stiff if isinstance(term, Displacement) else 1.0
-                result += scale**2 * self.left(number, part, term)[0]
+        for part, term in _given_terms(self._bodies[number].conditions[step - 1]):
+            scale = stiff if isinstance(term, Displacement) else 1.0
+            result += scale**2 * self.left(number, part, term)[0]
         return result * faded(mesh, contact)
 
     def resultant_error(self) -> float:
@@ -276,7 +276,7 @@ class DataRemainders:
         errors = [
             self.left(loaded.number, part, term)[2]
             for loaded in self._bodies
-            for part, term in _given_terms(loaded)
+            for part, term in _given_terms(*loaded.conditions)
             if isinstance(term, Traction)
         ]
         return max(errors, default=0.0)
