@@ -240,9 +240,9 @@ class Statements:
             coefficient, *slope = self.floats(keyword, row)[:2]
             self._law()["friction_coefficient"] = coefficient
             if "TAUMAX" in keyword.parameters:
-                (self._law()["friction_bound"],) = self.floats(
+                self._law()["friction_bound"] = self.floats(
                     keyword, [keyword.parameters["TAUMAX"]]
-                )
+                )[0]
             if any(slope) and len(keyword.rows) == 1:
                 self.note(keyword, f"stick slope {slope[0]:g}; what sticks does not move here")
         if len(keyword.rows) > 1:

@@ -10,6 +10,7 @@ from ...errors import InputError
 from ...geometry.meridian import Meridian
 from ...geometry.surface import Boundary
 from ...model.hints import among
+from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Contact, Periodic, Problem, Traction
 
@@ -92,8 +93,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         if isinstance(side.law, Contact) and role == "secondary":
             continue
         key = f"{side.key}.{'partner' if side.periodic else role}"
-        or_obstacle = (role, problem.is_flat, side.periodic) == ("primary", True, False)
-        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, or_obstacle)
+        noun = _end_in_words(problem, side, role)
+        _known_part(f"{key}: body {body.name!r}", part, boundary.parts, noun)
         if part in taken:
             raise InputError(
                 f"{key}: {part!r} of body {body.name!r} has a boundary condition already"
@@ -108,9 +109,15 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None
         )
 
 
-def _known_part(key: str, part: str, parts: tuple[str, ...], or_obstacle: bool = False) -> None:
+def _end_in_words(problem: Problem, side: PosedInterface, role: str) -> str:
+    """Return what an end of an interface may name: without bodies its primary is an obstacle or a
+    part; a partner is a part."""
+    is_primary = role == "primary" and not side.periodic
+    return "part or [[obstacle]]" if is_primary and problem.is_flat else "part"
+
+
+def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part") -> None:
     if part not in parts:
-        noun = "part or [[obstacle]]" if or_obstacle else "part"
         raise InputError(f"{key}: no {noun} {part!r}{among(part, parts, 'parts are')}")
 
 

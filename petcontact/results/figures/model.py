@@ -253,18 +253,22 @@ def _draw_space(figure: Any, solution: SolutionData) -> None:
 
 
 def _obstacles_in_space(axes: Any, solution: SolutionData) -> list[Any]:
-    """Rigid obstacles as a net, which hides nothing: the panels that may touch them, moved by the
-    gap along the normal, where they face the eye. The net, or nothing."""
+    """Draw rigid obstacles as a net, which hides nothing; the net, or nothing.
+
+    It is made of the panels that may touch them, moved by the gap along the normal, where they face
+    the eye.
+    """
     from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
     eye, lines = toward_eye(axes.elev, axes.azim), list[Array]()
     for side in solution.problem.interfaces:
         if side.primary is None and side.law.normal != "bonded":
             lines += [*_net(solution, side, eye)]
-    nets = [Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)] * bool(lines)
-    for net in nets:
-        axes.add_collection3d(net)
-    return nets
+    if not lines:
+        return []
+    net = Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)
+    axes.add_collection3d(net)
+    return [net]
 
 
 def _net(solution: SolutionData, side: Any, eye: Array) -> Array:
