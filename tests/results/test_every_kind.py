@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from marks import slow
+from marks import slow, some
 from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
@@ -78,7 +78,7 @@ PROBLEMS = {
 
 @pytest.fixture(
     scope="module",
-    params=[slow(kind) if kind == "space, bodies" else kind for kind in PROBLEMS],
+    params=some(PROBLEMS.keys() - {"space, bodies"}, PROBLEMS),
 )
 def solution(request):
     return solve(PROBLEMS[request.param]())
