@@ -11,7 +11,8 @@ from petcontact import load
 from petcontact.commands.main import main
 from petcontact.contact.law_protocol import OPEN
 from petcontact.pipeline.pose.as_posed import as_posed
-from petcontact.results.figures.model import draw_model, parts_of
+from petcontact.results.figures.model import draw_model
+from petcontact.results.figures.posed_parts import parts_of
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 

@@ -1,0 +1,104 @@
+"""The parts of a problem with what is known on them in words, for its pictures in any
+dimension."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...model.bodies import Contact, Traction
+from ...model.summary import condition_text, law_text
+from ...runtime.figure_style import COLOURS, plain, wrapped
+from ..data import SolutionData
+
+KINDS = {"free": "0.8", "held": COLOURS[0], "loaded": COLOURS[4], "contact": COLOURS[1]}
+"""Colours of parts, by what is known on them."""
+WORDS = 30
+"""Characters of a line of what stands beside a part: a third of a figure's width."""
+SMALL = 6.5
+"""Size of the names of parts [points]."""
+
+
+@dataclass(frozen=True)
+class LabelledPart:
+    """A part of a body, what is known on it, and that in words."""
+
+    body: str
+    name: str
+    kind: str
+    text: str
+
+    @property
+    def words(self) -> str:
+        """What stands beside it in a picture."""
+        return "\n".join(map(plain, [self.name, *textwrap.wrap(self.text, WORDS)]))
+
+
+def parts_of(solution: SolutionData) -> list[LabelledPart]:
+    """All parts in the last step, with their conditions and interfaces."""
+    problem, labelled = solution.problem, dict[tuple[str, str], LabelledPart]()
+    names = [body.name for body in problem.body]
+    for number, (name, mesh) in enumerate(solution.meshes.items()):
+        conditions = problem.conditions(number)[solution.last.step - 1]
+        for part in mesh.part_names:
+            condition = conditions.get(part)
+            kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])
+            text = "" if kind == "free" else condition_text(condition)
+            labelled[name, part] = LabelledPart(name, part, kind, text)
+    for side in problem.interfaces:
+        for number, part in () if side.periodic else side.ends:
+            against = "" if isinstance(side.law, Contact) else f"pair {side.name}: "
+            is_secondary = (number, part) == side.ends[0]
+            text = f"{against}{law_text(side.law)}" if is_secondary else f"pair {side.name}"
+            labelled[names[number], part] = LabelledPart(names[number], part, "contact", text)
+    return list(labelled.values())
+
+
+def _kind(condition: Any, traction: Array) -> str:
+    if condition is None or (isinstance(condition, Traction) and not traction.any()):
+        return "free"
+    return "loaded" if isinstance(condition, Traction) else "held"
+
+
+def titled(solution: SolutionData) -> str:
+    """The title, the step whose supports and loads are shown, and loads that no arrow shows."""
+    step, count = solution.last, len(solution.problem.step)
+    lines = [wrapped(solution.problem.title)]
+    lines += [plain(f"supports and loads at the end of step {step.name!r}")] * (count > 1)
+    volume = [
+        f"{body.name}: {name.replace('_', ' ')}"
+        for body in solution.problem.body
+        if body.loads is not None
+        for name in sorted(body.loads.model_fields_set - {"centre", "axis"})
+    ]
+    return "\n".join(filter(None, [*lines, plain(", ".join(volume))]))
+
+
+def has_room(
+    taken: list[Any], x: Array, text: str, letter: float, angle: float, down: float
+) -> bool:
+    """Whether a text has room beside a point; then it is taken. A letter is half as wide as
+    high."""
+    import shapely.affinity
+
+    lines = text.split("\n")
+    wide, high = 0.55 * letter * max(map(len, lines)), 1.3 * letter * len(lines)
+    low = x[1] + down * high
+    flat = shapely.box(x[0] - 0.5 * wide, low, x[0] + 0.5 * wide, low + high)
+    box = shapely.affinity.rotate(flat, angle, origin=tuple(x))
+    free = not any(box.intersects(other) for other in taken)
+    taken += [box] * free
+    return free
+
+
+def point_forces(solution: SolutionData) -> Iterator[tuple[Array, Array]]:
+    """Points at which forces act, and the forces (d,) other than zero."""
+    for body in solution.problem.body:
+        for point in body.point_force:
+            if any(point.force):
+                yield np.array(point.at, dtype=float), np.array(point.force, dtype=float)
