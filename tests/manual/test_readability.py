@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
 SCRIPT = runpy.run_path(str(ROOT / "scripts" / "readability"))
 BROKEN, SENTENCES, WORD = SCRIPT["broken"], SCRIPT["sentences"], SCRIPT["WORD"]
-PAGES = [ROOT / "README.md", *sorted(MANUAL.glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted(MANUAL.rglob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

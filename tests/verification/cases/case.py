@@ -50,8 +50,9 @@ class Value:
 class Case:
     """One page of the manual. `quick` says whether the tests solve it.
 
-    `accuracy` solves on adaptive meshes to it, as `--accuracy` does. `curve` has closed forms of
-    "pressure" and "shear" that are drawn where they have no norm.
+    `data` has the numbers of the problem, as a table. `accuracy` solves on adaptive meshes to it, as
+    `--accuracy` does. `curve` has closed forms of "pressure" and "shear" that are drawn where they
+    have no norm.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Case:
     accuracy: float | None = None
     quick: bool = False
     values: tuple[Value, ...] = ()
+    data: dict[str, str] = field(default_factory=dict)
     curve: dict[str, str] = field(default_factory=dict)
 
     @property

@@ -72,37 +72,32 @@ def table(cases: list[Case], computed: dict[str, list[float]]) -> str:
     return HEAD + "\n".join(lines) + "\n\n## The pages\n\n" + titles + "\n"
 
 
-def page(case: Case, computed: list[float], mesh: str) -> str:
-    """The page of a case; `mesh` is the line that says what was solved."""
-    parts = [f"# {case.number}: {case.title}\n", f"## Problem\n\n{case.text}\n"]
-    parts.append(
-        f"![Problem: what is held, loaded and in contact]({SHOWN}/{case.name}-problem.png)\n"
-    )
+def _table(titles: list[str], lines: list[list[str]]) -> str:
+    return "\n".join([_line(titles), _line(["---"] * len(titles)), *map(_line, lines)]) + "\n"
+
+
+def page(case: Case, computed: list[float], solved: dict[str, str]) -> str:
+    """The page of a case; `solved` is what `solved_row` says of its solution."""
     module, _, name = case.problem.partition(":")
     where = (
         str(case.config.relative_to(ROOT))
         if case.config
         else f"{name}` of `tests/verification/cases/{module}.py"
     )
-    parts.append(f"Posed by `{where}`.\n")
-    kind = KINDS[case.kind]
-    parts.append(
-        f"## Reference\n\n- Type: {kind}.\n- Uncertainty: {case.uncertainty}.\n- Source: "
-        f"{case.source}.\n"
-    )
-    parts.append(f"## Mesh\n\n{case.mesh}\n\n{mesh}\n" if case.mesh else f"## Mesh\n\n{mesh}\n")
-    lines = [_line(cells) for cells in rows(case, computed)]
-    parts.append(
-        "\n".join(
-            [
-                "## Tested values\n",
-                "| quantity | target | computed | ratio | tolerance | met |",
-                "| --- | --- | --- | --- | --- | --- |",
-                *lines,
-                "",
-            ]
-        )
-    )
+    titles = ["quantity", "target", "computed", "ratio", "tolerance", "met"]
+    parts = [
+        f"# {case.number}: {case.title}\n",
+        f"## Problem\n\n{case.text}\n",
+        _table(["data", ""], [[*pair] for pair in case.data.items()]),
+        f"![Problem: what is held, loaded and in contact]({SHOWN}/{case.name}-problem.png)\n",
+        f"Posed by `{where}`.\n",
+        f"## Reference\n\n{case.uncertainty}.\n",
+        _table(["type", "source"], [[KINDS[case.kind], case.source]]),
+        f"## Mesh\n\n{case.mesh}\n" if case.mesh else "## Mesh\n",
+        _table([*solved], [[*solved.values()]]),
+        "## Tested values\n",
+        _table(titles, rows(case, computed)),
+    ]
     others = sorted({f"{value.name}: {value.source}" for value in case.values if value.source})
     if others:
         parts.append("Targets of another source: " + "; ".join(others) + ".\n")
@@ -112,16 +107,15 @@ def page(case: Case, computed: list[float], mesh: str) -> str:
     return "\n".join(parts)
 
 
-def solved_line(solution) -> str:
-    """How many elements, unknowns and iterations."""
+def solved_row(solution) -> dict[str, str]:
+    """How many elements, unknowns and iterations, by their titles."""
     orders = sorted({int(order) for mesh in solution.meshes.values() for order in mesh.order})
-    elements = sum(mesh.n_elements for mesh in solution.meshes.values())
-    unknowns = sum(mesh.components * mesh.n_nodes for mesh in solution.meshes.values())
-    order = "-".join(map(str, dict.fromkeys((orders[0], orders[-1]))))
     accuracy = solution.accuracy
-    reported = f" Estimated error of p and q: {accuracy.error:.1e}." if accuracy.is_known else ""
-    return (
-        f"{elements} elements of order {order}, {unknowns} unknowns, {len(solution.steps)} "
-        f"increment{'s' if len(solution.steps) > 1 else ''}, {solution.iterations} "
-        f"iterations.{reported}"
-    )
+    return {
+        "elements": str(sum(mesh.n_elements for mesh in solution.meshes.values())),
+        "order": "-".join(map(str, dict.fromkeys((orders[0], orders[-1])))),
+        "unknowns": str(sum(m.components * m.n_nodes for m in solution.meshes.values())),
+        "increments": str(len(solution.steps)),
+        "iterations": str(solution.iterations),
+        "estimated error of p and q": f"{accuracy.error:.1e}" if accuracy.is_known else "not known",
+    }

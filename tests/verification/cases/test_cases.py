@@ -23,7 +23,7 @@ def test_targets_are_met_and_the_page_is_current(case):
     computed, _ = case.computed()
     printed = [
         [cell.strip() for cell in line.replace("\\|", "/").split("|")[1:-1]]
-        for line in (PAGES / f"{case.name}.md").read_text().splitlines()
+        for line in (PAGES / f"{case.name}.md").read_text().partition("## Tested")[2].splitlines()
         if line.startswith("| ")
     ][2:]
     assert len(printed) == len(case.values)
