@@ -58,6 +58,17 @@ def test_commands_and_programs_print_the_numbers_of_the_text(page, tmp_path):
     assert VERIFY["missing"](done, False, SOURCES.get(page.stem, {}))[1] == []
 
 
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if page.parent != MANUAL / "cases"], ids=lambda page: page.stem
+)
+def test_numbers_of_sections_without_commands_have_a_source(page):
+    """Those that a command of the page may print are left to the test above."""
+    if not is_run(page):
+        assert VERIFY["missing"](VERIFY["Page"](page), False, SOURCES.get(page.stem, {}))[1] == []
+    named = re.findall(r"(?:petcontact|scripts|tests)/[\w/.]+\w", str(SOURCES.get(page.stem, "")))
+    assert [name for name in named if not (ROOT / name).exists()] == []
+
+
 def test_a_number_that_nothing_prints_is_found(tmp_path):
     """To its digits, as a share, and as an input; years and numbers of equations are none."""
     text = "## A\n\n```sh\ntrue\n```\n{} and 25.4 %, of 2019, by (4.12), `h = 0.31`: 0.31.\n"
@@ -66,6 +77,25 @@ def test_a_number_that_nothing_prints_is_found(tmp_path):
     page.printed.append("0.0012341 0.25400")
     assert VERIFY["missing"](page, False, {}) == (4, ["page, A: 0.987"])
     assert VERIFY["missing"](page, False, {"0.987": "by hand"})[1] == []
+    assert VERIFY["missing"](page, False, {"*": "by hand"}) == (0, [])
+
+
+def test_a_section_without_commands_is_compared_once_all_are_run(tmp_path):
+    """With what the others of its page print."""
+    (tmp_path / "page.md").write_text("## A\n\n```sh slow\ntrue\n```\n\n## B\n\nIt is 0.987.\n")
+    page = VERIFY["Page"](tmp_path / "page.md")
+    assert VERIFY["missing"](page, False, {}) == (0, [])
+    assert VERIFY["missing"](page, True, {}) == (1, ["page, B: 0.987"])
+
+
+def test_the_problems_of_pictures_are_commands():
+    """Configs that stand alone on a line."""
+    text = "`configs/a.toml`, `configs/recipes/b.toml`\n\nSee `configs/c.toml`.\n"
+    assert [line.split()[2] for line, _ in commands(text, True)] == [
+        "configs/a.toml",
+        "configs/recipes/b.toml",
+    ]
+    assert commands(text, False) == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -1,7 +1,7 @@
 """Lamé's cylinder and Kirsch's plate: displacement and traction on Γ, displacement and stress
 inside, rates as measured.
 
-Run as a program it prints the table of the README.
+Run as a program it prints the table of the manual.
 """
 
 from __future__ import annotations
