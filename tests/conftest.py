@@ -1,25 +1,12 @@
-"""Shared pieces of the tests: the paper's examples, and PETSc started once."""
+"""Fixtures of all tests."""
 
 from __future__ import annotations
 
-import dataclasses
 import signal
 
 import pytest
 from hypothesis import settings
 
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    Method,
-    Problem,
-    Rectangle,
-    Traction,
-)
-from petcontact.contact.methods.registry import method_of
-from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
@@ -63,32 +50,3 @@ def unsampled(monkeypatch):
 def comm():
     """PETSc.COMM_SELF: the serial tests must not meet on a communicator of many."""
     return petsc().COMM_SELF
-
-
-def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Problem:
-    """Example 1 or 2 of the paper as printed, on h = 0.1 unless a mesh is given."""
-    modulus, ratio, corner, bound, left, right = {
-        1: (10_000.0, 0.3, (8.0, 4.0), 150.0, 400.0, 0.0),
-        2: (2_500.0, 0.2, (10.0, 2.0), 450.0, 1700.0, -1100.0),
-    }[number]
-    return Problem(
-        material=Material(young_modulus=modulus, poisson_ratio=ratio),
-        geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=corner),
-        mesh=mesh or MeshOptions(element_size=0.1),
-        boundary=(
-            Contact(part="bottom", friction_bound=bound),
-            Displacement(part="top", value=(0.0, 0.0)),
-            Traction(part="left", value=(left, 0.0)),
-            Traction(part="right", value=(right, 0.0)),
-        ),
-        method=Method(**{"name": "projection", "rule": "modified", **method}),
-    )
-
-
-def run_with(prepared, method: Method, rule=None, **keywords):
-    """The solution of a prepared problem by another method."""
-    problem = prepared.discrete.problem.model_copy(update={"method": method})
-    discrete = dataclasses.replace(prepared.discrete, problem=problem)
-    return run(
-        dataclasses.replace(prepared, discrete=discrete, method=method_of(method, rule)), **keywords
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 
 import numpy as np
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, solve
 

@@ -17,15 +17,15 @@ AT_THE_START = (
     "LANG",
     "LC_",
     "LD_",
-    "OMPI_COMM_WORLD",
     "OMP_",
     "OPENBLAS_",
     "PETCONTACT_NATIVE",
-    "PMI",
+    "PMI_",
     "PYTHON",
     "SLURM_",
 )
-"""Beginnings of variables that are read once, or by a launcher's ranks."""
+"""Beginnings of variables that are read once, or that name a stream of the client, as those of
+MPICH's launcher do; Open MPI's ranks are told an address."""
 DEFAULTS = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 """Of the server; threads do not survive a fork either."""
 SIGNALS = (1, 2, 15, 24)  # SIGHUP, SIGINT, SIGTERM, SIGXCPU: what is passed on
@@ -67,7 +67,8 @@ def call(address: str, words: list[str]) -> int:
     if answer == ELSEWHERE:
         os.execv(sys.executable, start)
     if answer < 0:
-        signal.signal(-answer, signal.SIG_DFL)
+        if -answer != signal.SIGKILL:
+            signal.signal(-answer, signal.SIG_DFL)
         os.kill(os.getpid(), -answer)
     return answer
 
@@ -210,6 +211,8 @@ def become(words, folder, environment, streams) -> None:
         atexit._run_exitfuncs()
         if "petsc4py.PETSc" in sys.modules:
             sys.modules["petsc4py.PETSc"]._finalize()
+        if "mpi4py.MPI" in sys.modules and not sys.modules["mpi4py.MPI"].Is_finalized():
+            sys.modules["mpi4py.MPI"].Finalize()
         sys.stdout.flush()
         sys.stderr.flush()
     finally:

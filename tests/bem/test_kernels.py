@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from prepared import operators
 
 from petcontact import MeshOptions, solve

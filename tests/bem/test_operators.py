@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from prepared import filled
 from prepared import operators as operators_of
 
@@ -139,7 +139,7 @@ def test_assembly_stays_within_its_memory():
     program = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from conftest import example
+from examples import example
 from prepared import filled
 from prepared import operators as operators_of
 from petcontact import MeshOptions

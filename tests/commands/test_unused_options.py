@@ -4,7 +4,7 @@ read."""
 from __future__ import annotations
 
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, solve
 from petcontact.commands.main import main

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import forked
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import Contact, InputError, MeshOptions
 from petcontact.commands.compare import _numbers

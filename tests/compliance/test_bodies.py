@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy
-from conftest import example
+from examples import example
 from marks import slow
 from prepared import Posed
 from shapes import drawn, elastic, moved, rectangle, touching

@@ -8,7 +8,7 @@ from pathlib import Path
 import forked
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from marks import slow
 from prepared import Posed, operators
 

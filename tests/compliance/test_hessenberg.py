@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from marks import slow
 from prepared import Posed
 

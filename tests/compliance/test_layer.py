@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.integrate
-from conftest import example
+from examples import example
 from prepared import Posed, layer_of, operators, strips_of
 
 import petcontact.compliance.layer.strips

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import example
+from examples import example
 from prepared import operators
 
 from petcontact import MeshOptions, load

@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, field_on_grid, load, solve, write_solution
 from petcontact.commands.main import main

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 import shapely
-from conftest import example
+from examples import example
 from prepared import operators
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from prepared import filled, operators
 
 from petcontact import Contact, MeshOptions, SolverError, Traction

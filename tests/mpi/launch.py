@@ -28,12 +28,13 @@ def mpiexec() -> tuple[str, ...]:
     return launcher, *(["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else [])
 
 
-def command(ranks: int, *words: str) -> list[str]:
-    """mpiexec -n RANKS python WORDS; one rank needs no launcher, and what takes no PETSc options no
-    start of Python."""
-    if ranks > 1:
-        return [*mpiexec(), "-n", str(ranks), sys.executable, *words]
-    return [forked.program(), *(words[2:] if words[:2] == ("-m", "petcontact") else words)]
+def command(ranks: int, *words: str, children: bool = False) -> list[str]:
+    """mpiexec -n RANKS python WORDS; one rank needs no launcher. Ranks are forked from a server that
+    has imported petcontact, unless they have to be children of the launcher."""
+    launcher = [*mpiexec(), "-n", str(ranks)] if ranks > 1 else []
+    if children:
+        return [*launcher, sys.executable, *words]
+    return [*launcher, forked.program(), *(words[2:] if words[0] == "-m" else words)]
 
 
 def environment() -> dict[str, str]:
@@ -45,12 +46,11 @@ def environment() -> dict[str, str]:
     return {**os.environ, **allow, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
 
 
-def start(ranks: int, *words: str, **keywords) -> subprocess.Popen:
+def start(ranks: int, *words: str, children: bool = False, **keywords) -> subprocess.Popen:
     """The job in a session of its own, its output captured as text."""
     arguments = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True} | keywords
-    return subprocess.Popen(
-        command(ranks, *words), env=environment(), start_new_session=True, **arguments
-    )
+    words = command(ranks, *words, children=children)
+    return subprocess.Popen(words, env=environment(), start_new_session=True, **arguments)
 
 
 def kill(job: subprocess.Popen) -> None:

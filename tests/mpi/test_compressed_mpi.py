@@ -17,7 +17,7 @@ PROGRAM = """
 import json, sys
 from petcontact.runtime.petsc import initialise, petsc
 initialise(sys.argv[1:])
-from conftest import example
+from examples import example
 from petcontact import MeshOptions, Method, solve
 case = example(2, mesh=MeshOptions(element_size=10 / 111))
 result = []

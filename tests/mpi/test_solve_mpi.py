@@ -15,7 +15,7 @@ pytestmark = pytest.mark.mpi
 
 PROGRAM = """
 import json, sys
-from conftest import example
+from examples import example
 from petcontact import MeshOptions, solve
 from petcontact.runtime.petsc import petsc
 result = []

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from scipy.interpolate import CubicSpline
 
 from petcontact import MeshOptions, solve

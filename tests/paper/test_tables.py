@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import run_with
+from examples import run_with
 from mpi4py import MPI
 
 from petcontact.pipeline.run import prepare

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from conftest import example
 from contact_lines import line_of
+from examples import example
 from random_bodies import random_case
 from shapes import elastic, rectangle, touching
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import forked
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from problems import block, contact_pair, load_step
 
 from petcontact import (

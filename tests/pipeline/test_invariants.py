@@ -13,7 +13,7 @@ import itertools
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, Method
 from petcontact.contact.criterion import Criterion

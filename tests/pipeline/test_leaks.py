@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, solve
 
@@ -47,7 +47,7 @@ PROGRAM = """
 from petcontact.runtime.petsc import initialise, petsc
 # PETSc 3.18 itself forgets the empty header of a factor where LU is done in place
 initialise(["-log_view", "-options_left", "no", "-elastic_pc_factor_in_place", "no"])
-from conftest import example
+from examples import example
 from petcontact import MeshOptions, solve
 for k in range(4):
     mesh = MeshOptions(element_size=0.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Problem, Traction, solve
 from petcontact.contact.friction_law import contact_norm

@@ -10,7 +10,7 @@ import matplotlib
 import matplotlib.pyplot
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from matplotlib.figure import Figure
 from matplotlib.quiver import Quiver
 

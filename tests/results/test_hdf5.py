@@ -14,7 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError

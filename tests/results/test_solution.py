@@ -9,7 +9,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import (
     Contact,

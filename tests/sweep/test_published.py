@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from conftest import example
+from examples import example
 
 from petcontact import Contact, Material, MeshOptions, Rectangle
 from petcontact.sweep.published import example_number, published_count, published_counts

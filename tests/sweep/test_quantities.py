@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from problems import block, contact_pair, load_step, obstacle
 from sweep_files import quietly, sweep_file
 

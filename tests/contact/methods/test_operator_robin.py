@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import example
+from examples import example
 from prepared import Posed
 
 import petcontact.contact.active_set.solvers
