@@ -46,7 +46,7 @@ def folder(tmp_path):
 @pytest.mark.parametrize(
     ("redirected", "said"),
     [
-        ("<&- >&- 2>&-", ""),
+        slow("<&- >&- 2>&-", ""),
         (
             ">/dev/full",
             "petcontact: standard output: cannot be written (No space left on device)\n",

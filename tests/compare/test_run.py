@@ -80,6 +80,7 @@ def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm)
         compare([("a", case)], contenders=["tao"], comm=comm)
 
 
+@pytest.mark.slow
 def test_tables_and_figures(rows, tmp_path):
     text = markdown(rows)
     assert text.count("## h = ") == 2 and "not converged" in text and "> 1000" in text

@@ -349,6 +349,7 @@ def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
     assert "DIVERGED_MAX_IT" in found.reason
 
 
+@pytest.mark.slow
 def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
     """A ring of few panels around: over a quarter of it tangents and normals sum up to one
     direction."""

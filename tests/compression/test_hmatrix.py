@@ -120,6 +120,7 @@ def test_sums_over_groups_are_those_of_the_entries():
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 def test_ranges_of_rows_make_up_the_whole_and_share_its_memory():
     kernel, tree = prepared("block", 500)
     blocks = block_tree(tree)

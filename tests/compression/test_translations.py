@@ -68,6 +68,7 @@ def test_rows_and_solutions_to_the_tolerance(name, tol):
     assert np.abs(exact @ x - b).max() <= 1e4 * tol
 
 
+@pytest.mark.slow
 def test_threads_and_several_columns():
     operator, rng = Mixed(outline("square")), np.random.default_rng(3)
     one, two = shared(operator, 1e-9), shared(operator, 1e-9, threads=2)

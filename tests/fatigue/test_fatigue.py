@@ -110,6 +110,7 @@ def test_ruiz_is_friction_work_and_tension(fretting):
     assert abs(abs(second.found[0].sites.x[second.found[0].value.argmax(), 0]) - 0.7) < 0.1
 
 
+@pytest.mark.slow
 def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     result = fatigue(fretting, "smith-watson-topper", first="pull", last="push again", depth=0.5)
     found, k = result.largest

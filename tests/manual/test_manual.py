@@ -12,6 +12,7 @@ from pathlib import Path
 
 import forked
 import pytest
+from marks import some
 
 import petcontact
 from petcontact.commands.schema import schema_text
@@ -159,7 +160,14 @@ def test_the_config_in_the_readme_is_solved(tmp_path):
 
 @pytest.mark.parametrize(
     "file",
-    ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"],
+    some(
+        ["configs/wedge.toml"],
+        of=[
+            "configs/example1.toml",
+            "configs/wedge.toml",
+            "petcontact/manual/starters/bodies.toml",
+        ],
+    ),
 )
 def test_the_glossary_has_every_word_of_a_verdict(file):
     problem = petcontact.load(ROOT / file)

@@ -20,7 +20,7 @@ CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.to
 
 SLOW = (
     *("load_path.toml", "rounded_pin.toml", "o_ring.toml", "limit_torque.toml"),
-    *("limit_load.toml", "mesh_in_space.toml"),
+    *("limit_load.toml", "mesh_in_space.toml", "symmetry.toml", "two_solutions.toml"),
 )
 """Take longer than the others."""
 

@@ -257,6 +257,7 @@ def ball():
         return adapt(parse(Problem, ball_on_block(), "ball"), 0.3)
 
 
+@pytest.mark.slow
 def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     assert adapts_itself(parse(Problem, ball_on_block(), "ball")) and ball.converged
     mesh = ball.meshes["ball"]

@@ -427,8 +427,13 @@ SLOW = {
     (capability, kind)
     for capability in (wear, rule_of_ones_own, fields, monitor_of_the_command_line)
     for kind in STEPPED
-} | {(compressed_operators, "space, bodies and steps"), (restart, "space, bodies and steps")}
-"""More than a second each."""
+}
+SLOW |= {
+    (capability, "space, bodies and steps")
+    for capability in CAPABILITIES
+    if capability not in (held_by_friction_only, von_mises_in_a_sweep, monitor_ends_the_solve)
+}
+"""In space nearly all are; what they have in common is left."""
 
 
 @pytest.mark.parametrize(

@@ -182,6 +182,7 @@ def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, rippl
     assert found[21] == pytest.approx(found[16], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_pin_in_a_lug(tmp_path):
     """Radius .99 in 1, facets of .3: the same force on both, near that of the plane solver, on
     arcs."""

@@ -64,6 +64,7 @@ def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error
     assert "depends on the path" in " ".join(one.verdict().split())
 
 
+@pytest.mark.slow
 def test_an_adaptive_solve_without_steps_takes_as_many_increments_as_it_needs():
     unnamed, one = (pressed(False, "x**2/8", count, adaptive=True) for count in (None, 1))
     assert len(one.steps) == 1 and 1 < len(unnamed.steps) <= 16

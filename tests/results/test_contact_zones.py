@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from marks import slow
 
 from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.geometry.surface import BoxSurface
@@ -43,9 +44,9 @@ def hertz(x, radius, _):
     [
         # the last nodes of panels that end at 1/12 are closed: the edge lies beyond these
         (westergaard, 1.0 / 3.0, 0.0795, 1.908),
-        (westergaard, 0.5, 0.14, 2.24),
-        (westergaard, 2.0 / 3.0, 0.155, 1.86),
-        (hertz, 0.35, 0.0, np.pi * 0.35**2),
+        slow(westergaard, 0.5, 0.14, 2.24),
+        slow(westergaard, 2.0 / 3.0, 0.155, 1.86),
+        slow(hertz, 0.35, 0.0, np.pi * 0.35**2),
         (hertz, 0.5, 0.0, np.pi * 0.5**2),
     ],
 )

@@ -144,6 +144,7 @@ value = [0.0, 0.0]
 """
 
 
+@pytest.mark.slow
 def test_a_case_without_a_mesh_is_what_a_solve_gives(tmp_path, comm):
     (tmp_path / "round.toml").write_text(ROUND)
     text = """

@@ -334,6 +334,7 @@ def test_a_free_plate_has_no_stress(temperature, order, plane):
     assert np.abs(solution.u).max() > ALPHA * 5.0
 
 
+@pytest.mark.slow
 def test_a_block_in_space_under_gravity_and_in_rotation():
     walls = [Symmetry(part) for part in ("left", "right", "front", "back")]
     floor = Contact("bottom", normal="unilateral")

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kernel_oracle import Element, block_error, nearest, reference_stress
+from marks import some
 
 from petcontact.bem.kelvin2d.integrals import Elements
 from petcontact.bem.kelvin2d.stress import stress_integrals
@@ -25,7 +26,7 @@ def assert_as_reference(element, point, distance, size):
     assert block_error(s[..., 0], expected_s) < tolerance
 
 
-@pytest.mark.parametrize("order", range(6))
+@pytest.mark.parametrize("order", some((0, 2, 5), range(6)))
 @pytest.mark.parametrize("angle", [0.0, 1e-8, -0.7])
 def test_kernels_of_the_stress(order, angle):
     rng = np.random.default_rng(order)

@@ -78,6 +78,7 @@ def check(surface, part, zone, rings, size):
     return mesh
 
 
+@pytest.mark.slow
 @settings(max_examples=4, deadline=None)
 @given(
     st.floats(-0.35, 0.35),
