@@ -16,7 +16,7 @@ import launch
 pytestmark = pytest.mark.mpi
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = tuple(
-    word for k in range(2) for word in ("--set", f"body.{k}.mesh={{element_size = 0.5, order = 1}}")
+    word for k in range(2) for word in ("--set", f"body.{k}.mesh={{element_size = 1.0, order = 1}}")
 )
 GRADED = tuple(
     word
