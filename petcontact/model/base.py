@@ -370,6 +370,8 @@ def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
         return nearest(given, words.split(", "))
     if kind == "tuple_type" and _is_number(given):
         return f"; in brackets, a value for each component: [{_shown(given)}, 0.0]"
+    if kind == "too_long" and all(isinstance(each, int) for each in given):
+        return "; a number has a decimal point, not a comma"
     refused = unit_refused(given) if kind == "float_type" and isinstance(given, str) else ""
     return f"; {refused}" if refused else ""
 

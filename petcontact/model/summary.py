@@ -15,7 +15,7 @@ def summary(problem: Any) -> list[tuple[str, str]]:
     ]
     for obstacle in problem.obstacle:
         given = [
-            f"{key} {_value(getattr(obstacle, key))}"
+            f"{key} {value_text(getattr(obstacle, key))}"
             for key in ("displacement", "rotation", "force", "moment")
             if key in obstacle.model_fields_set
         ]
@@ -87,12 +87,14 @@ def condition_text(condition: Any) -> str:
     if isinstance(condition, Contact):
         return law_text(condition)
     if getattr(condition, "pressure", None) is not None:
-        return f"p = {_value(condition.pressure)}"
+        return f"p = {value_text(condition.pressure)}"
     if condition.condition in ("symmetry", "periodic"):
         return str(condition.condition)
     letter = "u" if condition.condition == "displacement" else "t"
     load = getattr(condition, "traction", None)
-    return f"{letter} = {_value(condition.value)}" + (f", t = {_value(load)}" if load else "")
+    return f"{letter} = {value_text(condition.value)}" + (
+        f", t = {value_text(load)}" if load else ""
+    )
 
 
 def law_text(law: Contact | Pair) -> str:
@@ -106,14 +108,14 @@ def law_text(law: Contact | Pair) -> str:
     """
     names = {"friction_coefficient": "friction coefficient", "friction_bound": "friction bound"}
     given = [
-        f"{name} {_value(getattr(law, key))}"
+        f"{name} {value_text(getattr(law, key))}"
         for key, name in names.items()
         if getattr(law, key) is not None
     ]
     return ", ".join([law.normal, *(given or ["frictionless"] * (law.normal != "bonded"))])
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
     """A number, an expression or a few of them; a function, a long expression or an array of many
     values by its kind."""
     if callable(value):
@@ -121,7 +123,9 @@ def _value(value: Any) -> str:
         return "by a function" if name == "<lambda>" else f"by {name}"
     if isinstance(value, tuple):
         return (
-            f"[{', '.join(map(_value, value))}]" if len(value) <= 3 else f"by {len(value)} values"
+            f"[{', '.join(map(value_text, value))}]"
+            if len(value) <= 3
+            else f"by {len(value)} values"
         )
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= SHORT else "by an expression"

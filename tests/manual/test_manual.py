@@ -181,6 +181,30 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        "with the ends of parts",
+        "tractions are singular",
+        "times its size",
+        "widths of its contact",
+        "of the two sides do not match",
+        "no contact anywhere",
+        "contact carries nothing",
+        "overlaps by",
+    ],
+)
+def test_the_glossary_has_what_only_some_verdicts_say(words):
+    assert any(words in path.read_text() for path in MANUAL.parent.rglob("*.py"))
+    assert words in chapter("glossary")
+
+
+def test_the_gap_has_no_letter_of_its_own():
+    """g is Tresca's bound: "overlap g", "gap g" would share it."""
+    for path in PAGES:
+        assert not re.search(r"\b(gap|overlap) g\b|\bgQ\b", path.read_text()), path
+
+
 def test_the_chapters_are_the_files():
     """A chapter is there as soon as its file is; only the order is written down."""
     assert {path.stem for path in MANUAL.glob("*.md")} == set(topics())

@@ -217,11 +217,15 @@ def test_the_same_lines_from_python(build, wanted):
         (b"a = box", 'a text needs quotes: "box"'),
         (b"[a]\nb = 1\n[[a]]\nb = 2", r"is \[\[a\]\] each time"),
         (b"[material]\nyoung_modulus = 0,3 # N", "'young_modulus = 0,3 # N'; .* comma: 0.3"),
+        (
+            b'[[boundary]]\npart = "a"\ncondition = "traction"\nvalue = [4,5, 0,0]',
+            "at most 3 items, not 4, .* a decimal point, not a comma",
+        ),
         (b"x = " + b"[" * 5000, "nested deeper than 16 levels"),
         (b"x = " + b"9" * 10_000, "not valid TOML"),
         (b"#" * 4_000_001, "larger than"),
     ],
-    ids=range(11),
+    ids=range(12),
 )
 def test_files_that_are_no_config(content, wanted, tmp_path):
     path = tmp_path / "c.toml"

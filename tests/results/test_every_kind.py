@@ -89,6 +89,7 @@ def test_what_is_written_is_read(solution, tmp_path):
     solution.save(tmp_path / "r.h5")
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and repr(again) == repr(solution)
+    assert max(map(len, solution.verdict().splitlines())) <= 80
     for step, other in zip(again.steps, solution.steps, strict=True):
         assert vars(step.history) == vars(other.history)
         assert (step.rho, step.residual) == (other.rho, other.residual)

@@ -193,5 +193,7 @@ def _far(discrete: Discrete) -> list[Finding]:
             far = distance > 0.0
             how = f"lies {distance:.3g} apart" if far else f"overlaps by {-distance:.3g}"
             text = f"pair {posed.name!r} {how}, far for the theory of small displacements"
-            findings.append(new_finding("far apart", text, measured=distance, limit=limit))
+            advice = "check where the bodies lie, and gaps"
+            finding = new_finding("far apart", text, advice=advice, measured=distance, limit=limit)
+            findings.append(finding)
     return findings

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sized
 from typing import Any
 
 from ...bem.compatibility import check_revolution
@@ -13,6 +12,7 @@ from ...model.hints import among
 from ...model.interfaces import PosedInterface
 from ...model.loaded_body import LoadedBody
 from ...model.problem import Body, Contact, Periodic, Problem, Traction
+from .load_states import check_components
 
 
 def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
@@ -35,11 +35,11 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
             check_revolution(problem.loaded[number], boundary)
     for side in problem.interfaces:
         if side.direction is not None:
-            _check_components(f"{side.key}.direction", side.direction, d)
+            check_components(f"{side.key}.direction", side.direction, d)
     for k, step in enumerate(problem.step):
         for j, force in enumerate(step.point_force):
             key = f"step[{k}].point_force[{j}].force"
-            _check_components(key, force.force, boundaries[0].components)
+            check_components(key, force.force, boundaries[0].components)
     for number, boundary in enumerate(boundaries):
         _check_conditions(problem, number, boundary)
 
@@ -48,9 +48,9 @@ def _check_loads(loaded: LoadedBody, boundary: Boundary) -> None:
     """Refuse loads inside a body that may not have them, or whose components do not fit."""
     body, d = loaded.body, boundary.dim
     for k, point in enumerate(body.point_force):
-        _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
+        check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
         key = f"body {body.name!r}: point_force[{k}].force"
-        _check_components(key, point.force, boundary.components)
+        check_components(key, point.force, boundary.components)
     if not boundary.has_inside and (body.point_force or body.loads):
         key = "point_force" if body.point_force else "loads"
         raise InputError(
@@ -66,7 +66,7 @@ def _check_loads(loaded: LoadedBody, boundary: Boundary) -> None:
                 f"revolution about its axis; leave it out"
             )
         for key, value in loads.vectors():
-            _check_components(f"body {body.name!r}: loads.{key}", value, d)
+            check_components(f"body {body.name!r}: loads.{key}", value, d)
 
 
 def _check_conditions(problem: Problem, number: int, boundary: Boundary) -> None:
@@ -119,11 +119,6 @@ def _end_in_words(problem: Problem, side: PosedInterface, role: str) -> str:
 def _known_part(key: str, part: str, parts: tuple[str, ...], noun: str = "part") -> None:
     if part not in parts:
         raise InputError(f"{key}: no {noun} {part!r}{among(part, parts, 'parts are')}")
-
-
-def _check_components(key: str, value: Sized, d: int) -> None:
-    if len(value) != d:
-        raise InputError(f"{key}: the body has {d} dimensions, got {len(value)} components")
 
 
 def body_alone(problem: Problem, number: int, boundary: Boundary) -> Body:

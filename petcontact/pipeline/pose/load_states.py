@@ -101,7 +101,7 @@ def _components(
     )
     for part, condition in loaded.conditions[step - 1].items():
         if isinstance(condition, Displacement):
-            check_components(condition.value, mesh, f"body {body.name!r}: {part}")
+            check_components(f"body {body.name!r}: {part}.value", condition.value, mesh.components)
             traction_known[mesh.nodes_of(part)] = [
                 component == "free" for component in condition.value
             ]
@@ -231,11 +231,12 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh) -> None:
         )
 
 
-def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
+def check_components(key: str, value: Sequence[object], d: int) -> None:
     """Refuse a vector with another number of components than the body has dimensions."""
-    if len(value) != mesh.components:
+    if len(value) != d:
+        given = ", ".join(str(each) for each in value)
         raise InputError(
-            f"{key}.value: the body has {mesh.components} dimensions, got {len(value)} components"
+            f"{key}: the body has {d} dimensions, got {len(value)} components, [{given}]"
         )
 
 
@@ -251,7 +252,7 @@ def _given(
     normal = lifted(mesh.normal[nodes], mesh.components)
     for term in () if isinstance(condition, Symmetry | Periodic) else condition.apart:
         if isinstance(term, Displacement) or term.pressure is None:
-            check_components(term.value or (), mesh, key)
+            check_components(f"{key}.value", term.value or (), mesh.components)
         nodal = given_values(term, mesh.variables(nodes), normal, key)
         function = known_function(term, mesh, key)
         if function is not None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...contact.friction_law import lengths
 from ...contact.law_protocol import OPEN
+from ...model.summary import value_text
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from ..numbers import Number
@@ -115,28 +116,32 @@ def _pairs(tell: Teller, step: StepResult, laws: bool) -> Iterator[str]:
             continue
         pair = step.pairs[posed.name]
         head = f"  {printable(posed.name)}: "
-        yield from wrapped(head, [law_words(posed)] * laws, width=NARROW)
+        yield from wrapped(head, law_words(posed) if laws else [], width=NARROW)
         for items in (*_pair(tell, step, posed.name, posed.law), _defects(pair, tell.verbose)):
             if items:
                 yield from wrapped("    ", items, width=NARROW)
 
 
-def law_words(posed: Any) -> str:
-    """The law of a pair in words."""
+def law_words(posed: Any) -> list[str]:
+    """The items of a pair's law in words."""
     law = posed.law
     if posed.periodic:
-        return "periodic"
+        return ["periodic"]
     if law.normal == "bonded":
-        return "bonded"
+        return ["bonded"]
     coefficient, bound = law.friction_coefficient, law.friction_bound
     given = {
         "friction coefficient": coefficient,
         "friction bound": bound,
         "wear coefficient": law.wear_coefficient,
     }
-    named = [f"{name} {value}" for name, value in given.items() if value is not None]
+    named = [
+        f"{name} {value if isinstance(value, float) else value_text(value)}"
+        for name, value in given.items()
+        if value is not None
+    ]
     friction = [] if (coefficient, bound) != (None, None) else ["without friction"]
-    return printable(", ".join([f"{law.normal} contact", *friction, *named]))
+    return [f"{law.normal} contact", *friction, *map(printable, named)]
 
 
 def _pair(tell: Teller, step: StepResult, name: str, law: Any) -> Iterator[list[str]]:

@@ -138,7 +138,7 @@ def _zones_and_forces(tell: Teller) -> list[str]:
         if posed.name not in step.pairs:
             continue
         part, pair = posed.part, step.pairs[posed.name]
-        lines += wrapped(f"  {printable(part)}: ", [law_words(posed)])
+        lines += wrapped(f"  {printable(part)}: ", law_words(posed))
         lines += wrapped("    ", zones) if (zones := _zones(solution, part)) else []
         area = float(pair.weight.sum())
         words = {"force": "force", "largest slip": "largest |u_t|"}
