@@ -16,7 +16,7 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
-from .hints import among, nearest
+from .hints import among, nearest, unit_refused
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -49,10 +49,6 @@ SHOWN = 3
 LONGEST_EXPRESSION = 500
 NOT_IN_NAMES, NOT_IN_LINES = re.compile(r"[\x00-\x1f]"), re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 NOT_IN_TITLES = re.compile(r"\x00")
-UNIT = re.compile(
-    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
-)
-"""A number, a space, and what is no variable of ours."""
 
 
 def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
@@ -374,18 +370,6 @@ def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
         return "; a number has a decimal point, not a comma"
     refused = unit_refused(given) if kind == "float_type" and isinstance(given, str) else ""
     return f"; {refused}" if refused else ""
-
-
-def unit_refused(text: str) -> str:
-    """Why a text that is a number with a unit is no number; nothing for any other text.
-
-    Examples
-    --------
-    >>> unit_refused("150 MPa")
-    'a number has no unit here: 150; [units] names units'
-    """
-    match = UNIT.fullmatch(text.strip())
-    return f"a number has no unit here: {match[1]}; [units] names units" if match else ""
 
 
 def _allowed(kind: str, message: str) -> str:

@@ -15,7 +15,7 @@ import simpleeval
 
 from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
-from .base import unit_refused
+from .hints import unit_refused
 
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {

@@ -1,8 +1,9 @@
-"""What a name that does not exist most likely stands for."""
+"""What a name that does not exist, or a value that is not read, most likely stands for."""
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -32,6 +33,10 @@ SYNONYMS = {
     "cuboid": "box",
 }
 """What others call it."""
+UNIT = re.compile(
+    r"([-+]?[\d.]+(?:e[-+]?\d+)?)\s+(?!(?:[xyzs]|n[xyz]|pi)\b)[A-Za-zµ°%][\w/*^²³·%]*"
+)
+"""A number, a space, and what is no variable of ours."""
 
 
 def nearest(given: Any, names: list[str]) -> str:
@@ -50,3 +55,15 @@ def among(given: Any, names: Sequence[str], there: str = "there are") -> str:
     (", did you mean 'right'?", '; bodies are none')
     """
     return nearest(given, [*names]) or f"; {there} {', '.join(names) or 'none'}"
+
+
+def unit_refused(text: str) -> str:
+    """Why a text that is a number with a unit is no number; nothing for any other text.
+
+    Examples
+    --------
+    >>> unit_refused("150 MPa")
+    'a number has no unit here: 150; [units] names units'
+    """
+    match = UNIT.fullmatch(text.strip())
+    return f"a number has no unit here: {match[1]}; [units] names units" if match else ""
