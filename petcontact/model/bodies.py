@@ -389,7 +389,7 @@ class Body(Model):
     Attributes
     ----------
     name : str
-        Of the body.
+        Name of the body.
     material : Material
         What it is made of.
     geometry : Rectangle, Polygon, ...
@@ -431,7 +431,7 @@ class Pair(Model):
     Attributes
     ----------
     name : str
-        Of the pair.
+        Name of the pair.
     secondary : str
         "body.part": the side whose nodes are collocated; pressure and shear live there.
     primary : str

@@ -22,6 +22,7 @@ SYNONYMS = {
     "tresca": "contact",
     "coulomb": "contact",
     "clamped": "displacement",
+    "encastre": "displacement",
     "fixed": "displacement",
     "dirichlet": "displacement",
     "neumann": "traction",

@@ -82,9 +82,9 @@ class Obstacle(Model):
     Attributes
     ----------
     name : str
-        Of the obstacle.
+        Name of the obstacle.
     displacement : a number or "free" a component
-        Of the centre [length].
+        Displacement of the centre [length].
     rotation : number or "free", in space one about each of x, y, z
         About the centre, counter-clockwise, small [rad].
     centre : point
@@ -160,7 +160,7 @@ class BoundaryChange(Model):
     value, pressure : as in the condition
         As in the condition that it changes; of a periodic one value is its jump.
     traction : as in the condition, optional
-        Of a displacement: of its "free" components. What is not named stays.
+        Traction on the "free" components of a displacement. What is not named stays.
     """
 
     body: str | None = pydantic.Field(default=None, kw_only=True)
@@ -191,15 +191,15 @@ class ObstacleChange(Model):
     Attributes
     ----------
     name : str
-        Of the obstacle.
+        Name of the obstacle.
     displacement : a number or "free" a component
-        [length]
+        Displacement of the centre [length].
     rotation : number or "free", in space one about each of x, y, z
-        [rad]
+        Rotation about the centre [rad].
     force : a number a component
-        [force/length, in space force]
+        Force by component [force/length, in 3D force].
     moment : number, in space one about each of x, y, z
-        [force, in space force · length]
+        Moment about the centre [force, in 3D force · length].
     """
 
     name: str
@@ -223,9 +223,9 @@ class PointForceChange(Model):
     Attributes
     ----------
     name : str
-        Of the point force.
+        Name of the point force.
     force : (fx, fy), in space (fx, fy, fz)
-        [force/length, in space force]
+        Force by component [force/length, in 3D force].
     """
 
     name: str

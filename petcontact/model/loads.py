@@ -36,7 +36,7 @@ class PointForce(Model):
     at : point
         Inside the body, not on its boundary [length].
     force : (fx, fy), in space (fx, fy, fz)
-        [force/length, in space force]
+        Force by component [force/length, in 3D force].
     name : str
         For load steps that change it.
     """
@@ -66,7 +66,7 @@ class VolumeLoads(Model):
     centre : point, optional
         A point on the axis of rotation; the origin by default [length].
     axis : vector, optional, in 3D
-        Of rotation, in space; along z by default [-].
+        Axis of rotation in 3D; along z by default [-].
     temperature : number or expression
         Rise over the state without stress [temperature].
     """

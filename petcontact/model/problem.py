@@ -54,7 +54,7 @@ class Setting(Model):
     Attributes
     ----------
     title : str
-        Of the problem, for verdict and figures.
+        Title of the problem, for verdict and figures.
     symmetry : {"plane", "axial"}, optional
         "axial": bodies of revolution, whose half sections are given by x, the distance r >= 0 from
         the axis, and y, the height z along it. Forces are those on whole rings. Vectors may have a

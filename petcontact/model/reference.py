@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic.json_schema import models_json_schema
 
-from .base import Model, models_in
+from .base import Model, models_below
 
 ENTRY = re.compile(
     r"^(\w[\w, ]*) : .*?(?:, in ((?:2D|axial|3D)(?:, \w+)*))?\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE
@@ -39,7 +39,7 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
         the default.
     """
     keys, definitions = models_json_schema([(model, "validation") for model in models.values()])
-    for model in {below for root in models.values() for below in _below(root)}:
+    for model in {below for root in models.values() for below in models_below(root)}:
         entry = definitions["$defs"][model.__name__]
         entry["description"] = summary(model)
         for name, (text, _) in described(model).items():
@@ -50,12 +50,6 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
         this = keys[model, "validation"]
         chosen = {"if": {"required": [key]}, "then": this, "else": chosen} if key else this
     return {"$schema": "http://json-schema.org/draft-07/schema#", **chosen, **definitions}
-
-
-def _below(cls: type[Model]) -> list[type[Model]]:
-    """Return a model and all models of its fields."""
-    inner = [m for field in cls.model_fields.values() for m in models_in(field.annotation)]
-    return [cls, *(below for model in inner for below in _below(model))]
 
 
 def summary(model: type[Model]) -> str:

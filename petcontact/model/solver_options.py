@@ -103,7 +103,7 @@ class Method(Model):
     change_test : {"ratio", "literal"}
         Whether c_k counts w_k/ρ_k or w_k itself outside the window.
     tolerance : float
-        Of the stopping criterion [-].
+        Tolerance of the stopping criterion [-].
     stop : {"both", "displacement", "residual"}
         The criterion's quantity, see `projection.Criterion`.
     max_iterations : int

@@ -145,6 +145,7 @@ def test_a_case_survives_its_own_toml():
         ),
         ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2), got 0.5"),
         ("material.nu", 0.3, "material.nu: unknown key, did you mean 'poisson_ratio'?"),
+        ("plane", "stress", "plane: unknown key; it is a key of [material]"),
         ("material", 5, "material: must be a table, got 5"),
         ("materiel", {}, "materiel: unknown key, did you mean 'material'?"),
         ("method.rule", "modifed", "got 'modifed', did you mean 'modified'?"),

@@ -53,13 +53,13 @@ class Gmsh(Shape):
     file : str
         Path of the file; in a config it is relative to the config's folder.
     parts : table of lists of int, optional, in 3D
-        Of a CAD file: names, and the numbers of the surfaces that each is for; the other surfaces
+        Names for the surfaces of a CAD file, each with the numbers of its surfaces; the others
         keep their own.
     solid : str or int, optional, in 3D
-        Of a CAD file with several solids: name or number of the one that is meant.
+        Name or number of the solid that is this body, where a CAD file has several.
     surface : str, optional
-        Of a .msh file with several bodies: name of the physical surface (3D: volume, of tetrahedra)
-        that is this body.
+        Name of the physical surface (3D: volume, of tetrahedra) that is this body, where a .msh
+        file has several.
     """
 
     shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)

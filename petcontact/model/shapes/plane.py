@@ -173,9 +173,9 @@ class Circle(Model):
     part : str
         Name of the part.
     center : point
-        [length]
+        Centre of the circle [length].
     radius : float
-        [length]
+        Radius of the circle [length].
     """
 
     part: str = pydantic.Field(min_length=1)

@@ -15,8 +15,8 @@ from .revolved import Revolved
 
 
 class Box(Shape):
-    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top
-    z+.
+    """A box with edges along the axes; its faces are left x-, right x+, front y-, back y+, bottom
+    z-, top z+.
 
     In a config::
 
@@ -65,9 +65,9 @@ class Sphere(Shape):
     shape : "sphere", in 3D
         The shape.
     centre : point with three coordinates
-        [length]
+        Centre of the ball [length].
     radius : float
-        [length]
+        Radius of the ball [length].
     """
 
     shape: Literal["sphere"] = pydantic.Field(default="sphere", kw_only=True)
@@ -99,7 +99,7 @@ class Cylinder(Shape):
     to : point with three coordinates
         Centre of the disc top [length].
     radius : float
-        [length]
+        Radius of the cylinder [length].
     """
 
     shape: Literal["cylinder"] = pydantic.Field(default="cylinder", kw_only=True)
