@@ -47,7 +47,7 @@ add_arguments = options(
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print; a chapter as Markdown where standard output is no terminal."""
-    from ..manual import chapter, pages, summary, topics
+    from ..manual import BOOKS, chapter, pages, summary, topics
 
     words = " ".join(arguments.topic)
     if not words:
@@ -55,7 +55,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             "Chapters of the manual. `petcontact help CHAPTER` shows one, `petcontact help\n"
             "WORD` searches all of them, and `petcontact help KEY` explains a key of configs:\n"
         )
+        first = {chapters[0]: book for book, chapters in BOOKS.items()}
         for name in topics():
+            if name in first:
+                print(first[name])
             print(f"  {name:<16}{summary(name)}")
         return 0
     if arguments.search or words not in pages():

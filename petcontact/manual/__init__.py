@@ -1,7 +1,7 @@
 """The manual: Markdown, a chapter a file, and configs to start from; installed with the package.
 
-A chapter is there as soon as its file is: ORDER only says which ones are read first. Folders hold
-pages of a chapter.
+A chapter is there as soon as its file is: BOOKS only says where it stands. Folders hold pages of a
+chapter.
 """
 
 from __future__ import annotations
@@ -11,38 +11,21 @@ from collections.abc import Iterator
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-ORDER = (
-    "tutorial",
-    "installing",
-    "recipes",
-    "choosing",
-    "troubleshooting",
-    "config",
-    "contact",
-    "loads",
-    "wear",
-    "axial",
-    "space",
-    "operators",
-    "methods",
-    "options",
-    "sweeps",
-    "fields",
-    "fatigue",
-    "export",
-    "python",
-    "background",
-    "paper",
-    "verification",
-    "cases",
-    "accuracy",
-    "speed",
-    "reliability",
-    "gallery",
-    "glossary",
-    "extending",
-    "changes",
-)
+BOOKS = {
+    "Tutorial": ("tutorial", "installing", "gallery"),
+    "How-to": (
+        *("recipes", "choosing", "troubleshooting", "fields", "export", "sweeps", "axial"),
+        *("loads", "wear", "fatigue", "extending"),
+    ),
+    "Reference": (
+        *("config", "glossary", "contact", "space", "python", "methods", "options", "operators"),
+    ),
+    "Background": (
+        *("background", "accuracy", "speed", "paper", "verification", "cases", "reliability"),
+        "changes",
+    ),
+}
+"""The four books, and their chapters in the order in which one would read them."""
 SUFFIX = ".md"
 
 
@@ -57,14 +40,10 @@ def chapter(topic: str) -> str:
 
 
 def topics() -> dict[str, str]:
-    """Chapters in the order in which one would read them, others after them by name; with their
-    titles."""
+    """Chapters in the order of the books, others after them by name; with their titles."""
     found = sorted(_pages(files(__package__)))
-    order = [
-        *(name for name in ORDER if name in found),
-        *(name for name in found if name not in ORDER),
-    ]
-    return {name: _title(name) for name in order}
+    order = [name for chapters in BOOKS.values() for name in chapters if name in found]
+    return {name: _title(name) for name in dict.fromkeys([*order, *found])}
 
 
 def summary(topic: str) -> str:

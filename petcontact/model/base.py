@@ -17,6 +17,7 @@ import pydantic_core
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
 from .hints import nearest, unit_refused
+from .model_tree import models_at, stands_in
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -329,13 +330,13 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     if kind == "control":
         return f"{_key([*loc, context['key']], data)}: {mistake['msg']}"
     if kind == "extra_forbidden":
-        models = [m for m in _models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
+        models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
         keys = sorted({name for model in models for name in model.model_fields})
-        where = nearest(str(loc[-1]), keys) or _stands_in(cls, str(loc[-1]))
+        where = nearest(str(loc[-1]), keys) or stands_in(cls, str(loc[-1]))
         return f"{_key(loc, data)}: unknown key{where or '; valid keys: ' + ', '.join(keys)}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
-        tags = sorted({model.model_fields[name].default for model in _models_at(cls, loc)})
+        tags = sorted({model.model_fields[name].default for model in models_at(cls, loc)})
         allowed = f"must be one of {', '.join(map(repr, tags))}"
         key = _joined(_key(loc, data), name)
         if kind == "union_tag_not_found":
@@ -411,48 +412,3 @@ def _joined(table: str, name: str) -> str:
 def _shown(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
-    """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among
-    a union's."""
-    models = [cls]
-    for step in loc:
-        following = [
-            m
-            for model in models
-            if isinstance(step, str) and step in model.model_fields
-            for m in models_in(model.model_fields[step].annotation)
-        ]
-        named = [
-            m
-            for m in models
-            if isinstance(step, str)
-            and step in [field.default for field in m.model_fields.values()]
-        ]
-        models = following or named or models
-    return models
-
-
-def _stands_in(cls: type[Model], key: str) -> str:
-    """In which tables of an input a key stands; nothing where it stands in none."""
-    fields = (field for model in models_below(cls) for field in model.model_fields.items())
-    tables = {
-        f"[{name}]": None
-        for name, field in fields
-        if any(key in model.model_fields for model in models_in(field.annotation))
-    }
-    return f"; it is a key of {', '.join(tables)}" if tables else ""
-
-
-def models_below(cls: type[Model]) -> list[type[Model]]:
-    """A model and all models of its fields."""
-    inner = [m for field in cls.model_fields.values() for m in models_in(field.annotation)]
-    return [cls, *(below for model in inner for below in models_below(model))]
-
-
-def models_in(annotation: Any) -> list[Any]:
-    """The models that an annotation names, over lists and unions."""
-    if isinstance(annotation, type) and issubclass(annotation, Model):
-        return [annotation]
-    return [model for inner in getattr(annotation, "__args__", ()) for model in models_in(inner)]

@@ -16,7 +16,7 @@ from marks import some
 
 import petcontact
 from petcontact.commands.schema import schema_text
-from petcontact.manual import ORDER, chapter, pages, topics
+from petcontact.manual import BOOKS, chapter, pages, topics
 
 ROOT = Path(__file__).parents[2]
 MANUAL = ROOT / "petcontact" / "manual"
@@ -119,16 +119,9 @@ def test_modules_that_are_named_exist(page):
 
 
 def test_every_lesson_and_how_to_has_a_picture():
-    """The chapters of the first two columns of the README's table, and each lesson."""
-    rows = re.findall(r"^\| ?(.*)\|$", (ROOT / "README.md").read_text(), re.MULTILINE)
-    names = [
-        name
-        for row in rows
-        for cell in row.split("|")[:2]
-        for name in re.findall(r"manual/(\w+)\.md", cell)
-    ]
-    assert len(names) > 10
-    texts = [chapter(name) for name in names if name != "installing"]
+    """The chapters of the first two books, and each lesson."""
+    names = {*BOOKS["Tutorial"], *BOOKS["How-to"]} - {"installing"}
+    texts = [chapter(name) for name in sorted(names)]
     for text in texts + re.split(r"^## Lesson", chapter("tutorial"), flags=re.MULTILINE)[1:]:
         assert "![" in text, text[:60]
 
@@ -211,7 +204,15 @@ def test_the_chapters_are_the_files():
     assert {
         path.relative_to(MANUAL).with_suffix("").as_posix() for path in MANUAL.rglob("*.md")
     } == set(pages())
-    assert list(topics())[: len(ORDER)] == list(ORDER)
+
+
+def test_every_chapter_stands_in_one_of_the_four_books():
+    """In the same one in `petcontact help`, on the site and in the README's table."""
+    assert [*topics()] == [name for chapters in BOOKS.values() for name in chapters]
+    lines = (ROOT / "README.md").read_text().splitlines()
+    rows = [line[1:-1].split("|") for line in lines if line[0:1] == "|" and "manual/" in line]
+    for column, chapters in zip(zip(*rows, strict=True), BOOKS.values(), strict=True):
+        assert {*re.findall(r"manual/(\w+)\.md", " ".join(column))} == {*chapters}
 
 
 def test_the_config_reference_is_current():
