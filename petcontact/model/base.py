@@ -330,10 +330,7 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     if kind == "control":
         return f"{_key([*loc, context['key']], data)}: {mistake['msg']}"
     if kind == "extra_forbidden":
-        models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
-        keys = sorted({name for model in models for name in model.model_fields})
-        where = nearest(str(loc[-1]), keys) or stands_in(cls, str(loc[-1]))
-        return f"{_key(loc, data)}: unknown key{where or '; valid keys: ' + ', '.join(keys)}"
+        return f"{_key(loc, data)}: unknown key{_instead(cls, loc)}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
         tags = sorted({model.model_fields[name].default for model in models_at(cls, loc)})
@@ -353,6 +350,14 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     if not (kind == "value_error" and isinstance(mistake["input"], dict)):
         message += given + _meant(kind, mistake["input"], context)
     return ": ".join(filter(None, [_key(loc, data), message]))
+
+
+def _instead(cls: type, loc: list[Any]) -> str:
+    """A key that is meant, the tables in which this one stands, or the keys that there are."""
+    models = [m for m in models_at(cls, loc[:-1]) if loc[-1] not in m.model_fields]
+    keys = sorted({name for model in models for name in model.model_fields})
+    where = nearest(str(loc[-1]), keys) or stands_in(cls, str(loc[-1]))
+    return where or f"; valid keys: {', '.join(keys)}"
 
 
 def _meant(kind: str, given: Any, context: dict[str, Any]) -> str:
