@@ -142,6 +142,24 @@ def test_the_readme_has_the_verdict_that_is_printed():
     assert textwrap.indent(wanted, "    ") in readme
 
 
+def test_what_is_cited_has_the_version_and_the_title():
+    citation, readme = ((ROOT / name).read_text() for name in ("CITATION.cff", "README.md"))
+    title = re.search(r'^title: "(.*)"$', citation, re.MULTILINE)[1]
+    assert f"version: {petcontact.__version__}\n" in citation
+    assert f"version = {{{petcontact.__version__}}}" in readme and f"{{{title}}}" in readme
+
+
+def test_chapters_name_the_extras_that_there_are():
+    """As `pip install '.[cad]'`."""
+    named = {
+        name
+        for page in PAGES
+        for name in re.findall(r"'(?:petcontact|\.)\[(\w+)\]'", page.read_text())
+    }
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {"cad", "tables", "notebook"} <= named <= {*extras["optional-dependencies"]}
+
+
 def test_the_config_in_the_readme_is_solved(tmp_path):
     """And it lifts off nowhere, as a block that is pressed down; its mesh adapts itself."""
     ((_, text),) = blocks((ROOT / "README.md").read_text(), "toml")
