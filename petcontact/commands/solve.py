@@ -260,7 +260,10 @@ class Meshes:
             print(f"petcontact: {text}", file=sys.stderr, flush=True)
         if mesh.seconds > SOON:
             with contextlib.suppress(OutputError):  # the result itself will meet it
-                write_solution(self._output, mesh.solution, replace=self.replaces)
+                # a reader computes the numbers, which take longer than some meshes
+                write_solution(
+                    self._output, replace(mesh.solution, written=()), replace=self.replaces
+                )
                 self.replaces = True
 
 

@@ -14,6 +14,7 @@ from petcontact import InputError, SolverError, load, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compliance.hierarchical.equations import MixedEquations
+from petcontact.compliance.hierarchical.posed import Balance
 from petcontact.compliance.hierarchical.system import FORCING
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
@@ -144,12 +145,24 @@ def test_sets_that_change_more_than_before_are_those_of_a_more_exact_solve(comm,
         tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
         system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
     posed.close()
-    # 3 nodes change, then 2, 1 and none; of the last nothing is left to gain
-    assert asked == [FORCING, FORCING, FORCING, FORCING, FORCING**2]
+    # to the end from rest; 3 nodes change, then 2, 1 and none; of the last nothing is left to gain
+    assert asked == [0.0, FORCING, FORCING, FORCING, FORCING**2]
     posed = Posed(problem(**TIGHT), comm)
     asked.clear()
     for slipping in (0, 1, 4, 6):
         tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
         posed.system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
     posed.close()
-    assert asked == [FORCING, FORCING, FORCING**2, FORCING]
+    assert asked == [0.0, FORCING, FORCING**2, FORCING]
+
+
+def test_forces_out_of_balance_are_solved_for_however_small_the_residual_is(mixed, monkeypatch):
+    tau = np.zeros(mixed.system.u_0.shape)
+    law = Linearisation.from_law(mixed.law, tau), np.ones(tau.shape), 1e-6, None
+    for _ in range(2):
+        mixed.system.linear_solve(*law)
+    assert mixed.system.ksp_iterations == 0
+    monkeypatch.setattr(Balance, "share", lambda *_: 0.5)
+    for _ in range(3):
+        mixed.system.linear_solve(*law)
+        assert mixed.system.ksp_iterations > 0

@@ -166,9 +166,9 @@ class JointBodies:
         )
         if start is not None:
             return self.equations.solve(posed, start, rtol, forcing)
-        if self._last is not self.equations.at_rest and not self._last.sigma.any():
-            # what iterations left of a solution without tractions measures no other one: to the
-            # end, from rest
+        if not self._last.sigma.any():
+            # what is left of a solution without tractions measures no other one, and tractions of
+            # what bends are a small part of it: to the end, from rest
             self._last, forcing = self.equations.at_rest, 0.0
         self._last, self._shares = (
             self.equations.solve(posed, self._last, rtol, forcing),
