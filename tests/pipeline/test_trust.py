@@ -18,7 +18,7 @@ import petcontact as pc
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
 from petcontact.model.base import parse
-from petcontact.pipeline.judge.thickness import slenderness
+from petcontact.pipeline.judge.thickness import compactness, slenderness
 
 CYLINDER = """
 [material]
@@ -481,3 +481,28 @@ def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size
     assert solution.converged and bool(warned) == told
     worst = solution.accuracy.error, solution.accuracy.resultants
     assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.1
+
+
+def test_what_bends_moves_farther_than_its_tractions_move_a_compact_body(unestimated):
+    """A square of edge 2 that is pulled: u = x σ/E, |t|/|u| = (4/(4 + 4/3))^½ E. A beam with
+    tractions yσ/h at its ends: u_y = x² σ/(2 E h), off its mean by (1/80 - 1/144)^½ (2a)² σ/(2 E h).
+    Its ends and u_x are left out, about h/a."""
+
+    def pulled(height, way):
+        ends = (("left", f"-({way})"), ("right", way), ("top", 0.0), ("bottom", 0.0))
+        conditions = [
+            {"part": part, "condition": "traction", "value": [value, 0.0]} for part, value in ends
+        ]
+        shape = {"shape": "rectangle", "lower_left": [-1, -height], "upper_right": [1, height]}
+        return solve(
+            Problem(
+                material={"young_modulus": 2.0, "poisson_ratio": 0.0},
+                geometry=shape,
+                mesh={"element_size": 0.1, "order": 2},
+                boundary=conditions,
+            )
+        )
+
+    assert compactness(pulled(1.0, "1.0")) == pytest.approx(0.75**0.5, rel=1e-6)
+    slender = (0.05**3 / 3.0 / (1.0 / 80.0 - 1.0 / 144.0)) ** 0.5 / 2.0
+    assert compactness(pulled(0.05, "y")) == pytest.approx(slender, rel=0.15)

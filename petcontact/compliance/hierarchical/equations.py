@@ -156,12 +156,12 @@ class MixedEquations:
             np.where(still, 0.01 * sizes.max(), sizes), posed, factors, sigma, x
         )
         # a slender body moves far under small forces: they may be out of balance by more
-        share = (
-            posed.balance.share(self.whole(left), self._border_scale(posed.balance), rtol)
+        target = min(
+            max(rtol * scale, forcing * size),
+            size * posed.balance.share(self.whole(left), self._border_scale(posed.balance), rtol)
             if size <= rtol * scale
-            else 1.0
+            else size,
         )
-        target = min(max(rtol * scale, forcing * size), share * size)
         self.krylov.iterations = 0
         if size > target:
             with one_blas_thread():

@@ -17,6 +17,7 @@ from ...runtime.memory import release_memory
 from ...runtime.signals import answering
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..eliminate import Announce
+from ..judge.thickness import compactness
 from ..pose.discretise import Discrete, MeshMaker, discretise
 from ..run import prepare, reported, unreported
 from ..steps.increment import Monitor, PreparedProblem
@@ -57,13 +58,13 @@ class LevelSolver:
         self._comm, self._monitor, self._law, self._announce = comm, monitor, law, announce
         self.discrete: Discrete | None = None
         self.missed = 0.0
-        self._tolerance = math.nan
+        self._aimed = self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self.kept: PreparedProblem | None = None
 
     def aim(self, accuracy: float) -> None:
         """Choose the tolerance of compressed operators for a wanted accuracy."""
-        self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
+        self._aimed = self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
 
     def keep(self) -> None:
         """Keep the operators of the last solution, and free earlier ones."""
@@ -80,9 +81,12 @@ class LevelSolver:
         """Return the solution on the meshes of a level; `last` is the solution on the meshes
         before.
 
-        The solve is repeated with a smaller tolerance while compressed operators are too
-        inaccurate.
+        The tolerance of compressed operators is smaller for bodies that bend. The solve is repeated
+        with a smaller one while they are too inaccurate.
         """
+        if last is not None:
+            tolerance = self._aimed * compactness(last)
+            self._tolerance = max(min(self._tolerance, tolerance), TIGHTEST)
         while True:
             may_be_tighter = self._tolerance > TIGHTEST
             try:

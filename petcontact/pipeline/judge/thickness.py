@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...bem.boundary_data import half_extent, unit_motions
 from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.hp_grading import OPPOSITE
 from ...model.problem import Body, Displacement
+from ...results.solution import Solution
 
 ASIDE = 0.75
 """Largest distance of an opposite node from the normal line through the centre, in element
@@ -70,3 +72,26 @@ def bending_error(mesh: BoundaryMesh, held: Mask | None = None) -> float:
     order = np.argsort(-ratio)
     beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())
     return BENDING * float(ratio[order[beyond]]) ** 2
+
+
+def compactness(solution: Solution) -> float:
+    """Return how far tractions move a compact body over how far the bodies are strained, at most 1
+    [-].
+
+    Tractions t strain a compact body of half the extent a by about t a/E. What bends moves much
+    farther under them: errors of its displacement, relative to itself, are larger errors of t.
+    """
+    least = 1.0
+    for body in solution.problem.body:
+        mesh, results = (
+            solution.meshes[body.name],
+            [step.bodies[body.name] for step in solution.steps],
+        )
+        root = np.sqrt(np.repeat(mesh.weight, mesh.components))
+        motions = np.linalg.qr(root[:, None] * unit_motions(mesh).reshape(len(root), -1))[0]
+        moved = root[:, None] * np.column_stack([result.u.ravel() for result in results])
+        strained = np.linalg.norm(moved - motions @ (motions.T @ moved), axis=0).max()
+        acting = max(float(np.linalg.norm(root * result.traction.ravel())) for result in results)
+        if strained > 0.0:
+            least = min(least, acting * half_extent(mesh) / body.material.young_modulus / strained)
+    return least
