@@ -108,9 +108,9 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
                 solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
-        stop()  # from here on signals wait until the result is written
+        interrupted = stop()  # from here on signals wait until the result is written
         if first:
-            solution = with_numbers(solution, comm)
+            solution = replace(solution, written=() if interrupted else numbers_of(solution))
             write_solution(output, solution, replace=meshes.replaces)
         number = stop()
     if first:
@@ -160,13 +160,14 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
         return False
 
 
-def with_numbers(solution: Any, comm: Any) -> Any:
-    """The solution with the numbers of its verdict; without any where a signal comes meanwhile, on
-    one rank. On several ranks a signal waits for them."""
-    numbers: tuple[Any, ...] = ()
-    with contextlib.suppress(BrokenOff), answering(comm):
-        numbers = tuple(solution.numbers)
-    return replace(solution, written=numbers)
+def numbers_of(solution: Any) -> tuple[Any, ...]:
+    """The numbers of a verdict, which the first rank computes; none where a signal comes
+    meanwhile."""
+    from ..runtime.petsc import petsc
+
+    with contextlib.suppress(BrokenOff), answering(petsc().COMM_SELF):
+        return tuple(solution.numbers)
+    return ()
 
 
 def saved_text(solution: Any, output: Path) -> str:
