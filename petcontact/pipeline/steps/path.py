@@ -228,7 +228,7 @@ def _change(problem: PreparedProblem, solution: Solution, end: StepResult) -> tu
         apart = _sizes(problem, sigma - before)[0] if q * p > 0.0 else 0.0
         text = (
             f"{'p and q differ' if problem.discrete.wear.any() else 'q differs'} by "
-            f"{apart / (q or 1.0):.0%} ({apart / (p or 1.0):.0%} of p) between {_count(last, end)} "
+            f"{apart / (q or 1.0):.0%} ({apart / (p or 1.0):.1%} of p) between {_count(last, end)} "
             f"and {_count(companion, end)} {'jumps' if end.cycle > 1 else 'increments'}"
         )
         differences.append((factor * apart / (p or 1.0), text))
