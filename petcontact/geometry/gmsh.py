@@ -38,6 +38,8 @@ def gmsh_outline(mesh: Any, file: str, axial: bool = False) -> Outline:
     points = np.asarray(mesh.points[:, :2], dtype=float)
     lines = _lines(mesh, file)
     edges = _boundary_edges(mesh)
+    if edges is not None and not edges:
+        raise InputError(f"{file}: damaged (each edge belongs to two cells or more: no boundary)")
     if axial:
         lines |= _on_axis(lines, edges, points)
     if edges is not None:
@@ -147,8 +149,7 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
     if not result:
         raise InputError(
             f"{file}: no line is in a physical group; physical line groups are the parts of the "
-            f"boundary "
-            "of a body whose nodes all lie in one plane z = const"
+            "boundary of a body whose nodes all lie in one plane z = const"
         )
     return result
 

@@ -128,6 +128,15 @@ def test_files_that_meshio_cannot_read_are_refused_with_advice():
         outline("plate_all")
 
 
+def test_cells_that_are_there_twice_are_refused(tmp_path):
+    """None of their edges belongs to one cell only: there is no boundary."""
+    elements = (DATA / "plate_v22.msh").read_text().partition("$Elements\n72\n")[2]
+    elements = elements.partition("$EndElements")[0]
+    twice = edited(tmp_path, f"72\n{elements}", f"144\n{elements}{elements}")
+    with pytest.raises(InputError, match=r"edited\.msh: damaged .*no boundary"):
+        Gmsh(file=str(twice)).outline()
+
+
 def test_boundary_without_a_group_is_refused():
     with pytest.raises(InputError, match="no line is in a physical group"):
         outline("plate_unnamed")
