@@ -14,7 +14,9 @@ from petcontact.model.base import parse
 from petcontact.pipeline.adapt.fixed_mesh import carries_something
 from petcontact.pipeline.adapt.loop import adapt
 from petcontact.pipeline.adapt.surface_errors import TailErrors
+from petcontact.pipeline.judge.first_panels import missed_volume
 from petcontact.pipeline.judge.thickness import bending_error, slenderness
+from petcontact.pipeline.pose.discretise import discretise
 from petcontact.refinement.panels.axes import sides
 from petcontact.refinement.panels.marks import LONGER, facing
 
@@ -146,6 +148,19 @@ def test_a_ball_under_its_weight_does_not_roll():
     assert solution.converged and np.abs(solution.last.alpha[3:]).max() < 1e-12
     force = solution.last.pairs["c"].force
     assert np.abs(force[:2]).max() < 1e-15 and np.isclose(force[2], 4e-4 / 3 * np.pi, rtol=0.02)
+
+
+@pytest.mark.parametrize("size", [1.3, 0.7])
+def test_what_panels_of_a_ball_miss_of_its_weight_is_in_the_error_of_forces(size):
+    problem = parse(Problem, ball(mesh={"element_size": size, "order": 1}), "ball")
+    (mesh,) = discretise(problem).meshes
+    volume = float(mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1)) / 3.0
+    missed = 1.0 - volume / (4.0 / 3.0 * np.pi)
+    assert 1e-4 < missed < 0.1
+    assert missed_volume(problem, [mesh]) == pytest.approx(missed, rel=0.15)
+    warm = {"loads": {"temperature": 1.0}, "material": {**STEEL, "thermal_expansion": 1e-5}}
+    light = parse(Problem, ball(**warm), "ball")
+    assert missed_volume(light, [mesh]) == 0.0
 
 
 def test_what_turns_a_ball_without_friction_is_held_by_nothing():

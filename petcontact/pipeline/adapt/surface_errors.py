@@ -23,6 +23,7 @@ from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ...round_off import TINY
 from ..judge.findings import limit_of
+from ..judge.first_panels import missed_volume
 from ..judge.remainders import DataRemainders, GapRemainder, gap_remainders
 from ..judge.thickness import bending_error, held_nodes
 
@@ -151,12 +152,13 @@ class TailErrors:
                 )
         return result
 
-    @property
+    @functools.cached_property
     def shared(self) -> float:
         """Relative error of resultants that finer panels in the contact do not reduce [-].
 
-        It is that of the integrals of given tractions, and that of bending."""
-        return self._data.resultant_error() + self._bending
+        It is that of the integrals of given tractions and of volume forces, and that of bending."""
+        given = self._data.resultant_error() + missed_volume(self.solution.problem, self.meshes)
+        return given + self._bending
 
     @functools.cached_property
     def _bending(self) -> float:
