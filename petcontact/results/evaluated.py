@@ -62,6 +62,9 @@ class Evaluated:
         Particular solutions for volume loads, where they are known already.
     coarser : SolutionData, optional
         The solution on another mesh that says what errors numbers have; files do not hold it.
+    undivided : SolutionData, optional
+        The solution on the same meshes with the increments of the coarser ones, where this one has
+        more.
     paths : tuple of (float, SolutionData)
         Solutions with other increments, each with the error of the one before over what the two
         differ by; files do not hold them.
@@ -82,6 +85,7 @@ class Evaluated:
     wear: WearHistory | None = None
     volumes: dict[str, VolumeSolution | None] | None = None
     coarser: Evaluated | None = field(default=None, repr=False, compare=False)
+    undivided: Evaluated | None = field(default=None, repr=False, compare=False)
     paths: tuple[tuple[float, Any], ...] = field(default=(), repr=False, compare=False)
 
     @property

@@ -10,6 +10,7 @@ tractions.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def with_errors(solution: Evaluated) -> list[Number]:
     """The numbers of a solution with their errors."""
     numbers = numbers_of(solution)
     if solution.coarser is not None:
-        numbers = _compared(solution, numbers)
+        numbers = _of_meshes(solution, numbers)
     elif not np.isnan(solution.accuracy.resultants):
         numbers = [_by_tails(solution, number) for number in numbers]
     by_path = path_errors(solution, numbers)
@@ -86,6 +87,17 @@ def _path_change(
     pairs = [end_of(each, number).pairs[number.of] for each in (solution, other)]
     first, second = (FUNCTIONS[number.name](pair) for pair in pairs)
     return float(np.abs(first - second)[pairs[0].state != OPEN].max(initial=0.0))
+
+
+def _of_meshes(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
+    """Return numbers with the errors of their mesh, which solutions with equal increments show."""
+    alike = solution.undivided
+    if alike is None:
+        return _compared(solution, numbers)
+    there = {number.key: number for number in numbers_of(alike, peaks=False)}
+    own = [replace(there.get(number.key, number), error=number.error) for number in numbers]
+    known = zip(numbers, _compared(alike, own), strict=True)
+    return [number.known_to(other.error) for number, other in known]
 
 
 def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:

@@ -71,6 +71,34 @@ def test_an_adaptive_solve_without_steps_takes_as_many_increments_as_it_needs():
     assert unnamed.accuracy.path < 0.5 * one.accuracy.path
 
 
+def test_a_step_that_names_no_increments_takes_as_many_as_it_needs():
+    """A block on its sliding bottom wears: p = (d E/H) exp(-k E s/H), .1353 after k E s/H = 2. Half
+    of it is missed in one increment, and the coarser meshes have one."""
+    block = {
+        "material": {"young_modulus": 100.0, "poisson_ratio": 0.0},
+        "geometry": {"shape": "rectangle", "lower_left": [0, 0], "upper_right": [1, 1]},
+        "boundary": [
+            {"part": "top", "condition": "displacement", "value": [0.0, -0.01]},
+            {"part": "bottom", "condition": "contact", "normal": "unilateral"},
+            *(
+                {"part": side, "condition": "traction", "value": [0, 0]}
+                for side in ("left", "right")
+            ),
+        ],
+        "step": [
+            {"name": "press"},
+            {"name": "slide", "boundary": [{"part": "top", "value": [0.05, -0.01]}]},
+        ],
+    }
+    block["boundary"][1]["wear_coefficient"] = 0.4
+    solution = loop.adapt(parse(Problem, block, "block"), 5e-2)
+    assert solution.converged and not warned(solution)
+    ends = {number.name: number for number in solution.numbers if number.step == 2}
+    for name, right in (("largest p", np.exp(-2.0)), ("worn volume", 0.01 * (1 - np.exp(-2.0)))):
+        off = abs(float(ends[name].value[0]) - right)
+        assert off <= ends[name].error < 0.03 * right
+
+
 def test_few_increments_are_compared_with_others():
     assert all(warned(pressed(False, "x**2/8", count)) for count in (1, 4))
     assert warned(pressed(False, "x**2/8", 12)) == []

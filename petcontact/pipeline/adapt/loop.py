@@ -308,6 +308,9 @@ def _finished(
         timings=timings,
         coarser=_before_last(work),
     )
+    if len(solution.steps) > len(work.solutions[-1].steps):
+        undivided = replace(work.solutions[-1], accuracy=record, coarser=solution.coarser)
+        solution = replace(solution, undivided=undivided)
     return solution.with_findings(findings)
 
 

@@ -32,7 +32,7 @@ MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
 UNNAMED = 16
-"""Largest number of increments of a load without steps. It divides an error that falls like √h by
+"""Largest number of increments of a step that names none. It divides an error that falls like √h by
 four. The number is chosen for its cost; what is left of the error is reported."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
@@ -65,16 +65,25 @@ def with_paths(problem: PreparedProblem, solution: Solution, wanted: float | Non
 def divided_load(
     problem: PreparedProblem, solution: Solution, wanted: float
 ) -> PreparedProblem | None:
-    """Return a problem without steps with its load in increments, where the error of the path
-    exceeds the wanted one; else None.
+    """Return the problem with its steps in increments, where the error of the path exceeds the
+    wanted one; else None.
 
-    They are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`.
+    They are steps whose `increments` is not named, from the first that depends on the path on. The
+    increments are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`.
     """
     posed, error = problem.discrete.problem, solution.accuracy.path
-    if posed.step or posed.method.start not in ("zero", "frictionless") or not error > wanted:
+    first = _first_that_matters(problem, solution)
+    if first is None or posed.method.start not in ("zero", "frictionless") or not error > wanted:
         return None
     count = int(min(np.ceil((error / wanted) ** 2), UNNAMED))
-    steps = tuple(step.model_copy(update={"increments": count}) for step in problem.steps)
+    steps = tuple(
+        step.model_copy(update={"increments": count})
+        if number >= first and "increments" not in step.model_fields_set
+        else step
+        for number, step in enumerate(problem.steps, 1)
+    )
+    if steps == tuple(problem.steps):
+        return None
     posed = posed.model_copy(update={"step": steps})
     return replace(problem, discrete=replace(problem.discrete, problem=posed))
 
