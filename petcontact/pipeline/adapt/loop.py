@@ -306,12 +306,17 @@ def _finished(
         status=status,
         reason=reason,
         timings=timings,
-        coarser=_before_last(work),
     )
-    if len(solution.steps) > len(work.solutions[-1].steps):
-        undivided = replace(work.solutions[-1], accuracy=record, coarser=solution.coarser)
-        solution = replace(solution, undivided=undivided)
-    return solution.with_findings(findings)
+    return _with_others(work, solution).with_findings(findings)
+
+
+def _with_others(work: AdaptiveSolve, solution: Solution) -> Solution:
+    """Add to a solution those on coarser meshes, and the one on its own with their increments."""
+    coarser, last = _before_last(work), work.solutions[-1]
+    undivided = None
+    if len(solution.steps) > len(last.steps):
+        undivided = replace(last, accuracy=solution.accuracy, coarser=coarser)
+    return replace(solution, coarser=coarser, undivided=undivided)
 
 
 def _before_last(work: AdaptiveSolve) -> Solution | None:

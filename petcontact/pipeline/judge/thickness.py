@@ -85,7 +85,7 @@ def compactness(solution: Solution) -> float:
     for body in solution.problem.body:
         mesh, results = (
             solution.meshes[body.name],
-            [step.bodies[body.name] for step in solution.steps],
+            [step.bodies[body.name] for step in solution.tried],
         )
         root = np.sqrt(np.repeat(mesh.weight, mesh.components))
         motions = np.linalg.qr(root[:, None] * unit_motions(mesh).reshape(len(root), -1))[0]
