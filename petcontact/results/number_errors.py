@@ -24,6 +24,7 @@ from .evaluated import Evaluated, displacement_scale
 from .numbers import ENERGY, Key, Number, end_of, numbers_of, resultant, stress_name
 from .records import PairResult
 from .stress_errors import NearStress, stress_change, stresses_near
+from .unbounded import unbounded_places
 
 FUNCTIONS: dict[str, Callable[[PairResult], Array]] = {
     "largest p": lambda pair: pair.pressure,
@@ -112,7 +113,7 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
         for other, share, there in others:
             old = there.get(number.key)
             error = np.fmax(error, share * _change(solution, other, number, old, stresses))
-        counted = number.is_resultant or len(others) == 1
+        counted = number.is_resultant or len(others) == 1 or _at_singular(solution, number)
         if counted and before is not None and not solution.accuracy.estimates:
             apart = float(np.abs(number.value - before.value).max())
             error = np.fmax(error, apart / (LEAST_GAIN - 1.0))
@@ -123,6 +124,17 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
             alone = _of_slip(solution, number)
         result.append(number.known_to(float(np.maximum(error, alone))))
     return _balanced(result)
+
+
+def _at_singular(solution: Evaluated, number: Number) -> bool:
+    """Return whether a slip or a depth is largest at tractions without a bound: its error falls as
+    slowly there as that of a force."""
+    if number.name not in FUNCTIONS or number.unit == "stress" or not number.size:
+        return False
+    (body, part), end = solution.sides[number.of], end_of(solution, number)
+    mesh, place = solution.meshes[body], np.atleast_2d(number.place)
+    element = located(mesh, place, part, within=sizes(mesh))[0][0]
+    return any(element in each.elements for each in unbounded_places(solution, end)[body])
 
 
 def _of_slip(solution: Evaluated, number: Number) -> float:
