@@ -235,6 +235,9 @@ class _OfStep:
         for body in self._solution.problem.body:
             mesh, result = self._solution.meshes[body.name], self._step.bodies[body.name]
             acting = float(mesh.weight @ np.abs(result.traction).max(axis=1))
+            # a rigid motion leaves round-off of E times displacement over the size of the body
+            strain = float(np.abs(result.u).max() / np.ptp(mesh.x, axis=0).max())
+            acting = max(acting, body.material.young_modulus * strain * float(mesh.weight.sum()))
             for part in (c.part for c in body.boundary if c.condition in HELD):
                 rows = mesh.nodes_of(part)
                 force = mesh.weight[rows] @ result.traction[rows]

@@ -16,7 +16,6 @@ import numpy as np
 
 from ..arrays import Array, Mask, shown
 from ..fields.boundary.places import located, sizes
-from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..round_off import SINGLE, SUMMED
 from .evaluated import Evaluated
@@ -143,7 +142,7 @@ def largest_at(solution: Evaluated, body: str, points: Array, stress: Array) -> 
     near = [
         each.sides
         for each in unbounded_places(solution, solution.last)[body]
-        if np.linalg.norm(each.x - points[k]) < reach
+        if each.away(points[k : k + 1])[0] < reach
     ]
     where = f", next to {near[0]}, where stress has no bound" if near else ""
     return f"{stress[k]:.4g} at {shown(points[k], 4)}{where}"
@@ -250,11 +249,11 @@ class _Samples:
 
     def _around(self, x: Array) -> Array:
         """The ends of hills nearest to points (n, d) farther out, where stress may be largest."""
-        if not self._places:
-            return x[:0]
-        centres = np.array([place.x for place in self._places])
-        way = x - centres[nearest(centres, x)[1][:, 0]]
-        away = np.linalg.norm(way, axis=1)
+        way, away = np.zeros_like(x), np.full(len(x), np.inf)
+        for place in self._places:
+            closer = place.away(x) < away
+            way[closer] = x[closer] - place.nearest_to(x[closer])
+            away[closer] = np.linalg.norm(way[closer], axis=1)
         out = (away > self._reach) & (away < 2.0 * self._reach)
         back = (1.0 + SINGLE) * self._reach / away[out] - 1.0
         return np.asarray(x[out] + back[:, None] * way[out])
@@ -268,7 +267,7 @@ class _Samples:
         """Which points (q, d) lie next to places without a bound."""
         near = np.zeros(len(x), dtype=bool)
         for place in self._places:
-            near |= np.linalg.norm(x - place.x, axis=1) < self._reach
+            near |= place.away(x) < self._reach
         return near
 
     def _values(self, key: str) -> Array:
@@ -285,7 +284,7 @@ class _Samples:
         # what elements at such a place say of a stress without a bound is chance
         finite = np.where(reached | ~np.isfinite(values), np.inf, values)
         for place in self._places:
-            away = np.linalg.norm(self._x - place.x, axis=1)
+            away = place.away(self._x)
             rows = np.flatnonzero(away < self._reach)
             rows = rows[np.argsort(away[rows])]
             distances = away[rows]  # 0 of a sample on the place itself

@@ -122,7 +122,7 @@ def _places(
     away = np.linalg.norm(state.x - place, axis=1)
     rival = 2.0 * getattr(state, stress_name(number)) > number.value[0]
     for each in unbounded:
-        rival &= np.linalg.norm(state.x - each.x, axis=1) > hill_reach(mesh)
+        rival &= each.away(state.x) > hill_reach(mesh)
         rival &= ~np.isin(element, each.elements)
     beside = np.where(parts == number.part, away, np.inf).argsort()[:BESIDE]
     rows = np.append(beside, np.flatnonzero(rival))

@@ -46,8 +46,8 @@ class Corners:
 
     Attributes
     ----------
-    x : (k, d) array
-        A point of each [length].
+    ends : (k, 2, d) array
+        Of each; a corner is both its ends [length].
     element : (k, 2) array
         The elements that meet there.
     angle : (k,) array
@@ -56,10 +56,15 @@ class Corners:
         Direction of the two sides away from a corner of the plane [rad].
     """
 
-    x: Array
+    ends: Array
     element: Index
     angle: Array
     leaving: Array
+
+    @property
+    def x(self) -> Array:
+        """The middle of each (k, d) [length]."""
+        return np.asarray(self.ends.mean(axis=1))
 
 
 @dataclass(frozen=True)
@@ -68,17 +73,32 @@ class Unbounded:
 
     Attributes
     ----------
-    x : (d,) array
-        A point of it [length].
+    ends : (2, d) array
+        Of an edge; a point is both its ends [length].
     elements : tuple of int
         Elements of the body that meet there; none where a force acts inside.
     sides : str
         The parts that meet there, or what presses there.
     """
 
-    x: Array
+    ends: Array
     elements: tuple[int, ...]
     sides: str
+
+    @property
+    def x(self) -> Array:
+        """The middle (d,) [length]."""
+        return np.asarray(self.ends.mean(axis=0))
+
+    def nearest_to(self, x: Array) -> Array:
+        """The nearest points of the edge to points (n, d), (n, d) [length]."""
+        start, along = self.ends[0], self.ends[1] - self.ends[0]
+        share = (x - start) @ along / max(float(along @ along), np.finfo(float).tiny)
+        return np.asarray(start + np.clip(share, 0.0, 1.0)[:, None] * along)
+
+    def away(self, x: Array) -> Array:
+        """The distances of points (n, d) from the edge, (n,) [length]."""
+        return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
 
 
 @functools.singledispatch
@@ -100,7 +120,7 @@ def _(mesh: CurveMesh) -> Corners:
     chosen = np.flatnonzero((np.abs(turn) > SMOOTH) | (mesh.part != mesh.part[before]))
     away = np.stack([leaving[chosen], -arriving[chosen]], axis=1)
     return Corners(
-        mesh.start[chosen],
+        mesh.start[chosen][:, None].repeat(2, axis=1),
         np.column_stack([chosen, before[chosen]]),
         math.pi - turn[chosen],
         np.arctan2(away[..., 1], away[..., 0]),
@@ -109,13 +129,12 @@ def _(mesh: CurveMesh) -> Corners:
 
 @corners_of.register
 def _(mesh: SurfaceMesh) -> Corners:
-    one, other, angle = edges(mesh)
+    one, other, angle, ends = edges(mesh)
     chosen = (one < other) & (
         (np.abs(angle - math.pi) > SMOOTH) | (mesh.part[one] != mesh.part[other])
     )
     element = np.column_stack([one[chosen], other[chosen]])
-    middle = np.add.reduceat(mesh.x, mesh.first_node[:-1]) / np.diff(mesh.first_node)[:, None]
-    return Corners(middle[element].mean(axis=1), element, angle[chosen], np.zeros(element.shape))
+    return Corners(ends[chosen], element, angle[chosen], np.zeros(element.shape))
 
 
 def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
@@ -127,13 +146,13 @@ def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Un
             closed = [side for side in sides if isinstance(side, _Closed)]
             partner = bodies.get(closed[0].partner) if len(closed) == 1 else None
             if body.exponent(corner, sides, partner) < 1.0:
-                places[name].append(Unbounded(corner.x, corner.elements, corner.parts))
+                places[name].append(Unbounded(corner.ends, corner.elements, corner.parts))
                 if partner is None:
                     continue
                 under = partner.facing(corner.x, closed[0].normal)[2]
                 if under is not None:
                     x, elements = under
-                    there = Unbounded(x, elements, f"under a corner of {name}")
+                    there = _point(x, elements, f"under a corner of {name}")
                     places[closed[0].partner].append(there)
     for name, place in itertools.chain(_point_forces(solution, step), _pressing(solution, step)):
         places[name].append(place)
@@ -145,7 +164,7 @@ def _point_forces(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, 
     for loaded in solution.problem.loaded:
         for each in loaded.forces[step.step - 1]:
             if np.any(each.force):
-                yield loaded.body.name, Unbounded(np.array(each.at), (), "a point force")
+                yield loaded.body.name, _point(np.array(each.at), (), "a point force")
 
 
 def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbounded]]:
@@ -161,7 +180,11 @@ def _pressing(solution: Evaluated, step: StepResult) -> Iterator[tuple[str, Unbo
             near = 2.0 * sizes(mesh)[elements].max()  # a jump may lie inside the next element
             if (np.linalg.norm(closed - x, axis=1) < near).any():
                 where = f"{side.part}, under edge {number} of the gap"
-                yield name, Unbounded(x, tuple(elements.tolist()), where)
+                yield name, _point(x, tuple(elements.tolist()), where)
+
+
+def _point(x: Array, elements: tuple[int, ...], sides: str) -> Unbounded:
+    return Unbounded(np.stack([x, x]), elements, sides)
 
 
 def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> float:
@@ -175,10 +198,15 @@ def _exponent(angle: float, kappa: float, first: SideKind, second: SideKind) -> 
 class _Corner:
     """One of `Corners`, and the parts that meet there."""
 
-    x: Array
+    ends: Array
     angle: float
     elements: tuple[int, ...]
     parts: str
+
+    @property
+    def x(self) -> Array:
+        """The middle (d,) [length]."""
+        return np.asarray(self.ends.mean(axis=0))
 
 
 @dataclass(frozen=True)
@@ -291,7 +319,7 @@ class _Body:
             self._touched(element, x) or kinds_seen(self._conditions.get(part), way, mesh.dim)
             for element, part, way in zip(elements, parts, corners.leaving[number], strict=True)
         ]
-        return _Corner(x, angle, tuple(elements.tolist()), names), sides
+        return _Corner(corners.ends[number], angle, tuple(elements.tolist()), names), sides
 
     def exponent(self, corner: _Corner, sides: Sides, partner: _Body | None) -> float:
         """The least λ of a corner; where it presses with one side and ends at a free one, its own

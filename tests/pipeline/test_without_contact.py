@@ -91,6 +91,20 @@ def test_bodies_steps_and_the_error_of_u():
     assert "error of u:" in rough.verdict()
 
 
+def test_a_body_that_only_moves_is_held_by_nothing():
+    """Its tractions are round-off of E times the displacement over its size."""
+    block = Problem(
+        material=Material(1000.0, 0.3),
+        geometry=Rectangle((0, 0), (2, 1)),
+        mesh=MeshOptions(0.25),
+        boundary=[
+            Displacement("top", (0.0, -0.01)),
+            *(Traction(part, (0, 0)) for part in ("left", "right", "bottom")),
+        ],
+    )
+    assert "  top: held by (0, 0)\n" in solve(block).verdict()
+
+
 def test_what_needs_contact_is_refused():
     with pytest.raises(InputError, match=r"obstacle 'punch': no part is in contact"):
         solve(Problem(body=[bar(2)], obstacle=[Obstacle(name="punch", displacement=(0.0, 0.0))]))

@@ -34,11 +34,13 @@ from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
-from petcontact.results.figures.plots import drawings
+from petcontact.results.figures.plots import drawings, plot_all
 from petcontact.results.figures.stress import draw_von_mises
+from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.numbers import Number
 from petcontact.results.peaks import largest_at
+from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
 from petcontact.runtime.figure_style import label, save
 
@@ -161,6 +163,23 @@ def with_paths(solution, *scales):
 def test_only_a_path_that_returns_has_a_hysteresis_figure(solution):
     assert "hysteresis" not in drawings(with_paths(solution, 1.0, 2.0, 3.0))
     assert "hysteresis" in drawings(with_paths(solution, 1.0, 2.0, -1.0))
+
+
+def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
+    """And no panel for a displacement that it does not have."""
+    still = ObstacleResult(np.zeros(2), 0.0, np.zeros(2), 0.0)
+    turned = [replace(still, rotation=-angle, moment=-7.0 * angle) for angle in (0.1, 0.2)]
+    steps = [replace(solution.last, obstacles={"plug": each}) for each in turned]
+    (axes,) = drawn(curves.draw_motion, found := replace(solution, steps=steps)).axes
+    path = np.array([[0.0, 0.0], [-0.1, -0.7], [-0.2, -1.4]])
+    assert axes.lines[0].get_xydata() == pytest.approx(path)
+    assert "motion" in drawings(found) and "motion" not in drawings(solution)
+
+
+def test_bodies_are_drawn_in_the_view_that_is_wanted(solution, tmp_path):
+    view = view_of(solution, factor=7.0)
+    assert plot_all(solution, tmp_path, names=["deformed"], formats=["svg"], view=view)
+    assert "displacements × 7" in (tmp_path / "result-deformed.svg").read_text()
 
 
 def test_steps_have_lines_of_their_own(solution):

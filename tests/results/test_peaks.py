@@ -10,6 +10,7 @@ import pytest
 from shapes import drawn, elastic, touching
 
 from petcontact import (
+    Box,
     Contact,
     Displacement,
     Material,
@@ -64,12 +65,29 @@ def test_a_clamped_corner_is_named_and_does_not_hide_the_rest(block):
     assert "stress has no bound at " in block.verdict()
 
 
+def test_all_of_a_clamped_edge_in_space_is_left_out():
+    """Between the middles of its panels, too: their sides are 0.5 long, hills reach to 0.05."""
+    cube = Problem(
+        material=Material(1.0, 0.3),
+        geometry=Box((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)),
+        mesh=MeshOptions(element_size=0.5, order=1),
+        boundary=[
+            Displacement("bottom", (0.0, 0.0, 0.0)),
+            Traction("top", (0.1, 0.0, 0.0)),
+            *(Traction(part, (0.0, 0.0, 0.0)) for part in ("left", "right", "front", "back")),
+        ],
+    )
+    for peaks in stress_peaks(solve(cube)).values():
+        x, y, z = peaks.surface.place
+        assert z >= 0.0499 or min(x, 1.0 - x, y, 1.0 - y) >= 0.0499
+
+
 @pytest.mark.slow
 def test_a_sample_may_lie_on_a_place_without_a_bound(block):
     (body,) = block.meshes
     places = unbounded_places(block, block.last)[body]
     sample = block.boundary_state(body, block.last)[1].x[0]
-    moved = [replace(place, x=sample) for place in places]
+    moved = [replace(place, ends=np.stack([sample, sample])) for place in places]
     assert stress_peaks(block, [(block.last, {body: moved})]).keys() == stress_peaks(block).keys()
 
 

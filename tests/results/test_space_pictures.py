@@ -13,6 +13,7 @@ import pytest
 from curved_bodies import as_surface, icosphere
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import (
@@ -32,7 +33,7 @@ from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, beyond
 from petcontact.results.figures.plots import drawings, plot_on
-from petcontact.results.figures.space import _front, draw_gap
+from petcontact.results.figures.space import _front, draw_gap, draw_normal
 from petcontact.results.figures.surface import best_view, draw_surface, equal_corners
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
@@ -155,6 +156,25 @@ def test_figures_of_a_curved_body(solution, tmp_path):
     save(tmp_path / "error.png", found["error"], solution)
     axes = plot_on(solution)
     assert axes.elev < 0.0 and (tmp_path / "error.png").stat().st_size > 10_000
+
+
+def test_the_floor_of_a_deformed_body_is_a_net(solution):
+    """It stays where it is, and the title says what the net is."""
+    draw_surface(figure := Figure(), solution)
+    axes = figure.axes[0]
+    (net,) = (each for each in axes.collections if type(each) is Line3DCollection)
+    assert np.abs(np.concatenate(net._segments3d)[:, 2]).max() < 1e-9
+    assert "obstacles are nets" in figure._suptitle.get_text()
+
+
+def test_the_pressure_at_a_sharp_rim_does_not_set_the_colours(solution):
+    """A flat punch in space: the middle of the contact keeps its bands."""
+    (pair,) = solution.pairs.values()
+    rim = np.hypot(*pair.x[:, :2].T) > 0.95
+    pairs = {"foot": replace(pair, pressure=np.where(rim, 1e4, pair.pressure))}
+    changed = replace(solution, steps=[replace(solution.last, pairs=pairs)])
+    draw_normal(figure := Figure(), changed)
+    assert figure.axes[1].get_ylim()[1] < 2.0 * pair.pressure.max()
 
 
 def test_a_small_contact_fills_the_picture_of_a_large_face():

@@ -5,10 +5,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...errors import InputError
 from ...runtime.figure_style import FORMATS
 from ..options import CASE, option, options
+
+if TYPE_CHECKING:
+    from ...results.data import SolutionData
+    from ...results.figures.view import View
 
 add_arguments = options(
     option("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep"),
@@ -29,6 +34,20 @@ add_arguments = options(
         action="store_true",
         help="write one page STEM.html that turns the deformed bodies in a browser instead",
     ),
+    option(
+        "--magnification",
+        type=float,
+        metavar="M",
+        help="draw displacements times M (default: a round number at which they are seen)",
+    ),
+    option(
+        "--view",
+        type=float,
+        nargs=2,
+        metavar=("UP", "ROUND"),
+        help="3D: see the bodies from these angles (elevation and azimuth, degrees; default: with "
+        "their contact in view)",
+    ),
     CASE,
 )
 """The options of `petcontact plot`."""
@@ -41,8 +60,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     drawn = "animate" if arguments.animate else "html"
     unread = {
-        "animate": ("figures", "format", "html"),
-        "html": ("format",) if arguments.html else (),
+        "animate": ("figures", "format", "html", "magnification", "view"),
+        "html": ("format", "magnification", "view") if arguments.html else (),
     }[drawn]
     for key in unread:
         if getattr(arguments, key):
@@ -64,9 +83,18 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             folder.mkdir(parents=True, exist_ok=True)
             print(write_page(folder / f"{stem}.html", solution))
             continue
-        for path in plot_all(solution, folder, stem, arguments.format or FORMATS[:1]):
-            print(path)
+        view, formats = _view(solution, arguments), arguments.format or FORMATS[:1]
+        print(*plot_all(solution, folder, stem, formats, view=view), sep="\n")
     return 0
+
+
+def _view(solution: SolutionData, arguments: argparse.Namespace) -> View | None:
+    """The view that is asked for; none by default."""
+    from ...results.figures.view import view_of
+
+    if arguments.magnification is None and arguments.view is None:
+        return None
+    return view_of(solution, factor=arguments.magnification, eye=arguments.view)
 
 
 def _check_animation(arguments: argparse.Namespace) -> None:

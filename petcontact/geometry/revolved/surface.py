@@ -53,7 +53,7 @@ class RevolvedSurface(SolidSurface):
     Attributes
     ----------
     section : Outline
-        Sides on the axis make no surface.
+        A side on the axis creates no surface.
     centre : (3,) array
         Where r = z = 0 [length].
     frame : (3, 3) array

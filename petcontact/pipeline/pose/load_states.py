@@ -231,7 +231,7 @@ def check_held(data: BoundaryData, mesh: BoundaryMesh) -> None:
         )
 
 
-def check_components(key: str, value: Sequence[object], d: int) -> None:
+def check_components(key: str, value: Sequence[object] | Array, d: int) -> None:
     """Refuse a vector with another number of components than the body has dimensions."""
     if len(value) != d:
         given = ", ".join(str(each) for each in value)

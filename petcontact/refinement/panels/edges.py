@@ -58,7 +58,7 @@ def edge_exponent(
     conditions = {condition.part: condition for condition in body.boundary}
     kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
-    first_panel, second_panel, angle = edges(mesh)
+    first_panel, second_panel, angle = edges(mesh)[:3]
     meeting = np.column_stack(
         [mesh.part[first_panel], mesh.part[second_panel], np.rint(np.degrees(angle)).astype(int)]
     )
@@ -75,9 +75,9 @@ def edge_exponent(
     return min(exponents, default=1.0)
 
 
-def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
-    """Return the pairs of panels that meet at an edge, and the interior angle there, in (0, 2π)
-    [rad].
+def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array, Array]:
+    """Return the pairs of panels that meet at an edge, the interior angle there, in (0, 2π) [rad],
+    and the ends of the edge.
 
     Sides of panels need not coincide: a side is paired with those on which its middle lies.
 
@@ -86,6 +86,8 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     one, other : (k,) arrays
         Numbers of panels.
     angle : (k,) array
+    ends : (k, 2, 3) array
+        Of what both have of the edge [length].
     """
     numbers, faces = mesh.faces(*mesh.part_names)
     panel, start, end = faces.rims()
@@ -106,7 +108,15 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     inside /= np.linalg.norm(inside, axis=1, keepdims=True)
     between = np.arccos(np.clip(np.sum(inside[i] * inside[j], axis=1), -1.0, 1.0))
     convex = np.sum(inside[i] * normal[j], axis=1) <= 0.0
-    return numbers[panel[i]], numbers[panel[j]], np.where(convex, between, 2.0 * math.pi - between)
+    between = np.where(convex, between, 2.0 * math.pi - between)
+    return numbers[panel[i]], numbers[panel[j]], between, _shorter(a, b, i, j)
+
+
+def _shorter(start: Array, end: Array, one: Index, other: Index) -> Array:
+    """The ends of the shorter of two sides each, (k, 2, 3)."""
+    length = np.linalg.norm(end - start, axis=1)
+    shorter = np.where(length[one] < length[other], one, other)
+    return np.asarray(np.stack([start, end], axis=1)[shorter])
 
 
 def _distance(x: Array, start: Array, end: Array) -> Array:

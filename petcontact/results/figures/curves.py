@@ -217,9 +217,46 @@ def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
     touched = np.any([pair.state != OPEN for pair in pairs], axis=0)
     area = float(weight[touched].sum()) or 1.0
     slip = np.array([weight[touched] @ pair.slip[touched] / area for pair in pairs])
-    force = np.array([-weight @ pair.sigma_t for pair in pairs])
-    way = np.eye(1, slip.shape[1])[0]
-    largest = slip[np.argmax(np.linalg.norm(slip, axis=1))]
+    return _along_the_largest(slip, np.array([-weight @ pair.sigma_t for pair in pairs]))
+
+
+def _along_the_largest(moved: Array, held: Array) -> tuple[Array, Array]:
+    """Components (n,) of motions (n, k), and of what holds them, along the largest motion."""
+    way = np.eye(1, moved.shape[1])[0]
+    largest = moved[np.argmax(np.linalg.norm(moved, axis=1))]
     if np.any(largest):
         way = largest / np.linalg.norm(largest) * np.sign(largest[np.argmax(np.abs(largest))])
-    return slip @ way, force @ way
+    return moved @ way, held @ way
+
+
+def moves(solution: SolutionData, key: str) -> list[str]:
+    """Names of the obstacles that have a "displacement" or "rotation" after any increment."""
+    return [name for name in solution.last.obstacles if _after_all(solution, name, key).any()]
+
+
+def _after_all(solution: SolutionData, name: str, key: str) -> Array:
+    """What an obstacle has after each increment, (n, k)."""
+    found = [getattr(step.obstacles[name], key) for step in solution.steps]
+    return np.array([np.atleast_1d(values) for values in found])
+
+
+def draw_motion(figure: Any, solution: SolutionData) -> None:
+    """What holds each obstacle over how it moved after each increment: the force along its largest
+    displacement, and the moment over its rotation."""
+    units, power = solution.problem.units, next(iter(solution.meshes.values())).weight_power
+    kinds = {
+        "displacement": ("force", units.length, units.stress_times(power)),
+        "rotation": ("moment", "rad", units.stress_times(power + 1)),
+    }
+    moving = {key: names for key in kinds if (names := moves(solution, key))}
+    every = figure.subplots(1, len(moving), squeeze=False)[0]
+    for axes, (key, names) in zip(every, moving.items(), strict=True):
+        held, unit, unit_held = kinds[key]
+        for name in names:
+            both = (_after_all(solution, name, word) for word in (key, held))
+            path = np.vstack([[0.0, 0.0], np.column_stack(_along_the_largest(*both))])
+            axes.plot(*path.T, ".-", lw=1.2, ms=4, label=plain(name))
+        axes.set(xlabel=label(key, unit), ylabel=label(held, unit_held))
+        axes.locator_params(axis="x", nbins=5)
+    figure.suptitle(headed(solution, "obstacles"), fontsize="large")
+    legend_below(every[0], 2)

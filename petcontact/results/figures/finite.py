@@ -28,7 +28,8 @@ def away_from(
     near = np.isin(mesh.element, [element for place in places for element in place.elements])
     points = np.vstack([mesh.x[near], *(place.x for place in places)])
     reach = NEAR * (float(np.ptp(mesh.x, axis=0).max()) if size is None else size)
-    return np.asarray(scipy.spatial.cKDTree(points).query(x)[0] >= reach)
+    from_edges = np.min([place.away(x) for place in places], axis=0)
+    return np.asarray(np.minimum(scipy.spatial.cKDTree(points).query(x)[0], from_edges) >= reach)
 
 
 def without_noise(solution: SolutionData, traction: Array) -> Array:
@@ -37,13 +38,15 @@ def without_noise(solution: SolutionData, traction: Array) -> Array:
     return np.where(np.abs(traction) <= SOLVED * largest, 0.0, traction)
 
 
-def end_at_corners(axes: Any, solution: SolutionData, name: str, curves: Sequence[Array]) -> None:
-    """End the axis of tractions (m,) of an interface near those away from corners where they have
-    no bound, and say so."""
+def shown_range(
+    solution: SolutionData, name: str, curves: Sequence[Array]
+) -> tuple[float, float] | None:
+    """Between which values tractions (m,) of an interface are shown: near those away from corners
+    where they have no bound; None where they are shown whole."""
     body, pair = solution.sides[name][0], solution.pairs[name]
     places = unbounded_places(solution, solution.last)[body]
     if not places:
-        return
+        return None
     size = float(np.ptp(pair.x, axis=0).max())
     away = away_from(solution.meshes[body], places, pair.x, size)
     every = np.array([np.append(curve, 0.0) for curve in curves])
@@ -51,8 +54,16 @@ def end_at_corners(axes: Any, solution: SolutionData, name: str, curves: Sequenc
     room = ABOVE * float(np.ptp(shown))
     low, high = float(shown.min()) - room, float(shown.max()) + room
     if not away.any() or room == 0.0 or (every.min() >= low and every.max() <= high):
+        return None
+    return max(low, float(every.min())), min(high, float(every.max()))
+
+
+def end_at_corners(axes: Any, solution: SolutionData, name: str, curves: Sequence[Array]) -> None:
+    """End the axis of tractions (m,) of an interface as `shown_range` says, and say so."""
+    shown = shown_range(solution, name, curves)
+    if shown is None:
         return
-    axes.set_ylim(max(low, every.min()), min(high, every.max()))
+    axes.set_ylim(*shown)
     axes.text(
         0.99,
         0.97,

@@ -9,14 +9,11 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...fields.boundary.places import points_at
-from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.expressions import evaluate
+from ...mesh.surface_mesh import SurfaceMesh
 from ..data import SolutionData
-from ..vtu.places import small_triangles
 from .posed_parts import KINDS, SMALL, LabelledPart, has_room, parts_of, point_forces, titled
-from .surface import TRIANGLES, best_view, draw_bodies, fit_axes, sampled, toward_eye
-from .surroundings import EDGE, LONG, REACH, size_of
+from .surface import best_view, draw_bodies, draw_nets, fit_axes, sampled, toward_eye
+from .surroundings import LONG, size_of
 
 HIGH = 3.4
 """Height of bodies in space as they are drawn [inch]."""
@@ -52,41 +49,10 @@ def draw_space(figure: Any, solution: SolutionData) -> None:
     _loads(axes, solution)
     shown = [kind for kind in kinds if any(part.kind == kind for part in parts)]
     patches = [Patch(facecolor=_soft(KINDS[kind])) for kind in shown]
-    nets = _obstacles(axes, solution)
+    nets = draw_nets(axes, solution, 0.0)
     words = [*shown, *["obstacle"] * len(nets)]
     figure.legend([*patches, *nets], words, loc="lower center", ncols=len(words))
     figure.suptitle(titled(solution), fontsize="medium")
-
-
-def _obstacles(axes: Any, solution: SolutionData) -> list[Any]:
-    """Draw rigid obstacles as a net, which hides nothing; the net, or nothing.
-
-    It is made of the panels that may touch them, moved by the gap along the normal, where they face
-    the eye.
-    """
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection
-
-    eye, lines = toward_eye(axes.elev, axes.azim), list[Array]()
-    for side in solution.problem.interfaces:
-        if side.primary is None and side.law.normal != "bonded":
-            lines += [*_net(solution, side, eye)]
-    if not lines:
-        return []
-    net = Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)
-    axes.add_collection3d(net)
-    return [net]
-
-
-def _net(solution: SolutionData, side: Any, eye: Array) -> Array:
-    """Lines (k, 2, 3) of one obstacle."""
-    mesh, nodes = solution.meshes[solution.sides[side.name][0]], solution.nodes[side.name]
-    places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, np.unique(mesh.element[nodes]))
-    nodal = np.zeros(mesh.n_nodes)
-    nodal[nodes] = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), side.name)
-    gap = mesh.basis_at(places.element, places.place) @ nodal
-    x, normal = points_at(mesh, places.element, places.place)
-    seen = (np.abs(gap) <= REACH * size_of(solution)) & (normal @ eye > 0.0)
-    return np.asarray((x + gap[:, None] * normal)[rims[seen[rims].all(axis=1)]])
 
 
 def _soft(colour: str) -> tuple[float, ...]:

@@ -41,10 +41,10 @@ BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
 
 
-def draw_deformed(figure: Any, solution: SolutionData) -> None:
+def draw_deformed(figure: Any, solution: SolutionData, view: View | None = None) -> None:
     """Draw the outlines before and after, the states of contact nodes, and the forces on them."""
     axes = figure.add_subplot()
-    deformed_on(axes, solution)
+    deformed_on(axes, solution, view)
     fit_height(figure, axes, beside=0.8, above=1.6)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from ..data import SolutionData
 from ..records import PairResult, step_ends
 from ..vtu.inside import filled_bodies
 from . import plane, space, surface
-from .curves import draw_history, draw_hysteresis, draw_wear, returns
+from .curves import draw_history, draw_hysteresis, draw_motion, draw_wear, moves, returns
 from .hoop import draw_hoop
 from .stress import draw_von_mises
 from .view import View
@@ -23,7 +24,9 @@ FIRST = ("deformed", "surface", "normal", "traction")
 """A solve draws the bodies and what contact carries; `petcontact plot` draws all."""
 OF_BODIES = ("deformed", "surface", "stress", "hoop")
 """Figures of what is not in contact, too."""
-Drawings = dict[str, Callable[[Any, SolutionData], None]]
+WITH_VIEW = ("deformed", "surface", "stress")
+"""Figures of the deformed bodies."""
+Drawings = dict[str, Callable[..., None]]
 """What draws a solution into a figure, by the name of the figure."""
 
 
@@ -33,6 +36,7 @@ def plot_all(
     stem: str = "result",
     formats: Sequence[str] = ("png",),
     names: Collection[str] | None = None,
+    view: View | None = None,
 ) -> list[Path]:
     """Draw every figure of a solution, or some of them.
 
@@ -47,6 +51,8 @@ def plot_all(
         Of "png", "pdf", "svg".
     names : collection of str, optional
         Those that are wanted, of "deformed", "normal", ...
+    view : View, optional
+        Of the bodies, from `view_of`; by default the one that suits each figure.
 
     Returns
     -------
@@ -54,9 +60,10 @@ def plot_all(
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-normal.png with a
         panel for each interface, STEM-traction.png where any is tangential, STEM-gap.png where one
         opens, in space STEM-states.png and STEM-error.png; STEM-history.png;
-        STEM-hysteresis.png where slip returns; where anything wears STEM-wear.png, with cycles in
-        the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies (in
-        space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
+        STEM-hysteresis.png where slip returns; STEM-motion.png where obstacles move in several
+        increments; where anything wears STEM-wear.png, with cycles in the plane STEM-profiles.png;
+        STEM-stress.png, von Mises stress in the deformed bodies (in space on their surfaces), and
+        in the plane STEM-hoop.png, the stress along their boundaries.
 
     Raises
     ------
@@ -65,10 +72,11 @@ def plot_all(
     OutputError
         If a file cannot be written.
     """
-    drawers = drawings(solution)
-    wanted = (
-        drawers if names is None else {name: drawers[name] for name in drawers if name in names}
-    )
+    wanted = {
+        name: functools.partial(draw, view=view) if view and name in WITH_VIEW else draw
+        for name, draw in drawings(solution).items()
+        if names is None or name in names
+    }
     return save_all(wanted, folder, stem, solution, formats=formats)
 
 
@@ -101,10 +109,19 @@ NEEDS: dict[str, Callable[[SolutionData], bool]] = {
     "error": _errors_known,
     "profiles": lambda solution: solution.wear is not None,
     "hysteresis": lambda solution: len(solution.steps) > 1 and returns(solution),
+    "motion": lambda solution: (
+        len(solution.steps) > 1
+        and bool(moves(solution, "displacement") or moves(solution, "rotation"))
+    ),
     "wear": lambda solution: any(pair.wear is not None for pair in solution.pairs.values()),
 }
 """What a solution must have for a figure."""
-OF_ALL: Drawings = {"history": draw_history, "hysteresis": draw_hysteresis, "wear": draw_wear}
+OF_ALL: Drawings = {
+    "history": draw_history,
+    "hysteresis": draw_hysteresis,
+    "motion": draw_motion,
+    "wear": draw_wear,
+}
 OF_DIMENSION: dict[int, Drawings] = {
     2: {
         "deformed": plane.draw_deformed,

@@ -15,8 +15,9 @@ from ...runtime.figure_style import STATES, draw_states, label, legend_below, pl
 from ..data import SolutionData
 from ..records import PairResult
 from ..vtu.places import small_triangles
-from .bands import band_colours
+from .bands import band_colours, beyond
 from .curves import along, headed, headed_end, shown_ends
+from .finite import shown_range
 from .surface import TRIANGLES
 from .view import Chart
 
@@ -61,7 +62,7 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
         if limited.any():
             _shade(axes, solution, name, share, "tangential traction / bound", 1.0)
         else:
-            _shade(axes, solution, name, size, label("tangential traction", unit))
+            _shade_traction(axes, solution, name, size, label("tangential traction", unit))
         _arrows(axes, solution, name, pair.sigma_t, unit)
 
 
@@ -69,9 +70,8 @@ def draw_normal(figure: Any, solution: SolutionData) -> None:
     """Pressure on each interface at the end; where it is negative a foundation that does not pull
     would let go."""
     for axes, name, pair in _panels(figure, solution):
-        _shade(
-            axes, solution, name, pair.pressure, label("pressure", solution.problem.units.stress)
-        )
+        what = label("pressure", solution.problem.units.stress)
+        _shade_traction(axes, solution, name, pair.pressure, what)
 
 
 def draw_error(figure: Any, solution: SolutionData) -> None:
@@ -154,6 +154,12 @@ def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairRes
     return [(axes, *item) for axes, item in zip(every, pairs.items(), strict=True)]
 
 
+def _shade_traction(axes: Any, solution: SolutionData, name: str, values: Array, what: str) -> None:
+    """Shade a traction up to what it is away from corners where it has no bound."""
+    shown = shown_range(solution, name, [values])
+    _shade(axes, solution, name, values, what, None if shown is None else max(map(abs, shown)))
+
+
 def _shade(
     axes: Any, solution: SolutionData, name: str, values: Array, what: str, top: float | None = None
 ) -> None:
@@ -188,7 +194,7 @@ def _shade(
         levels=colours.norm.boundaries,
         norm=colours.norm,
         cmap=colours.cmap,
-        extend="max",
+        extend="both",
     )
     axes.add_collection(
         LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5),
@@ -196,7 +202,9 @@ def _shade(
     )
     axes.autoscale_view()
     axes.set_title(f"{along(solution, name)}: {what}", fontsize="small")
-    axes.figure.colorbar(colours, ax=axes, shrink=0.75, spacing="proportional")
+    axes.figure.colorbar(
+        colours, ax=axes, shrink=0.75, spacing="proportional", extend=beyond(between, colours)
+    )
 
 
 def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mask:

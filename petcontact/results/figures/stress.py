@@ -134,12 +134,11 @@ class Picture:
         return label(word, units.length if self.quantity.startswith("u") else units.stress)
 
 
-def draw_von_mises(figure: Any, solution: SolutionData) -> None:
+def draw_von_mises(figure: Any, solution: SolutionData, view: View | None = None) -> None:
     """Von Mises stress in the deformed bodies on a coarse grid."""
     mesh = next(iter(solution.meshes.values()))
-    picture = Picture(
-        view_of(solution, share=MAGNIFIED), "von_mises", filled_bodies(solution), None
-    )
+    view = view or view_of(solution, share=MAGNIFIED)
+    picture = Picture(view, "von_mises", filled_bodies(solution), None)
     DRAWING[mesh.dim](figure, solution, picture, {}, COARSE)
 
 

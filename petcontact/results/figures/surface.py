@@ -19,6 +19,7 @@ from ..vtu.inside import filled_bodies
 from ..vtu.places import Places, small_triangles
 from .bands import UNKNOWN, band_colours, beyond, cut
 from .curves import headed_end
+from .surroundings import EDGE, obstacles
 from .view import View, view_of
 
 TRIANGLES = 8000
@@ -81,9 +82,9 @@ def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> N
     axes.set_title(text, fontsize="medium")
 
 
-def draw_surface(figure: Any, solution: SolutionData) -> None:
+def draw_surface(figure: Any, solution: SolutionData, view: View | None = None) -> None:
     """The deformed surfaces at the end, shaded by |u|, with the edges of the panels."""
-    shade_each(figure, solution, *_displacements(solution), view_of(solution))
+    shade_each(figure, solution, *_displacements(solution), view or view_of(solution))
 
 
 def _displacements(solution: SolutionData) -> tuple[dict[str, Sampled], str]:
@@ -147,7 +148,8 @@ def shade(
     space, whose labels stand there."""
     values = np.concatenate([body.values for body in bodies.values()])
     colours = band_colours(values, top)
-    moved = draw_bodies(every[0], solution, bodies, view.factor, colours, best_view(solution))
+    eye = view.eye or best_view(solution)
+    moved = draw_bodies(every[0], solution, bodies, view.factor, colours, eye)
     fit_axes(
         every[0],
         solution,
@@ -155,10 +157,13 @@ def shade(
         np.maximum(moved.max(axis=0), view.high),
     )
     text = f"{view.text}, seen from below" if every[0].elev < 0.0 else view.text
+    if draw_nets(every[0], solution, view.factor):
+        text = f"{text}; obstacles are nets"
     for axes, name in zip(every[1:], names, strict=True):
         moved = draw_bodies(
             axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name)
         )
+        draw_nets(axes, solution, view.factor, name)
         fit_axes(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
         axes.set(xticks=[], yticks=[], zticks=[])
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
@@ -217,6 +222,37 @@ def draw_bodies(
         )
     )
     return np.concatenate(moved)
+
+
+def draw_nets(
+    axes: Any, solution: SolutionData, factor: float, body: str | None = None
+) -> list[Any]:
+    """Draw rigid obstacles, all or those of one body, as a net, which hides nothing; the net, or
+    nothing.
+
+    It is made of the edges of the panels that may touch them and face the eye.
+    """
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    eye, lines = toward_eye(axes.elev, axes.azim), list[Array]()
+    for name, offset in obstacles(solution, factor):
+        if body not in (None, solution.sides[name][0]):
+            continue
+        mesh, nodes = solution.meshes[solution.sides[name][0]], solution.nodes[name]
+        faces = np.unique(mesh.element[nodes])
+        places, _, rims = small_triangles(as_surface(mesh), TRIANGLES, faces)
+        nodal = np.zeros((mesh.n_nodes, 3))
+        nodal[nodes] = offset
+        x, normal = points_at(mesh, places.element, places.place)
+        x = x + mesh.basis_at(places.element, places.place) @ nodal
+        seen = np.isfinite(x[:, 0]) & (normal @ eye > 0.0)
+        lines += [*x[rims[seen[rims].all(axis=1)]]]
+    if not lines:
+        return []
+    net = Line3DCollection(lines, colors=EDGE, lw=0.7, zorder=1e2)
+    axes.computed_zorder = False  # what is nearer to the eye in the mean need not cover it
+    axes.add_collection3d(net)
+    return [net]
 
 
 def equal_corners(polygons: Sequence[Array]) -> Array:

@@ -47,40 +47,51 @@ def size_of(solution: SolutionData) -> float:
 
 
 def moved(solution: SolutionData, name: str, factor: float) -> Array:
-    """Where the secondary's nodes of an interface are drawn (m, 2)."""
-    pair, (body, _) = solution.pairs[name], solution.sides[name]
-    return np.asarray(pair.x + factor * solution.bodies[body].u[solution.nodes[name], :2])
+    """Where the secondary's nodes of an interface are drawn (m, d)."""
+    x, (body, _) = solution.pairs[name].x, solution.sides[name]
+    u = solution.bodies[body].u[solution.nodes[name], : x.shape[1]]
+    return np.asarray(x + factor * u)
 
 
 def draw_obstacles(axes: Any, solution: SolutionData, view: View) -> None:
-    """The edge of each rigid obstacle: the secondary's surface as it was, moved by the gap that was
-    there along the normal, and then with the obstacle."""
+    """The edge of each rigid obstacle where it is not far from the body."""
     size = size_of(solution)
+    for name, offset in obstacles(solution, view.factor):
+        pair = solution.pairs[name]
+        order = np.argsort(pair.arc_length)
+        edge, normal = (pair.x + offset)[order], pair.normal[order]
+        shown = np.isfinite(edge[:, 0])
+        for run in np.split(np.arange(len(edge)), np.flatnonzero(np.diff(shown)) + 1):
+            if shown[run[0]]:
+                _band(axes, edge[run], edge[run] + THICK * size * normal[run], "obstacle")
+
+
+def obstacles(solution: SolutionData, factor: float) -> Iterator[tuple[str, Array]]:
+    """Each interface with a rigid obstacle, and how far this is from the nodes as they were (m, d):
+    by the gap that was there along the normal, and by its magnified motion; far from the body NaN.
+    """
     for interface in solution.problem.interfaces:
         if interface.primary is not None or interface.periodic:
             continue
-        order = np.argsort(solution.pairs[interface.name].arc_length)
-        pair, normal = solution.pairs[interface.name], solution.pairs[interface.name].normal[order]
+        pair = solution.pairs[interface.name]
         motion = np.zeros_like(pair.x)
         if interface.obstacle is not None:
             obstacle = solution.problem.obstacle[interface.obstacle]
             motion = _rigid(pair.x, obstacle.centre, solution.last.obstacles[obstacle.name])
         away = moved(solution, interface.name, 1.0) - pair.x - motion
-        gap = (pair.gap + np.sum(away * pair.normal, axis=1))[order]
-        shown = np.isfinite(gap) & (gap <= REACH * size)
-        edge = (pair.x + view.factor * motion)[order] + gap[:, None] * normal
-        for run in np.split(np.arange(len(gap)), np.flatnonzero(np.diff(shown)) + 1):
-            if shown[run[0]]:
-                _band(axes, edge[run], edge[run] + THICK * size * normal[run], "obstacle")
+        gap = pair.gap + np.sum(away * pair.normal, axis=1)
+        gap = np.where(gap <= REACH * size_of(solution), gap, np.nan)
+        yield interface.name, factor * motion + gap[:, None] * pair.normal
 
 
 def _rigid(x: Array, centre: Any, found: ObstacleResult) -> Array:
-    """Displacement (m, 2) of an obstacle at points."""
-    about = np.broadcast_to(np.asarray(centre, dtype=float), 2)
-    moved = np.append(
-        found.displacement[:2], found.rotation if len(found.displacement) < 3 else 0.0
-    )
-    return np.asarray(MOTIONS[2].every(x, about) @ moved)
+    """Displacement (m, d) of an obstacle at points; a turn about the axis moves nothing that is
+    drawn."""
+    dim = x.shape[1]
+    turned = np.atleast_1d(found.rotation) * float(len(found.displacement) == dim)
+    about = np.broadcast_to(np.asarray(centre, dtype=float), dim)
+    moved = np.append(found.displacement[:dim], turned)
+    return np.asarray(MOTIONS[dim].every(x, about) @ moved)
 
 
 def _band(axes: Any, near: Array, far: Array, word: str) -> None:

@@ -48,12 +48,16 @@ class View:
         What the bodies cover as they were and as they are drawn [length].
     largest : float
         |u| [length].
+    eye : (float, float), optional
+        In space, elevation and azimuth from which bodies are seen [degrees]; by default their
+        contact is in view.
     """
 
     factor: float
     low: Array
     high: Array
     largest: float
+    eye: tuple[float, float] | None = None
 
     @property
     def text(self) -> str:
@@ -70,9 +74,10 @@ def view_of(
     *,
     share: float = MAGNIFIED,
     factor: float | None = None,
+    eye: tuple[float, float] | None = None,
 ) -> View:
     """The view of some increments, of the last one by default, with displacements of about a share
-    of the bodies' size."""
+    of the bodies' size, or times a factor."""
     x = {name: mesh.x for name, mesh in solution.meshes.items()}
     every = np.vstack(list(x.values()))
     size = float(np.linalg.norm(np.ptp(every, axis=0)))
@@ -89,7 +94,7 @@ def view_of(
         elif (factor - 1.0) * _misfit(solution) > MISSED * size:
             factor = 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
-    return View(factor, places.min(axis=0), places.max(axis=0), largest)
+    return View(factor, places.min(axis=0), places.max(axis=0), largest, eye)
 
 
 def _misfit(solution: SolutionData) -> float:

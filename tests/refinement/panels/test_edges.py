@@ -39,7 +39,7 @@ def turned(top):
 @pytest.mark.parametrize("sizes", [{}, {"bottom": 0.2}])
 def test_edges_of_a_box_are_right_angles_whether_panels_match_or_not(sizes):
     _, mesh = body_of(BOX, HELD, element_size=0.5, element_sizes=sizes)
-    one, other, angle = edges(mesh)
+    one, other, angle, _ = edges(mesh)
     apart = mesh.part[one] != mesh.part[other]
     assert np.allclose(angle[apart], 0.5 * math.pi)
     assert np.allclose(angle[~apart], math.pi, atol=1e-6)
@@ -61,7 +61,7 @@ def test_a_cone_has_the_angle_of_its_held_edge(top):
     body, mesh = body_of(turned(top), HELD, element_size=0.7)
     angle = math.pi / 2.0 + math.atan(1.0 - top)
     names = np.array(mesh.part_names)
-    one, other, found = edges(mesh)
+    one, other, found, _ = edges(mesh)
     held = (names[mesh.part[one]] == "top") & (names[mesh.part[other]] == "side")
     assert held.any() and np.allclose(found[held], angle, atol=math.radians(1.0))
     assert edge_exponent(mesh, body) == pytest.approx(
