@@ -22,14 +22,14 @@ from ..kernel import ColumnData
 TOLERANCE = 1e-9
 """Relative error of quadrature by default."""
 ORDERS, MOST, RULES = 6, 64, 12
-"""Sizes of arrays in native/revolution/elements.h."""
+"""Sizes of arrays in native/revolution/sums.h."""
 LOADS = ((0, 0), (0, 1), (1, 0), (1, 1), (2, 2))
 """Component of u and of the load that each row has, of native/revolution/ring.h."""
 STRESSES = (
     *((0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1)),
     *((4, 2), (5, 2)),
 )
-"""Component of stress (rr, zz, rz, θθ, rθ, zθ) and of the load, of native/revolution/stress.h."""
+"""Component of stress (rr, zz, rz, θθ, rθ, zθ) and of the load, of native/revolution/ring.h."""
 COUNTS = (24, 19, 15, 12, 10, 8, 7, 6, 5, 4, 3)
 """Numbers of Gauss points for far targets."""
 GUARD = 1.5
@@ -53,10 +53,10 @@ def _quadrature(tolerance: float, of_stress: bool) -> Array:
         counts = np.array([count for count in COUNTS if count >= order // 2 + 2])
         axes = 10.0 ** ((digits + GUARD) / (2 * counts - order))
         numbers[order] = len(counts)
-        points[:, order, : len(counts)] = counts, 0.5 * (axes + 1.0 / axes)
+        points[:, order, : len(counts)] = counts, axes + 1.0 / axes
         for count in counts.tolist():
             add_points(rule_of(order), order, count)
-    table = np.zeros((MOST + 1, 2, MOST))
+    table = np.full((MOST + 1, 2, MOST), [[0.5], [0.0]])  # whole vectors, filled up with nothing
     for count in range(1, MOST + 1):
         table[count, :, :count] = _gauss(count)
     near = [math.ceil(2.0 * digits + 2.0), digits - 3.0, digits / 6.0, math.ceil(digits + 3.0)]
@@ -102,17 +102,16 @@ def _curve(
     unit = kernel.unit_length
     plane = element_members(of, index, kernel.poisson_ratio, unit, 1.0 / unit)
     quadrature = _quadrature(tolerance, of_stress)
-    return [*plane, np.array(least, dtype=np.int64), quadrature, kernel.dim]
+    return [*plane, np.array(least, dtype=np.int64), quadrature, kernel.dim, int(of_stress)]
 
 
 def _fill(
-    name: str, targets: Targets, elements: Elements, curve: list[Any], shape: tuple[int, ...]
+    targets: Targets, elements: Elements, curve: list[Any], *shape: int
 ) -> tuple[Array, Array]:
-    """Two kernels, each (*shape, n(p+1), m), by a function of C."""
+    """Two kernels, each (*shape, n(p+1), m)."""
     n, m = len(elements.index), len(targets.line)
     result = np.zeros((2, *shape, n * (elements.order + 1), m))
-    integrate = native.function(name, "pipipp")
-    assert integrate is not None
+    integrate = native.function("petcontact_ring_integrals", "pipipp")
     records = native.Struct(*curve), native.Struct(*point_members(targets))
     first, second = (native.pointer(part) for part in result)
     integrate(records[0].address, n, records[1].address, m, first, second)
@@ -122,13 +121,13 @@ def _fill(
 def ring_integrals(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
     """G and H as `bem.kernel.Kernel.integrals`, (d, d, n(p+1), m)."""
     curve = _curve(elements, elements.index, kernel)
-    return _fill("petcontact_ring_integrals", targets, elements, curve, (kernel.dim, kernel.dim))
+    return _fill(targets, elements, curve, kernel.dim, kernel.dim)
 
 
 def ring_stress(kernel: Any, targets: Targets, elements: Elements) -> tuple[Array, Array]:
     """D and S, (10, n(p+1), m): rows by component of stress and of load as `STRESSES` says."""
     curve = _curve(elements, elements.index, kernel, of_stress=True)
-    return _fill("petcontact_ring_stress", targets, elements, curve, (len(STRESSES),))
+    return _fill(targets, elements, curve, len(STRESSES))
 
 
 def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
@@ -136,7 +135,6 @@ def ring_forces(x: Array, source: Array, nu: float) -> tuple[Array, Array]:
     rows by `LOADS` and `STRESSES`."""
     result = np.empty((len(LOADS) + len(STRESSES), len(x)))
     forces = native.function("petcontact_ring_forces", "ipdddp")
-    assert forces is not None
     points = native.contiguous(x)
     forces(len(x), native.pointer(points), *source.tolist(), nu, native.pointer(result))
     result /= 16.0 * np.pi**2 * (1.0 - nu)

@@ -7,22 +7,9 @@ enum { MIDDLE = 24 }; /* Gauss points between far and close */
 static const double CLOSE_SUM = 2.9;
 enum { CLOSED, NEAR, FAR }; /* rules */
 
-/* Taylor's series in x²: sin x/x, sinh x/x, cos x and cosh x for |x| < 2.5. */
-INLINE double series_of(double square, int first)
-{
-    double sum = 1.0;
-    for (int k = 28 + first; k > first; k -= 2)
-        sum = 1.0 + square * sum / (double)(k * (k - 1));
-    return sum;
-}
-
 INLINE double sinc(double x)
 {
     return series_of(-x * x, 1);
-}
-INLINE double sinhc(double x)
-{
-    return series_of(x * x, 1);
 }
 INLINE double cosine(double x)
 {
@@ -33,22 +20,10 @@ INLINE double exponential(double x)
     return series_of(x * x, 0) + x * sinhc(x);
 }
 
-/* ξ and h of a target as seen from a point of the arc and its tangent there: ln(1+u)/(iα), u = iκ (y - origin)/tangent. */
-INLINE void preimage(const Arc *a, double dx, double dy, double tx, double ty, double *xi, double *h)
-{
-    const double re = -a->curvature * (dy * tx - dx * ty), im = a->curvature * (dx * tx + dy * ty);
-    const double grown = 2.0 * re + (re * re + im * im), more = grown < -1.0 ? -1.0 : grown;
-    const int small = (more < 0.4) & (more > -0.28);
-    const double log = small ? twice_atanh(more / (2.0 + more)) : logarithm(1.0 + more);
-    *xi = angle_of(im, 1.0 + re) / a->angle;
-    *h = -0.5 * log / a->angle;
-}
-
 /* As `local_of`: coordinates of those that are not far, each accurate close to the ends of the arc. */
 INLINE void local_of_arc(const Element *e, const Targets *t, Local *p)
 {
     const Arc *a = e->arc;
-    const double c = a->turn[0], s = a->turn[1], tx = e->tx, ty = e->ty;
     int from = t->count, to = 0;
     for (int i = 0; i < t->count; i++) {
         const double dx = t->x[i] - a->middle[0], dy = t->y[i] - a->middle[1];
@@ -59,26 +34,10 @@ INLINE void local_of_arc(const Element *e, const Targets *t, Local *p)
             from = from < i ? from : i;
             to = i + 1;
         }
-    for (int i = from; i < to; i++) {
-        const double x = t->x[i], y = t->y[i];
-        const int own = t->element[i] == e->index;
-        double xi, h, left, h_left, right, h_right;
-        preimage(a, x - a->middle[0], y - a->middle[1], tx, ty, &xi, &h);
-        preimage(a, x - e->start[0], y - e->start[1], tx * c + ty * s, ty * c - tx * s, &left, &h_left);
-        preimage(a, x - e->end[0], y - e->end[1], tx * c - ty * s, ty * c + tx * s, &right, &h_right);
-        left = xi < 0.0 ? left : xi + 1.0;
-        right = xi > 0.0 ? right : xi - 1.0;
-        h = xi < -0.5 ? h_left : xi > 0.5 ? h_right : h;
-        p->left[i] = own ? t->xi[i] + 1.0 : left;
-        p->right[i] = own ? t->xi[i] - 1.0 : right;
-        p->h[i] = own ? 0.0 : h;
-        p->on_line[i] = own;
-    }
-    for (int i = from; i < to; i++) {
-        const double l = p->left[i], r = p->right[i], square = p->h[i] * p->h[i];
-        if (p->rule[i] == NEAR && sqrt(l * l + square) + sqrt(r * r + square) < CLOSE_SUM)
+    preimages_of(e, t, from, to, p);
+    for (int i = from; i < to; i++)
+        if (p->rule[i] == NEAR && sum_of(p->left[i], p->right[i], p->h[i]) < CLOSE_SUM)
             p->rule[i] = CLOSED;
-    }
     for (int i = to; i < t->count + LANES; i++) /* what fills the last vector */
         p->left[i] = p->right[i] = p->h[i] = p->on_line[i] = 0.0;
 }
@@ -241,6 +200,4 @@ DISPATCHED void petcontact_arc_values(const Element *e, const Constants *c, cons
             else
                 arc_by_points(e, c, rule == FAR ? &far : &near, t, i, w, v);
     }
-    if (e->order == 0 && w.h)
-        add_slopes(e, c, t, v->h01, v->h10);
 }

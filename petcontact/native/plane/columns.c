@@ -41,9 +41,11 @@ INLINE void over_element(void *work, int64_t number, const Element *e, const Tar
     if (fresh)
         a->ends.end = 0;
     petcontact_plane_values(e, &a->constants, t, w, &a->ends, a->values);
+    if (e->arc && e->order == 0 && w.h)
+        add_slopes(e, &a->constants, t, a->values->h01, a->values->h10);
     for (int n = w.node; n < w.last; n++) {
         const Values *v = a->values + n;
-        node[n] = (Entries){{{v->g00, v->g01}, {v->g01, v->g11}}, {{v->h00, v->h01}, {v->h10, v->h11}}};
+        node[n] = (Entries){{v->g00, v->g01, v->g01, v->g11}, {v->h00, v->h01, v->h10, v->h11}};
     }
 }
 
@@ -52,7 +54,7 @@ void petcontact_plane_integrals(const Elements *elements, int64_t n, const Point
 {
     PlaneWork work;
     work.constants = constants_of(elements);
-    fill_integrals(over_element, &work, elements, 2, n, points, m, g, h);
+    fill_integrals(over_element, &work, elements, 4, n, points, m, g, h);
 }
 
 typedef struct { /* a mesh and what makes columns of G and H */

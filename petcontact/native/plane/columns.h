@@ -5,10 +5,10 @@
 
 #include "elements.h"
 
-enum { COMPONENTS = 3 }; /* of a displacement, at most */
+enum { ENTRIES = 10 }; /* of a kernel at a node, at most */
 
 typedef struct { /* of one node of an element: rows of targets by component and by that of the load */
-    const double *g[COMPONENTS][COMPONENTS], *h[COMPONENTS][COMPONENTS];
+    const double *g[ENTRIES], *h[ENTRIES];
 } Entries;
 
 /* Kernels of an element at the targets of a chunk, one Entries a node; `fresh` where the element is the first one there. `work`
@@ -23,9 +23,9 @@ typedef struct { /* what makes columns of G and H: bem.kernel.ColumnData */
     const double *rhs_traction, *rhs_displacement; /* (q, d) */
 } Columns;
 
-/* G and H, (d, d, n nodes, m) each or null, of n elements of one order at m points. */
-INLINE void fill_integrals(OverElement *over, void *work, const Elements *all, int d, int64_t n, const Points *points, int64_t m,
-                           double *g, double *h)
+/* Two kernels, (entries, n nodes, m) each or null, of n elements of one order at m points. */
+INLINE void fill_integrals(OverElement *over, void *work, const Elements *all, int count, int64_t n, const Points *points,
+                           int64_t m, double *g, double *h)
 {
     const int nodes = n ? (int)all->order[0] + 1 : 0;
     Targets t;
@@ -36,27 +36,26 @@ INLINE void fill_integrals(OverElement *over, void *work, const Elements *all, i
             const Element e = element_of(all, i);
             over(work, i, &e, &t, (Wanted){g != 0, h != 0, 0, nodes}, i == 0, v);
             for (int k = 0; k < nodes; k++)
-                for (int j = 0; j < d * d; j++) {
+                for (int j = 0; j < count; j++) {
                     const int64_t to = ((j * n + i) * nodes + k) * m + first;
-                    const double *from[] = {v[k].g[j / d][j % d], v[k].h[j / d][j % d]};
                     if (g)
-                        memcpy(g + to, from[0], t.count * sizeof(double));
+                        memcpy(g + to, v[k].g[j], t.count * sizeof(double));
                     if (h)
-                        memcpy(h + to, from[1], t.count * sizeof(double));
+                        memcpy(h + to, v[k].h[j], t.count * sizeof(double));
                 }
         }
     }
 }
 
 /* `sign` times a kernel times a vector, added to targets' components. */
-INLINE void add_product(const double *const (*kernel)[COMPONENTS], int d, int count, double sign, const double *vector,
+INLINE void add_product(const double *const *kernel, int d, int count, double sign, const double *vector,
                         double *restrict out)
 {
     for (int j = 0; j < d; j++) {
         const double x = sign * vector[j];
         for (int k = 0; x != 0.0 && k < count; k++)
             for (int i = 0; i < d; i++)
-                out[d * k + i] += kernel[i][j][k] * x;
+                out[d * k + i] += kernel[d * i + j][k] * x;
     }
 }
 
@@ -77,7 +76,8 @@ INLINE int some(const double *vector, int d)
 }
 
 /* Kernels and nodes that consecutive columns of one element ask for. */
-INLINE Wanted wanted_by(const Columns *a, int d, const int64_t *columns, int64_t count, int64_t first_node, int system, int beside)
+INLINE Wanted wanted_by(const Columns *a, int d, const int64_t *columns, int64_t count, int64_t first_node, int system,
+                        int beside)
 {
     Wanted w = {0, 0, (int)(columns[0] - first_node), (int)(columns[count - 1] - first_node) + 1};
     for (int64_t j = 0; j < count; j++) {

@@ -76,6 +76,11 @@ typedef struct { /* of one node of an element at each target of a chunk */
     double g00[ROOM], g01[ROOM], g11[ROOM], h00[ROOM], h01[ROOM], h10[ROOM], h11[ROOM];
 } Values;
 
+typedef struct { /* targets of a chunk in an element's own coordinates, and the rule for each */
+    double left[ROOM], right[ROOM], h[ROOM], on_line[ROOM]; /* ξ+1, ξ-1 */
+    int rule[ROOM];                                         /* 0 for the closed form, else 1 more than the tier */
+} Local;
+
 typedef struct { /* kernels, and nodes of an element from `node` to before `last` */
     int g, h, node, last;
 } Wanted;
@@ -120,6 +125,12 @@ INLINE void load_targets(const Points *points, const int64_t *rows, int64_t firs
         t->before[i] = points->before ? points->before[row] : -2;
         t->after[i] = points->after ? points->after[row] : -2;
     }
+}
+
+/* |z+1| + |z-1| of a target in an element's own coordinate. */
+INLINE double sum_of(double left, double right, double h)
+{
+    return sqrt(left * left + h * h) + sqrt(right * right + h * h);
 }
 
 #endif

@@ -10,22 +10,14 @@ typedef struct { /* moments of one function at some targets, as in bem.kelvin2d.
     Vector log, tangential, normal, shear_re, shear_im, dipole_re, dipole_im;
 } Moments;
 
-typedef struct { /* targets of a chunk in an element's own coordinates, and the rule for each */
-    double left[ROOM], right[ROOM], h[ROOM], on_line[ROOM]; /* ξ+1, ξ-1 */
-    int rule[ROOM];                                         /* 0 for the closed form, else 1 more than the tier */
-} Local;
-
 INLINE Vector at(const double *numbers)
 {
     return *(const Vector *)numbers;
 }
 
-INLINE Local local_of(const Element *e, const Targets *t)
+INLINE void local_of(const Element *e, const Targets *t, Local *p)
 {
-    Local p;
-    double distance[CHUNK];
     const double over = 1.0 / e->half;
-    const int tiers = (int)e->rule->tiers;
     for (int i = 0; i < t->count; i++) {
         const double ax = t->x[i] - e->start[0], ay = t->y[i] - e->start[1];
         const double bx = t->x[i] - e->end[0], by = t->y[i] - e->end[1];
@@ -33,22 +25,26 @@ INLINE Local local_of(const Element *e, const Targets *t)
         const double a = (ax * e->tx + ay * e->ty) * over, b = (bx * e->tx + by * e->ty) * over;
         const double ha = (ay * e->tx - ax * e->ty) * over, hb = (by * e->tx - bx * e->ty) * over;
         const double lift = a * a + ha * ha < b * b + hb * hb ? ha : hb;
-        p.left[i] = own ? t->xi[i] + 1.0 : a;
-        p.right[i] = own ? t->xi[i] - 1.0 : b;
-        p.h[i] = flat ? 0.0 : lift;
-        p.on_line[i] = flat;
+        p->left[i] = own ? t->xi[i] + 1.0 : a;
+        p->right[i] = own ? t->xi[i] - 1.0 : b;
+        p->h[i] = flat ? 0.0 : lift;
+        p->on_line[i] = flat;
     }
-    for (int i = 0; i < t->count; i++) {
-        const double l = p.left[i], r = p.right[i], square = p.h[i] * p.h[i], z = 0.5 * (l + r);
-        p.rule[i] = !(sqrt(l * l + square) + sqrt(r * r + square) < e->rule->close_sum);
+    for (int i = t->count; i < t->count + LANES; i++) /* what fills the last vector */
+        p->left[i] = p->right[i] = p->h[i] = p->on_line[i] = 0.0;
+}
+
+INLINE void tiers_of(const Element *e, int count, Local *p)
+{
+    double distance[CHUNK];
+    for (int i = 0; i < count; i++) {
+        const double z = 0.5 * (p->left[i] + p->right[i]), square = p->h[i] * p->h[i];
+        p->rule[i] = !(sum_of(p->left[i], p->right[i], p->h[i]) < e->rule->close_sum);
         distance[i] = z * z + square;
     }
-    for (int k = 1; k < tiers; k++)
-        for (int i = 0; i < t->count; i++)
-            p.rule[i] += distance[i] >= e->rule->radius_2[k];
-    for (int i = t->count; i < t->count + LANES; i++) /* what fills the last vector */
-        p.left[i] = p.right[i] = p.h[i] = p.on_line[i] = 0.0;
-    return p;
+    for (int k = 1; k < (int)e->rule->tiers; k++)
+        for (int i = 0; i < count; i++)
+            p->rule[i] += distance[i] >= e->rule->radius_2[k];
 }
 
 /* G and H from moments in a frame of squared tangent (re, im). */
@@ -191,7 +187,9 @@ INLINE void straight_closed(const Element *e, const Constants *c, const Local *p
 /* Runs of targets with one rule, a vector at a time: what a vector holds beyond its run the next run overwrites. */
 INLINE void straight_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Values *v)
 {
-    const Local p = local_of(e, t);
+    Local p;
+    local_of(e, t, &p);
+    tiers_of(e, t->count, &p);
     for (int first = 0, last; first < t->count; first = last) {
         const int rule = p.rule[first];
         for (last = first + 1; last < t->count && p.rule[last] == rule;)

@@ -8,151 +8,193 @@
 #ifndef PETCONTACT_RING_H
 #define PETCONTACT_RING_H
 
-#include "../plane/elements.h"
+#include "../plane/arcs.h"
+#include "../plane/straight.h"
 
 enum { ANGLES = 20 }; /* 0.172^20 = 5e-16 */
 
 /* q at the middles of half a turn's ANGLES/2 parts. */
-static const double TURN[ANGLES / 2] = {0.012311659404862273, 0.10899347581163212, 0.2928932188134525, 0.546009500260453, 0.8435655349597692, 1.1564344650402305, 1.4539904997395467, 1.7071067811865475, 1.8910065241883678, 1.9876883405951378};
+static const double TURN[ANGLES / 2] = {0.012311659404862273, 0.10899347581163212, 0.2928932188134525, 0.546009500260453,
+                                        0.8435655349597692,   1.1564344650402305,  1.4539904997395467, 1.7071067811865475,
+                                        1.8910065241883678,   1.9876883405951378};
 
-typedef struct { /* moments [n][(k-1)/2] */
-    Vector m[5][4];
-} Moments;
-
-typedef struct { /* rings as seen from points: all of one vector */
+typedef struct {                      /* rings as seen from points: all of one vector */
     Vector r, radius, dr, dz, nr, nz; /* radius of the point, R, (R-r, Z-z), normal of the ring */
     Vector dn;                        /* n·(R-r, Z-z) */
 } Rings;
 
-INLINE Vector root_of(Vector x)
+INLINE Vector each(double (*function)(double), Vector x)
 {
-    Vector y = {0.0};
     for (int i = 0; i < LANES; i++)
-        y[i] = sqrt(x[i]);
-    return y;
+        x[i] = function(x[i]);
+    return x;
 }
 
-INLINE Vector logarithm_of(Vector x)
-{
-    Vector y = {0.0};
-    for (int i = 0; i < LANES; i++)
-        y[i] = logarithm(x[i]);
-    return y;
-}
+typedef struct { /* ∫ qⁿ f dθ for n = 0, 1 ... */
+    Vector n[5];
+} Series;
 
-/* Elliptic integrals; powers up to `last` of 1/|x-y|² times 1/|x-y|. */
-INLINE void elliptic_moments(Vector d, Vector b, int last, Moments *out)
+/* Of (d + b q)^(-k-½) for k = 0 ... `last` by elliptic integrals, where d is not 0. */
+INLINE void elliptic_moments(Vector d, Vector b, int last, Series *m)
 {
-    Vector (*m)[4] = out->m;
-    const Vector s = d + 2.0 * b;
-    Vector mean = root_of(s), root = root_of(d), rest = d + b;
-    for (double power = 1.0; power < 65536.0; power *= 2.0) { /* rest = s - Σ 2^(n-1) c_n², c_0² = 2b */
-        const Vector c = 0.5 * (mean - root), next = 0.5 * (mean + root);
+    const Vector s = d + 2.0 * b, over = 1.0 / b, over_sd = 1.0 / (s * d);
+    Vector mean = each(sqrt, s), root = each(sqrt, d), rest = d + b; /* s - Σ 2^(n-1) c_n², c_0² = 2b */
+    int wide = 1;
+    for (double power = 1.0; wide && power < 65536.0; power *= 2.0) {
+        const Vector c = 0.5 * (mean - root), product = mean * root;
         rest -= power * c * c;
-        int wide = power < 8.0; /* it takes four steps at least */
+        mean -= c;
+        wide = power < 8.0; /* it takes four steps at least */
         for (int i = 0; !wide && i < LANES; i++)
-            wide = c[i] > 1e-9 * next[i];
-        if (!wide) {
-            mean = next;
-            break;
-        }
-        root = root_of(mean * root);
-        mean = next;
+            wide = c[i] > 1e-9 * mean[i];
+        if (wide)
+            root = each(sqrt, product);
     }
-    m[0][0] = 2.0 * PI / mean;
-    Vector below = m[0][0] * rest; /* k = -1 */
-    const Vector over = 1.0 / b, over_sd = 1.0 / (s * d);
+    m[0].n[0] = 2.0 * PI / mean;
+    const Vector below = m[0].n[0] * rest; /* k = -1 */
     for (int k = 0; k <= last; k++) {
         if (k == 1)
-            m[0][1] = below * over_sd;
+            m[1].n[0] = below * over_sd;
         else if (k > 1) /* d/dθ of sin θ |x-y|^(2-k) integrates to zero */
-            m[0][k] = ((4.0 * (k - 1)) * (d + b) * m[0][k - 1] - (2.0 * k - 3.0) * m[0][k - 2]) * over_sd / (2.0 * k - 1.0);
+            m[k].n[0] =
+                (4.0 * (k - 1) * (d + b) * m[k - 1].n[0] - (2.0 * k - 3.0) * m[k - 2].n[0]) * over_sd / (2.0 * k - 1.0);
         for (int n = 1; n <= k + 1; n++)
-            m[n][k] = ((k ? m[n - 1][k - 1] : below) - d * m[n - 1][k]) * over;
+            m[k].n[n] = ((k ? m[k - 1].n[n - 1] : below) - d * m[k].n[n - 1]) * over;
     }
 }
 
-INLINE void angular_moments(Vector d, Vector b, int last, Moments *out)
+/* The same near the axis as well. */
+INLINE void moments_of(const Rings *p, int last, Series *m)
 {
-    memset(out, 0, sizeof *out);
+    const Vector d = p->dr * p->dr + p->dz * p->dz, b = 2.0 * p->r * p->radius;
+    int slim = 0; /* a bit for each */
+    for (int i = 0; i < LANES; i++)
+        slim |= (2.0 * b[i] < d[i]) << i;
+    if (slim != (1 << LANES) - 1)
+        elliptic_moments(d, b, last, m);
+    if (!slim)
+        return;
+    Series found[4] = {{{{0.0}}}};
     for (int j = 0; j < ANGLES / 2; j++) {
         const Vector inverse = 1.0 / (d + TURN[j] * b);
-        Vector power = root_of(inverse) * (4.0 * PI / ANGLES);
+        Vector power = each(sqrt, inverse) * (4.0 * PI / ANGLES);
         for (int k = 0; k <= last; k++, power *= inverse) {
             Vector term = power;
             for (int n = 0; n <= k + 1; n++, term *= TURN[j])
-                out->m[n][k] += term;
+                found[k].n[n] += term;
         }
     }
-}
-
-INLINE void moments_of(const Rings *p, int last, Moments *out)
-{
-    const Vector d = p->dr * p->dr + p->dz * p->dz, b = 2.0 * p->r * p->radius;
-    int slim[LANES], some = 0, all = 1;
-    for (int i = 0; i < LANES; i++) {
-        slim[i] = 2.0 * b[i] < d[i];
-        some |= slim[i];
-        all &= slim[i];
-    }
-    if (!all)
-        elliptic_moments(d, b, last, out);
-    if (!some)
-        return;
-    Moments found;
-    angular_moments(d, b, last, &found);
     for (int k = 0; k <= last; k++)
         for (int n = 0; n <= k + 1; n++)
             for (int i = 0; i < LANES; i++)
-                out->m[n][k][i] = slim[i] ? found.m[n][k][i] : out->m[n][k][i];
+                m[k].n[n][i] = slim >> i & 1 ? found[k].n[n][i] : m[k].n[n][i];
 }
 
 enum { RR, RZ, ZR, ZZ, TT, KINDS }; /* component at the point, component at the ring */
 
-/* 8π(1-ν) times 2µ ∫ U dθ and -∫ T dθ. */
-INLINE void ring_kernels(const Rings *p, double nu, int with_h, Vector *g, Vector *h)
+/* 8π(1-ν) times 2µ ∫ U dθ and -∫ T dθ; where `less` is not null, without what plane strain and a plane that slides out of
+   itself have over R, whose logarithm's unit has the logarithm *less. The plane has all its moments at q = 0. */
+INLINE void ring_kernels(const Rings *p, double nu, int with_h, const double *less, Vector *g, Vector *h)
 {
-    Moments found;
-    moments_of(p, 1 + with_h, &found);
-    const Vector(*m)[4] = (const Vector(*)[4])found.m;
+    Series m[3];
+    moments_of(p, 1 + with_h, m);
+    const Vector whole = m[0].n[0] - m[0].n[1], over_radius = 1.0 / (p->radius + 1e-300); /* 0 times it is 0 on the axis */
+    if (less) {
+        const Vector over = 1.0 / (p->dr * p->dr + p->dz * p->dz), share = over * over_radius;
+        m[0].n[0] -= (each(logarithm, over) + 2.0 * *less) * over_radius;
+        m[1].n[0] -= 2.0 * share;
+        m[2].n[0] -= 4.0 / 3.0 * over * share;
+    }
     const double k = 1.0 - 2.0 * nu, factor = 3.0 - 4.0 * nu;
     const Vector r = p->r, R = p->radius, dr = p->dr, dz = p->dz, nr = p->nr, nz = p->nz, dn = p->dn;
-    const Vector half_b = r * R, turned = m[0][0] - m[1][0], flat = m[0][1] - m[1][1];
-    g[RR] = factor * turned + dr * dr * flat - half_b * m[2][1];
-    g[RZ] = dz * (dr * m[0][1] - R * m[1][1]);
-    g[ZR] = dz * (dr * m[0][1] + r * m[1][1]);
-    g[ZZ] = factor * m[0][0] + dz * dz * m[0][1];
+    const Vector half_b = r * R, turned = m[0].n[0] - m[0].n[1], flat = m[1].n[0] - m[1].n[1];
+    g[RR] = factor * turned + dr * dr * flat - half_b * m[1].n[2];
+    g[RZ] = dz * (dr * m[1].n[0] - R * m[1].n[1]);
+    g[ZR] = dz * (dr * m[1].n[0] + r * m[1].n[1]);
+    g[ZZ] = factor * m[0].n[0] + dz * dz * m[1].n[0];
     g[TT] = (4.0 - 4.0 * nu) * turned;
     if (!with_h)
         return;
-    const Vector lift = nr * r, both = dn * m[0][2] + lift * m[1][2], next = dn * m[1][2] + lift * m[2][2];
-    const Vector last = dn * m[2][2] + lift * m[3][2]; /* ∫ qⁿ d·n/|x-y|⁵ */
-    const Vector along = dr * m[0][1], radial = along - R * m[1][1], ring = along + r * m[1][1];
-    h[RR] = k * (dn * flat + lift * (3.0 * m[1][1] - 2.0 * m[2][1])) + 3.0 * (dr * dr * (both - next) - half_b * last);
+    const Vector lift = nr * r, both = dn * m[2].n[0] + lift * m[2].n[1], next = dn * m[2].n[1] + lift * m[2].n[2];
+    const Vector last = dn * m[2].n[2] + lift * m[2].n[3]; /* ∫ qⁿ d·n/|x-y|⁵ */
+    const Vector along = dr * m[1].n[0], radial = along - R * m[1].n[1], ring = along + r * m[1].n[1];
+    h[RR] = k * (dn * flat + lift * (3.0 * m[1].n[1] - 2.0 * m[1].n[2])) + 3.0 * (dr * dr * (both - next) - half_b * last);
     h[RZ] = 3.0 * dz * (dr * both - R * next) - k * (nz * radial - dz * nr * flat);
-    h[ZR] = 3.0 * dz * (dr * both + r * next) - k * (dz * nr * m[0][1] - nz * ring);
-    h[ZZ] = k * (dn * m[0][1] + lift * m[1][1]) + 3.0 * dz * dz * both;
-    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[1][1] - m[2][1]) + nr * turned / (R + 1e-300)); /* 0 on the axis */
+    h[ZR] = 3.0 * dz * (dr * both + r * next) - k * (dz * nr * m[1].n[0] - nz * ring);
+    h[ZZ] = k * (dn * m[1].n[0] + lift * m[1].n[1]) + 3.0 * dz * dz * both;
+    h[TT] = (2.0 - 2.0 * nu) * (dn * flat + lift * (m[1].n[1] - m[1].n[2]) + nr * whole * over_radius);
 }
 
-/* The same of plane strain and, for the third component, of a plane that slides out of itself; ln(ℓ²) is `log_unit`. */
-INLINE void plane_kernels(const Rings *p, double nu, double log_unit, int with_h, Vector *g, Vector *h)
+/* Stress at points. All vectors are linear in q but for sin² θ = q (2 - q): products are taken one factor after another on the
+   moments themselves. */
+enum { STRESSES = 10 }; /* rr, zz, rz and θθ by r and by z, rθ and zθ by θ */
+
+/* The same of f (a + b q), and of f sin² θ. */
+INLINE Series times(Series f, Vector a, Vector b)
 {
-    const Vector over = 1.0 / (p->dr * p->dr + p->dz * p->dz), log = -0.5 * (logarithm_of(over) + log_unit);
-    const Vector rr = p->dr * p->dr * over, rz = p->dr * p->dz * over, zz = p->dz * p->dz * over;
-    const double k = 1.0 - 2.0 * nu, factor = 3.0 - 4.0 * nu;
-    g[RR] = 2.0 * (rr - factor * log);
-    g[RZ] = g[ZR] = 2.0 * rz;
-    g[ZZ] = 2.0 * (zz - factor * log);
-    g[TT] = -(8.0 - 8.0 * nu) * log;
-    if (!with_h)
-        return;
-    const Vector dn = p->dn * over, turn = k * over * (p->nz * p->dr - p->nr * p->dz);
-    h[RR] = 2.0 * dn * (k + 2.0 * rr);
-    h[RZ] = 4.0 * dn * rz - 2.0 * turn;
-    h[ZR] = 4.0 * dn * rz + 2.0 * turn;
-    h[ZZ] = 2.0 * dn * (k + 2.0 * zz);
-    h[TT] = (4.0 - 4.0 * nu) * dn;
+    for (int n = 0; n < 4; n++)
+        f.n[n] = a * f.n[n] + b * f.n[n + 1];
+    return f;
+}
+
+INLINE Series times_sines(Series f)
+{
+    for (int n = 0; n < 3; n++)
+        f.n[n] = 2.0 * f.n[n + 1] - f.n[n + 2];
+    return f;
+}
+
+/* ∫ low (turned (δ_il d_j + δ_jl d_i) + bulk δ_ij d_l) + high d_i d_j d_l, d = x - y, l the load; r, c, s: times the component of
+   d along r at the point, cos θ and sin² θ. */
+INLINE void of_distance(const Rings *p, Series low, Series high, double turned, double bulk, Vector *out)
+{
+    const Vector one = 1.0 + 0.0 * p->r, r = p->r, R = p->radius, dr = p->dr, dz = p->dz;
+    const Series high_r = times(high, dr, -R), high_rr = times(high_r, dr, -R), high_s = times_sines(high);
+    const Series low_c = times(low, one, -one);
+    const Vector c = turned * low_c.n[0], cr = turned * times(low_c, dr, -R).n[0], s = turned * R * times_sines(low).n[0];
+    const Vector plain = bulk * low.n[0], along = bulk * times(low, dr, r).n[0];
+    out[0] = 2.0 * cr + along + times(high_rr, dr, r).n[0];
+    out[1] = dz * (plain + high_rr.n[0]);
+    out[2] = along + dz * dz * times(high, dr, r).n[0];
+    out[3] = dz * (2.0 * turned * low.n[0] + plain + dz * dz * high.n[0]);
+    out[4] = dz * (c + times(high_r, dr, r).n[0]);
+    out[5] = turned * times(low, dr, -R).n[0] + dz * dz * high_r.n[0];
+    out[6] = 2.0 * s + along + R * R * times(high_s, dr, r).n[0];
+    out[7] = dz * (plain + R * R * high_s.n[0]);
+    out[8] = cr - s + r * R * times(high_s, dr, -R).n[0];
+    out[9] = dz * (c + r * R * high_s.n[0]);
+}
+
+/* 8π(1-ν) times ∫ D dθ and -∫ S/2µ dθ. In names of products r, a, c and s are the components of d along r at the point and along
+   the radius of the ring, cos θ and sin² θ. */
+INLINE void ring_stress(const Rings *p, double nu, Vector *by_t, Vector *by_u)
+{
+    Series m[4] = {{{{0.0}}}};
+    moments_of(p, 3, m);
+    for (int n = 0; n < 5; n++) {
+        m[2].n[n] *= 3.0;
+        m[3].n[n] *= -15.0;
+    }
+    const Vector one = 1.0 + 0.0 * p->r, r = p->r, R = p->radius, dr = p->dr, dz = p->dz, nr = p->nr, nz = p->nz;
+    const double k = 1.0 - 2.0 * nu;
+    const Series third = m[1], fifth = m[2], seventh = m[3]; /* powers of 1/|d| */
+    of_distance(p, third, fifth, k, -k, by_t);
+    of_distance(p, times(fifth, p->dn, nr * r), times(seventh, p->dn, nr * r), nu, k, by_u);
+    const Series fifth_r = times(fifth, dr, -R), fifth_c = times(fifth, one, -one), fifth_s = times_sines(fifth),
+                 fifth_cr = times(fifth_c, dr, -R), third_c = times(third, one, -one);
+    const Vector f = fifth.n[0], fr = fifth_r.n[0], fs = fifth_s.n[0], fcr = fifth_cr.n[0], tc = third_c.n[0],
+                 frr = times(fifth_r, dr, -R).n[0], tcc = times(third_c, one, -one).n[0], ts = times_sines(third).n[0],
+                 bulk = (1.0 - 4.0 * nu) * third.n[0];
+    by_u[0] += nr * (2.0 * nu * times(fifth_cr, dr, r).n[0] + k * frr + 2.0 * k * tcc - bulk);
+    by_u[1] += 2.0 * nu * nr * dz * fcr + nz * (k * frr - bulk);
+    by_u[2] += 2.0 * nu * nz * dz * times(fifth, dr, r).n[0] + nr * (k * dz * dz * f - bulk);
+    by_u[3] += nz * (dz * dz * f + third.n[0]);
+    by_u[4] += dz * nr * (nu * times(fifth_c, dr, r).n[0] + k * fr) + nz * (nu * times(fifth_r, dr, r).n[0] + k * tc);
+    by_u[5] += nu * nr * dz * dz * fifth_c.n[0] + (1.0 - nu) * nz * dz * fr + k * nr * tc;
+    by_u[6] += nr * (2.0 * nu * R * times(fifth_s, dr, r).n[0] + k * R * R * fs + 2.0 * k * ts - bulk);
+    by_u[7] += 2.0 * nu * nr * R * dz * fs + nz * (k * R * R * fs - bulk);
+    by_u[8] += nr * (nu * r * (R * times(fifth_s, one, -one).n[0] + times(fifth_s, dr, -R).n[0]) + k * (tcc - ts));
+    by_u[9] += nu * r * (nz * R + nr * dz) * fs + k * nz * tc;
 }
 
 #endif

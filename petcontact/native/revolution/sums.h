@@ -3,93 +3,157 @@
 #ifndef PETCONTACT_RING_SUMS_H
 #define PETCONTACT_RING_SUMS_H
 
-#include "elements.h"
+#include "ring.h"
 
-enum { ALL = 20 }; /* kinds of kernels at a time, at most */
+enum {
+    MOST = 64,
+    RULES = 12,
+    ALL = 2 * STRESSES
+};                                   /* points of a rule, rules by distance, kinds of kernels at a time, at most */
 static const double NEAREST = 1e-10; /* of half an element: as near as points crowd */
 /* Panels: the first reaches half way to the target's image behind the axis and turns by TURNED radians at most, those beyond it
    grow by GROWTH. With these 1 of 100 of 4000 random pairs was off by 8e-10 or more at 1e-9, the worst one by 4e-9; with 0.75,
    4 and the whole way 1e-8 and 3e-7. */
 static const double TURNED = 0.5, GROWTH = 3.0;
 
-/* Two kernels of `kinds`/2 components each, or the first of them alone. */
-typedef void Kernels(const Rings *p, const Constants *c, int second, Vector *value);
+typedef struct {                                                  /* bem.revolution.compiled fills it, numbers all double */
+    double rules[NODES], points[NODES][RULES], sum[NODES][RULES]; /* by order: Gauss points, and |z+1| + |z-1| from which on
+                                                                     they are enough; the most points first */
+    double own, near, slope, rest;                                /* points of panels, see `add_panel` */
+    double gauss[MOST + 1][2][MOST]; /* points in (0, 1) and weights, by their number, then any */
+} Quadrature;
 
-typedef struct { /* what is summed, and in which units each kernel comes */
-    Kernels *kernels;
-    int kinds, second; /* of both kernels, and whether the second is wanted */
-    double unit, other_unit;
+typedef struct {               /* what is summed over which element: both kernels of stress, or those of u */
+    int stress, kinds, second; /* components of each kernel, and whether the second is wanted */
+    double unit, other_unit;   /* of each */
+    const Quadrature *quadrature;
+    const Element *element;
+    const Constants *constants;
 } Sum;
+
+typedef struct { /* a target beside an element: ξ+1, ξ-1, distance on the left over half the length, radius */
+    double left, right, lift, r;
+    int own;
+} Place;
+
+/* From near without what the plane's kernels have, which are integrated in closed form: the rest is bounded but for a logarithm
+   in T. Quadrature of the whole kernels of stress keeps the digits that closed forms would: see bem.revolution.compiled. */
+INLINE void kernels_of(Sum a, const Rings *p, int near, Vector *value)
+{
+    if (a.stress)
+        ring_stress(p, a.constants->nu, value, value + STRESSES);
+    else
+        ring_kernels(p, a.constants->nu, a.second, near ? &a.constants->log_length : 0, value, value + KINDS);
+}
+
+/* |z+1| + |z-1| of a point. */
+INLINE double sum_at(const Element *e, double x, double y)
+{
+    if (e->arc) {
+        double xi, h;
+        preimage(e->arc, x - e->arc->middle[0], y - e->arc->middle[1], e->tx, e->ty, &xi, &h);
+        return sum_of(xi + 1.0, xi - 1.0, h);
+    }
+    const double ax = x - e->start[0], ay = y - e->start[1], bx = x - e->end[0], by = y - e->end[1];
+    return (sqrt(ax * ax + ay * ay) + sqrt(bx * bx + by * by)) / e->half;
+}
 
 /* The rule of each target: 0 near, else one more than its place among those of the order. */
 INLINE void rules_of(const Quadrature *q, const Element *e, int least, const Targets *t, int *rule)
 {
-    const int rules = (int)q->rules[e->order];
     double sum[CHUNK];
-    for (int i = 0; i < t->count; i++)
-        sum[i] = half_sum(e, t->x[i], t->y[i]);
-    for (int i = 0; e->arc && i < t->count; i++) { /* behind the axis a target may be nearer in the coordinate of an arc */
-        const double image = half_sum(e, -t->x[i], t->y[i]);
-        sum[i] = image < sum[i] ? image : sum[i];
-    }
-    for (int i = 0; i < t->count; i++)
+    for (int i = 0; i < t->count; i++) {
         rule[i] = 0;
-    for (int k = 0; k < rules && (k == 0 || q->points[e->order][k] >= least); k++)
+        sum[i] = sum_at(e, t->x[i], t->y[i]);
+        if (e->arc) /* behind the axis it may be nearer in the coordinate of an arc */
+            sum[i] = fmin(sum[i], sum_at(e, -t->x[i], t->y[i]));
+    }
+    for (int k = 0; k < (int)q->rules[e->order] && (k == 0 || q->points[e->order][k] >= least); k++)
         for (int i = 0; i < t->count; i++)
-            rule[i] += sum[i] >= q->sum[e->order][k];
-    for (int i = 0; i < t->count; i++)
-        rule[i] = t->element[i] == e->index ? 0 : rule[i];
+            rule[i] += (sum[i] >= q->sum[e->order][k]) & (t->element[i] != e->index);
 }
 
 /* Gauss quadrature for some targets: `out` has rows of targets by node and kind. */
-INLINE void by_points(Sum a, const Element *e, const Constants *c, const Sources *s, const Targets *t, const int *chosen,
-                      int count, Wanted w, double (*out)[CHUNK])
+INLINE void by_points(Sum a, int points, const Targets *t, const int *chosen, int count, Wanted w, double (*out)[CHUNK])
 {
-    const Gauss *rule = e->rule->gauss + s->count;
-    const int kinds = a.second ? a.kinds : a.kinds / 2;
+    const Gauss *rule = a.element->rule->gauss + points;
+    const int kinds = a.second ? 2 * a.kinds : a.kinds;
+    Sources s;
+    sources_of(a.element, points, &s);
     for (int first = 0; first < count; first += LANES) {
-        const int some = count - first < LANES ? count - first : LANES;
         Vector r = {0.0}, z = {0.0}, sum[NODES][ALL], value[ALL];
         for (int i = 0; i < LANES; i++) {
-            const int target = chosen[first + (i < some ? i : 0)];
+            const int target = chosen[first + i < count ? first + i : first];
             r[i] = t->x[target];
             z[i] = t->y[target];
         }
         for (int n = w.node; n < w.last; n++)
             for (int k = 0; k < kinds; k++)
                 sum[n][k] = 0.0 * r;
-        for (int q = 0; q < s->count; q++) {
-            const double nr = s->ty[q] / e->half, nz = -s->tx[q] / e->half;
-            const Vector none = 0.0 * r, dr = s->x[q] - r, dz = s->y[q] - z;
-            const Rings ring = {r, s->x[q] + none, dr, dz, nr + none, nz + none, nr * dr + nz * dz};
-            a.kernels(&ring, c, a.second, value);
+        for (int q = 0; q < points; q++) {
+            const double nr = s.ty[q] / a.element->half, nz = -s.tx[q] / a.element->half;
+            const Vector none = 0.0 * r, dr = s.x[q] - r, dz = s.y[q] - z;
+            const Rings ring = {r, s.x[q] + none, dr, dz, nr + none, nz + none, nr * dr + nz * dz};
+            kernels_of(a, &ring, 0, value);
             for (int n = w.node; n < w.last; n++)
                 for (int k = 0; k < kinds; k++)
-                    sum[n][k] += (s->x[q] * rule->product[n][q]) * value[k];
+                    sum[n][k] += (s.x[q] * rule->product[n][q]) * value[k];
         }
         for (int n = w.node; n < w.last; n++)
             for (int k = 0; k < kinds; k++)
-                for (int i = 0; i < some; i++)
-                    out[n * a.kinds + k][chosen[first + i]] = (k < a.kinds / 2 ? a.unit : a.other_unit) * sum[n][k][i];
+                for (int i = 0; i < LANES && first + i < count; i++)
+                    out[2 * n * a.kinds + k][chosen[first + i]] = (k < a.kinds ? a.unit : a.other_unit) * sum[n][k][i];
     }
 }
 
-/* Sums against Legendre polynomials of s by one panel's points. */
-INLINE void add_panel(Sum a, const Element *e, const Constants *c, const Place *place, double r, const Panel *p,
+/* The ring at s - ξ = `offset` as seen from the target, without differences of coordinates. */
+INLINE Rings ring_at(const Element *e, const Place *p, Vector offset)
+{
+    const double bend = e->arc ? e->arc->angle : 0.0;
+    const Vector none = 0.0 * offset;
+    Vector t = offset, n = p->lift + none, tx = e->tx + none, ty = e->ty + none;
+    if (e->arc) {
+        Vector sinc, cos, turn_sinc, turn_cos;
+        sine_of((0.5 * bend) * offset, &sinc, &cos);
+        const Vector half_sine = (0.5 * bend) * offset * sinc, turn = bend * (0.5 * (p->left + p->right) + offset);
+        t = offset * sinc * cos - p->lift * (2.0 * half_sine * cos);
+        n = offset * half_sine * sinc + p->lift * (1.0 - 2.0 * half_sine * half_sine);
+        sine_of(turn, &turn_sinc, &turn_cos);
+        tx = e->tx * turn_cos - e->ty * turn * turn_sinc;
+        ty = e->ty * turn_cos + e->tx * turn * turn_sinc;
+    }
+    const Vector dr = e->half * (t * tx + n * ty), dz = e->half * (t * ty - n * tx);
+    return (Rings){p->r + none, p->r + dr, dr, dz, ty, -tx, e->half * n};
+}
+
+/* Sums against Legendre polynomials of s over a panel at s - ξ = base + side (from ... to), filled up to whole vectors with nothing.
+   What is left of rings less planes behaves like ln|s-ξ| on the element itself: fifth powers of the points of Gauss; near it the
+   sinh of them, `scale` being the distance over half the length. */
+INLINE void add_panel(Sum a, const Place *place, double base, double side, double from, double to, double scale,
                       Vector (*sum)[ALL])
 {
-    const double middle = 0.5 * (place->left + place->right);
-    const int kinds = a.second ? a.kinds : a.kinds / 2;
-    for (int first = 0; first < p->count; first += LANES) {
-        const Vector offset = *(const Vector *)(p->offset + first), weight = *(const Vector *)(p->weight + first);
-        const Vector s = middle + offset;
-        Vector value[ALL], below = 0.0 * s, legendre = 1.0 + below;
-        Rings ring;
-        ring_at(e, place, r, offset, &ring);
-        a.kernels(&ring, c, a.second, value);
-        for (int k = 0; k < kinds; k++)
-            value[k] *= weight;
-        for (int n = 0; n <= e->order; n++) {
+    const Quadrature *q = a.quadrature;
+    const int order = a.element->order, first = from == 0.0, kinds = a.second ? 2 * a.kinds : a.kinds;
+    const double size = to - from, reach = area_sinh(to / scale), wanted = ceil(q->near + order + q->slope * reach);
+    const int count = (int)(!first ? q->rest : place->own ? q->own : wanted < MOST ? wanted : MOST);
+    for (int begin = 0; begin < count; begin += LANES) {
+        const Vector x = at(q->gauss[count][0] + begin), fourth = x * x * (x * x);
+        Vector weight = at(q->gauss[count][1] + begin), offset = from + size * x, value[ALL];
+        if (first && !place->own) {
+            const Vector grown = each(power_of_e, reach * x), shrunk = 1.0 / grown;
+            offset = 0.5 * scale * (grown - shrunk);
+            weight *= 0.5 * scale * reach * (grown + shrunk);
+        } else if (first) {
+            offset = size * x * fourth;
+            weight *= 5.0 * size * fourth;
+        } else
+            weight *= size;
+        offset = base + side * offset;
+        const Rings ring = ring_at(a.element, place, offset);
+        kernels_of(a, &ring, 1, value);
+        const Vector s = 0.5 * (place->left + place->right) + offset;
+        Vector below = 0.0 * s, legendre = ring.radius * weight;
+        for (int n = 0; n <= order; n++) {
             for (int k = 0; k < kinds; k++)
                 sum[n][k] += legendre * value[k];
             const Vector next = ((2 * n + 1) * s * legendre - n * below) * (1.0 / (n + 1));
@@ -100,58 +164,33 @@ INLINE void add_panel(Sum a, const Element *e, const Constants *c, const Place *
 }
 
 /* Sums for one near target, added to `out`: panels from the point of the element next to it to both sides. */
-INLINE void add_crowded(Sum a, const Quadrature *q, const Element *e, const Constants *c, const Targets *t, int target,
-                        Wanted w, double (*out)[CHUNK])
+INLINE void add_crowded(Sum a, const Local *local, const Targets *t, int i, Wanted w, double (*out)[CHUNK])
 {
-    const int own = t->element[target] == e->index;
-    const double r = t->x[target];
-    const Place place = place_of(e, r, t->y[target], own, t->xi[target]);
-    const int kinds = a.second ? a.kinds : a.kinds / 2;
-    const double turn = e->arc ? TURNED / fabs(e->arc->angle) : 2.0;
-    Vector sum[NODES][ALL];
-    for (int n = 0; n <= e->order; n++)
-        for (int k = 0; k < kinds; k++)
-            sum[n][k] = (Vector){0.0};
+    const Element *e = a.element;
+    const int kinds = a.second ? 2 * a.kinds : a.kinds;
+    const double h = local->h[i], rise = e->arc ? 0.5 * e->arc->angle * h : 0.0; /* an arc is (1 - e^(-αh))/α away */
+    const double lift = e->arc ? h * power_of_e(-rise) * sinhc(rise) : h;
+    const Place place = {local->left[i], local->right[i], lift, t->x[i], t->element[i] == e->index};
+    const double low = -place.left, high = -place.right, base = low > 0.0 ? low : high < 0.0 ? high : 0.0;
+    const double *end = low > 0.0 ? e->start : e->end, dx = t->x[i] - end[0], dy = t->y[i] - end[1];
+    const double near = base == 0.0 ? fabs(place.lift) : sqrt(dx * dx + dy * dy) / e->half;
+    const double scale = fmax(near, NEAREST), turn = e->arc ? TURNED / fabs(e->arc->angle) : 2.0;
+    Vector sum[NODES][ALL] = {{{0.0}}};
     for (double side = -1.0; side < 2.0; side += 2.0) {
-        const double low = -place.left, high = -place.right, base = low > 0.0 ? low : high < 0.0 ? high : 0.0;
         const double length = side > 0.0 ? high - base : base - low;
-        const double near = base == 0.0 ? fabs(place.lift) / e->half : base == low ? place.from_start : place.from_end;
-        const double scale = near > NEAREST ? near : NEAREST, image = r / e->half;
-        double from = 0.0, to = fmin(image > scale ? image : scale, turn);
+        double from = 0.0, to = fmin(fmax(place.r / e->half, scale), turn);
         for (; from < length; from = to, to *= GROWTH) {
-            to = to < length ? to : length;
-            const Panel panel = panel_of(q, e->order, base, side, from, to, scale, own);
-            add_panel(a, e, c, &place, r, &panel, sum);
+            to = fmin(to, length);
+            add_panel(a, &place, base, side, from, to, scale, sum);
         }
     }
     for (int l = 0; l <= e->order; l++)
         for (int k = 0; k < kinds; k++) {
-            const Vector each = sum[l][k];
-            const double all = (k < a.kinds / 2 ? a.unit : a.other_unit) * ((each[0] + each[1]) + (each[2] + each[3]));
+            const Vector lanes = sum[l][k];
+            const double all = (k < a.kinds ? a.unit : a.other_unit) * ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
             for (int n = w.node; n < w.last; n++)
-                out[n * a.kinds + k][target] += e->rule->to_basis[n][l] * all;
+                out[2 * n * a.kinds + k][i] += e->rule->to_basis[n][l] * all;
         }
-}
-
-/* All targets, by the rules that `rules_of` chose; `out` of near ones is added to. */
-INLINE void sum_all(Sum far, Sum near, const Quadrature *q, const Element *e, const Constants *c, const Targets *t,
-                    const int *rule, Wanted w, double (*out)[CHUNK])
-{
-    int chosen[CHUNK], left = t->count;
-    for (int k = 0; left; k++) {
-        int count = 0;
-        for (int i = 0; i < t->count; i++)
-            if (rule[i] == k)
-                chosen[count++] = i;
-        left -= count;
-        if (count && k) {
-            Sources s;
-            sources_of(e, (int)q->points[e->order][k - 1], &s);
-            by_points(far, e, c, &s, t, chosen, count, w, out);
-        }
-        for (int i = 0; k == 0 && i < count; i++)
-            add_crowded(near, q, e, c, t, chosen[i], w, out);
-    }
 }
 
 #endif
