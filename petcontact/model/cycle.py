@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Annotated, Any, Literal
 
 import pydantic
@@ -10,7 +9,6 @@ import pydantic
 from ..errors import InputError
 from .base import Model, Positive, whole_or_auto
 from .hints import among
-from .load_steps import changed_obstacle
 
 MOST = 10**12
 """Cycles, at most."""
@@ -104,8 +102,4 @@ def _ends(problem: Any) -> list[Any]:
         for loaded in problem.loaded
         for states in (loaded.conditions, loaded.loads, loaded.forces)
     ]
-    obstacles = [
-        list(itertools.accumulate(problem.step, changed_obstacle, initial=o))[1:]
-        for o in problem.obstacle
-    ]
-    return [list(end) for end in zip(*bodies, *obstacles, strict=True)]
+    return [list(end) for end in zip(*bodies, problem.obstacles_at[1:], strict=True)]

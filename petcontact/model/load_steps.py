@@ -362,14 +362,11 @@ def _body_of(change: Any, key: str, bodies: Sequence[Body]) -> Body:
     return bodies[names.index(name)]
 
 
-def changed_obstacle(obstacle: Obstacle, step: Step) -> Obstacle:
-    """An obstacle with what a step changes of it."""
-    for change in step.obstacle:
-        if change.name == obstacle.name:
-            given = {
-                key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")
-            }
-            obstacle = obstacle.model_copy(
-                update={key: value for key, value in given.items() if value is not None}
-            )
-    return obstacle
+def changed_obstacles(obstacles: Sequence[Obstacle], step: Step) -> list[Obstacle]:
+    """Return the obstacles at the end of a step."""
+    keys = ("displacement", "rotation", "force", "moment")
+    changes = {
+        change.name: {key: value for key in keys if (value := getattr(change, key)) is not None}
+        for change in step.obstacle
+    }
+    return [o.model_copy(update=changes[o.name]) if o.name in changes else o for o in obstacles]

@@ -41,49 +41,26 @@ def loaded_bodies(bodies: Sequence[Body], steps: Sequence[Step]) -> tuple[Loaded
     InputError
         If a condition would become another kind.
     """
-    return tuple(
-        LoadedBody(
-            number,
-            body,
-            _conditions(body, bodies[0].name, steps),
-            _loads(body, bodies[0].name, steps),
-            _forces(body, steps),
-        )
-        for number, body in enumerate(bodies)
-    )
+    return tuple(_loaded(number, body, bodies[0].name, steps) for number, body in enumerate(bodies))
 
 
-def _conditions(
-    body: Body, first: str, steps: Sequence[Step]
-) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
+def _loaded(number: int, body: Body, first: str, steps: Sequence[Step]) -> LoadedBody:
+    loaded = LoadedBody(number, body, [], [], [])
     conditions = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
-    result = []
-    for s, step in enumerate(steps or (None,)):
-        for k, change in enumerate(step.boundary if step else ()):
+    loads, forces = body.loads or NO_LOADS, list(body.point_force)
+    for s, step in enumerate(steps or (Step(),)):
+        for k, change in enumerate(step.boundary):
             if (change.body or first) == body.name:
                 now = body.model_copy(update={"boundary": tuple(conditions.values())})
                 changed = changed_condition(now, change, f"step[{s}].boundary[{k}]")
                 conditions = {**conditions, change.part: changed}
-        result.append(conditions)
-    return result
-
-
-def _loads(body: Body, first: str, steps: Sequence[Step]) -> list[VolumeLoads]:
-    now, result = body.loads or NO_LOADS, []
-    for step in steps or (None,):
-        for change in step.loads if step else ():
-            if (change.body or first) == body.name:
-                now = now.model_copy(
-                    update={key: getattr(change, key) for key in change.model_fields_set - {"body"}}
-                )
-        result.append(now)
-    return result
-
-
-def _forces(body: Body, steps: Sequence[Step]) -> list[list[PointForce]]:
-    now, result = list(body.point_force), []
-    for step in steps or (None,):
-        changes = {change.name: change.force for change in (step.point_force if step else ())}
-        now = [f.model_copy(update={"force": changes.get(f.name, f.force)}) for f in now]
-        result.append(now)
-    return result
+        for more in step.loads:
+            if (more.body or first) == body.name:
+                given = {key: getattr(more, key) for key in more.model_fields_set - {"body"}}
+                loads = loads.model_copy(update=given)
+        pushed = {change.name: change.force for change in step.point_force}
+        forces = [f.model_copy(update={"force": pushed.get(f.name, f.force)}) for f in forces]
+        loaded.conditions.append(conditions)
+        loaded.loads.append(loads)
+        loaded.forces.append(forces)
+    return loaded

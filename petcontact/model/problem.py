@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import pydantic
@@ -33,7 +34,7 @@ from .bodies import (
 from .cycle import Cycle, check_cycle
 from .hints import nearest
 from .interfaces import PosedInterface, posed_interfaces
-from .load_steps import Obstacle, Step, changed_condition, check_step
+from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
 from .loaded_body import LoadedBody, loaded_bodies
 from .loads import PointForce, VolumeLoads, check_material
 from .shapes.files import Gmsh
@@ -319,17 +320,17 @@ class Problem(Setting):
             raise ValueError(f"{key}: {rule}, got {text!r}{hint}")
         return bodies.index(name), part
 
-    def conditions(
-        self, number: int
-    ) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
-        """Conditions of a body by part at the end of each step (of one, where there are none); what
-        a step leaves alone stays the same object."""
-        return self.loaded[number].conditions
-
     @functools.cached_property
     def loaded(self) -> tuple[LoadedBody, ...]:
         """The bodies with their conditions and loads at the end of each step."""
         return loaded_bodies(self.body, self.step)
+
+    @functools.cached_property
+    def obstacles_at(self) -> list[list[Obstacle]]:
+        """The obstacles before the first step and at the end of each; a problem without steps has
+        one."""
+        steps = self.step or (Step(),)
+        return list(accumulate(steps, changed_obstacles, initial=list(self.obstacle)))
 
     @functools.cached_property
     def interfaces(self) -> tuple[PosedInterface, ...]:
@@ -405,7 +406,12 @@ class Problem(Setting):
         if own:
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
-        for key in ("interfaces", "loaded", "twisted"):  # they follow from what may have changed
+        for key in (
+            "interfaces",
+            "loaded",
+            "obstacles_at",
+            "twisted",
+        ):  # they follow from what may have changed
             copy.__dict__.pop(key, None)
         return copy
 

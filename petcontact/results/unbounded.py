@@ -277,7 +277,7 @@ class _Body:
     def __init__(self, solution: Evaluated, name: str, step: StepResult) -> None:
         self._mesh: BoundaryMesh = solution.meshes[name]
         number = list(solution.meshes).index(name)
-        self._conditions = solution.problem.conditions(number)[step.step - 1]
+        self._conditions = solution.problem.loaded[number].conditions[step.step - 1]
         self.kappa = 3.0 - 4.0 * solution.problem.body[number].material.plane_strain_ratio
         self._corners = corners_of(self._mesh)
         self._pair = np.full(self._mesh.n_nodes, -1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import Motions
-from ...model.load_steps import Obstacle, changed_obstacle
+from ...model.load_steps import Obstacle
 from ...results.records import StepResult
 from ...results.report import Finding
 from ...results.solution import Solution
@@ -89,10 +88,9 @@ def _ignored(problem: PreparedProblem) -> list[Finding]:
         if all(side.obstacle != k for side in discrete.sides):
             text = f"obstacle {obstacle.name!r} is in no contact"
             findings.append(new_finding("ignored load", text))
-        states = itertools.accumulate(problem.steps, changed_obstacle, initial=obstacle)
         if any(
             load and motion != "free"
-            for o in states
+            for o in (end[k] for end in discrete.problem.obstacles_at)
             for motion, load in zip(o.motions(kind), o.loads(kind), strict=True)
         ):
             text = "a force or moment on a component whose motion is given does nothing"
@@ -130,13 +128,13 @@ def _unloaded(problem: PreparedProblem) -> list[int]:
         return []
     if not all(boundary.has_inside for boundary in discrete.boundaries):
         return []
-    numbers, obstacles = [], list(discrete.problem.obstacle)
-    for number, step in enumerate(problem.steps, 1):
-        obstacles = [changed_obstacle(o, step) for o in obstacles]
-        loaded = any(data.loaded[number] for data in discrete.data)
-        if not loaded and not any(_is_driven(o, kind) for o in obstacles):
-            numbers.append(number)
-    return numbers
+    return [
+        number
+        for number, obstacles in enumerate(discrete.problem.obstacles_at)
+        if number > 0
+        and not any(data.loaded[number] for data in discrete.data)
+        and not any(_is_driven(o, kind) for o in obstacles)
+    ]
 
 
 def _is_driven(obstacle: Obstacle, kind: Motions) -> bool:

@@ -14,10 +14,9 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import contact_norm
 from ...model.cycle import cycle_steps
-from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult, WearHistory
 from ...round_off import TINY
-from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
+from .increment import Increment, IncrementState, Monitor, PreparedProblem
 from .wear import Earlier, Tried, with_wear, worn
 
 GROWTH = 2.0
@@ -95,17 +94,9 @@ def _one_cycle(
     """
     posed, tried, following = problem.discrete.problem, list[Tried](), list[Earlier]()
     steps = cycle_steps(posed)
-    obstacles = list(posed.obstacle)
-    for step in posed.step[: steps[-1]]:
-        obstacles = [changed_obstacle(o, step) for o in obstacles]
     for s in steps:
+        motions, origin = problem.motions(s, state), steps[-1] if s == steps[0] else None
         step = posed.step[s - 1]
-        obstacles = [changed_obstacle(o, step) for o in obstacles]
-        motions = [
-            ObstacleMotion.from_obstacle(o, state, k, problem.system.motions)
-            for k, o in enumerate(obstacles)
-        ]
-        origin = steps[-1] if s == steps[0] else None
         increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
         for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
             increment = increment.then(target, state)

@@ -28,6 +28,7 @@ Monitor = Callable[[ContactState], str | None]
 """A function that is called with the state after each iteration. If it returns a reason, the solve
 ends."""
 
+WHOLE_LOAD = (Step.model_construct(name="load"),)
 HALVINGS = 8
 """How often an increment that fails is halved."""
 
@@ -190,7 +191,12 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; without any, one step to all loads."""
-        return self.discrete.problem.step or _whole_load()
+        return self.discrete.problem.step or WHOLE_LOAD
+
+    def motions(self, number: int, state: IncrementState) -> list[ObstacleMotion]:
+        """Return the motion of each obstacle from its state to the end of step `number`."""
+        kind, obstacles = self.system.motions, self.discrete.problem.obstacles_at[number]
+        return [ObstacleMotion.from_obstacle(o, state, k, kind) for k, o in enumerate(obstacles)]
 
     def begun(self) -> IncrementState:
         """Return the unloaded state, before the first increment."""
@@ -213,11 +219,6 @@ class PreparedProblem:
     def close(self) -> None:
         """Free every PETSc object."""
         self.system.close()
-
-
-@functools.cache
-def _whole_load() -> tuple[Step, ...]:
-    return (Step.model_construct(name="load"),)
 
 
 @dataclass

@@ -14,7 +14,7 @@ from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
 from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
-from ...model.load_steps import Obstacle, Step, changed_obstacle
+from ...model.load_steps import Step
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.signals import answering
@@ -23,7 +23,7 @@ from ..pose.load_states import later_data
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
 from .halves import Halves, touching
-from .increment import HALVINGS, Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
+from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem
 from .outcome import step_results
 from .wear import Tried, with_wear
 
@@ -65,9 +65,8 @@ def increments(
     """
     state, done, rows = state_after(problem, done), list(done), [] if rows is None else rows
     posed = problem.discrete.problem
-    current, cycle = list(posed.obstacle), cycle_steps(posed)
+    cycle = cycle_steps(posed)
     for number, step in enumerate(problem.steps, 1):
-        current = [changed_obstacle(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
         reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
         solving: Iterable[Tried] = ()
@@ -82,7 +81,7 @@ def increments(
                 problem,
                 step,
                 number,
-                _motions(problem, current, begun),
+                problem.motions(number, begun),
                 state,
                 reached,
                 cycle=int(number in cycle),
@@ -275,24 +274,10 @@ def whole_step(problem: PreparedProblem, number: int) -> Increment:
     """Return step `number` (from 1) as one increment, from the loads of the step before to its
     own."""
     state, step = problem.begun(), problem.steps[number - 1]
-    obstacles = list(problem.discrete.problem.obstacle)
-    for earlier in problem.steps[:number]:
-        obstacles = [changed_obstacle(o, earlier) for o in obstacles]
-        motions = _motions(problem, obstacles, state)
-        if earlier is not step and motions:
-            positions, loads = (
-                np.array([getattr(m, key)[1] for m in motions]) for key in ("position", "load")
-            )
-            state = replace(state, positions=positions, loads=loads)
-    return Increment(problem, step, number, motions, state, 1.0)
-
-
-def _motions(
-    problem: PreparedProblem, obstacles: Sequence[Obstacle], state: IncrementState
-) -> list[ObstacleMotion]:
-    """Return the motion of each obstacle from its state to what a step gives."""
-    motions = problem.system.motions
-    return [ObstacleMotion.from_obstacle(o, state, k, motions) for k, o in enumerate(obstacles)]
+    for earlier in range(1, number):
+        for k, motion in enumerate(problem.motions(earlier, state)):
+            state.positions[k], state.loads[k] = motion.position[1], motion.load[1]
+    return Increment(problem, step, number, problem.motions(number, state), state, 1.0)
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:

@@ -44,7 +44,7 @@ def parts_of(solution: SolutionData) -> list[LabelledPart]:
     problem, labelled = solution.problem, dict[tuple[str, str], LabelledPart]()
     names = [body.name for body in problem.body]
     for number, (name, mesh) in enumerate(solution.meshes.items()):
-        conditions = problem.conditions(number)[solution.last.step - 1]
+        conditions = problem.loaded[number].conditions[solution.last.step - 1]
         for part in mesh.part_names:
             condition = conditions.get(part)
             kind = _kind(condition, solution.bodies[name].traction[mesh.nodes_of(part)])

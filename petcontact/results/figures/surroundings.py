@@ -214,7 +214,7 @@ def _sides(solution: SolutionData, view: View) -> Iterator[_Side]:
     """The stretches of all parts that have a condition at the end."""
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         found, curve = solution.bodies[name], as_curve(mesh)
-        conditions = solution.problem.conditions(number)[solution.last.step - 1]
+        conditions = solution.problem.loaded[number].conditions[solution.last.step - 1]
         for part, condition in conditions.items():
             for elements in stretches(curve, part):
                 rows = np.repeat(elements, len(WITHIN))
