@@ -180,14 +180,13 @@ class BoundaryOperators:
 
     def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d) on the whole boundary from the unknowns (d n,), for load
-        states weighted by `shares` (K,) and the tractions in the contact directions (m, k); of
-        several, along a first axis of all."""
+        states weighted by `shares` (K,) and the tractions in the contact directions (m, k)."""
         data = self.data
         value = np.tensordot(shares, data.value, 1)
         coefficients = unknowns.reshape(value.shape)
         u = np.where(data.traction_known, coefficients, value)
         traction = np.where(data.traction_known, value, coefficients * self.traction_scale)
-        traction[..., data.contact_nodes[:, None], data.contact_directions] = sigma
+        traction[data.contact_nodes[:, None], data.contact_directions] = sigma
         u = data.vectors(u)
         return u if data.rigid is None else u + np.tensordot(shares, data.rigid, 1), data.vectors(
             traction

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array
 from ..bem.boundary_data import BoundaryData
 from ..contact.system import ContactSystem, Modes, Surrogate
 from ..mesh.curve_mesh import CurveMesh, as_curve
@@ -169,11 +169,10 @@ class BodiesSystem:
     def _composed(self, comm: Any, cases: int) -> ContactCompliance:
         if self._joint is not None:
             return self._joint.compliance(self.surrogate)
-        if (
-            len(self.bodies) == 1
-            and (own := self.bodies[0].contact_compliance(self._place, self.surrogate)) is not None
-        ):
-            return own
+        if len(self.bodies) == 1:
+            place = places(self.bodies[0], self.interfaces)
+            if (own := self.bodies[0].contact_compliance(place, self.surrogate)) is not None:
+                return own
         if any(body.compliance is None for body in self.bodies):
             motions = self.modes.shape[1] + sum(mode.shape[1] for mode in self.obstacle_modes)
             text = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
@@ -225,10 +224,6 @@ class BodiesSystem:
                 self._softened[1].close()
             self._softened = layer, self.operator.softened(layer)
         return self._softened[1]
-
-    @property
-    def _place(self) -> Index:
-        return places(self.bodies[0], self.interfaces)
 
     def _apply(self, sigma: Array) -> Array:
         """Return S σ (M, k) as the sum over bodies. Collective."""
@@ -284,25 +279,15 @@ class BodiesSystem:
         """Return E = MᵀW (q, k M) of an obstacle; E σ is the resultant of the tractions on it."""
         return np.ascontiguousarray((modes * np.repeat(self.weight, self.k)[:, None]).T)
 
-    @property
-    def takes_several(self) -> bool:
-        """Whether `boundary` of all bodies accepts several increments at once."""
-        return all(body.takes_several for body in self.bodies)
-
     def tractions(self, number: int, sigma: Array) -> Array:
-        """Return the tractions (..., m_c, k) along a body's contact directions, from σ (..., M, k)
+        """Return the tractions (m_c, k) along a body's contact directions, from σ (M, k)
         [stress]."""
-        lead = sigma.shape[:-2]
-        return (
-            self._maps[number]
-            .carried(sigma.reshape(*lead, self.k * self.size).T)
-            .T.reshape(*lead, -1, self.k)
-        )
+        return self._maps[number].carried(sigma.ravel()).reshape(-1, self.k)
 
     def motion(self, number: int, alpha: Array) -> Array:
-        """Return the part of α (..., r) that belongs to one body."""
+        """Return the part of α (r,) that belongs to one body."""
         ends = np.cumsum([0, *(body.modes.shape[2] for body in self.bodies)])
-        return alpha[..., ends[number] : ends[number + 1]]
+        return alpha[ends[number] : ends[number + 1]]
 
     def describe(self) -> str:
         """Return a text that names the storage of the bodies and the KSP of Robin solves."""

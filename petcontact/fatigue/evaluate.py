@@ -145,7 +145,9 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
     worst, k = result.largest
     stress, value = worst.sites.stress[:, k : k + 1], float(worst.value[k])
     size = float(np.abs(np.linalg.eigvalsh(stress)).max())
-    larger = 1.0 + _largest_error(solution) / (size or 1.0)
+    # the largest error of all bodies: digits choose between equal stresses
+    errors = [n.error for n in solution.numbers if stress_name(n) and np.isfinite(n.error)]
+    larger = 1.0 + max(errors, default=np.nan) / (size or 1.0)
     if result.parameter in RUIZ:
         of_stress = larger if result.parameter == "ruiz-2" else 1.0
         return (of_stress * _work(solution) - 1.0) * value
@@ -154,12 +156,6 @@ def _error(solution: SolutionData, result: Fatigue, sensitivity: float | None) -
     (material,) = [b.material for b in solution.problem.body if b.name == worst.sites.body]
     constants = Constants(material.young_modulus, material.poisson_ratio, sensitivity or 0.0)
     return float(PARAMETERS[result.parameter][0](larger * stress, constants).value[0]) - value
-
-
-def _largest_error(solution: SolutionData) -> float:
-    """Of the largest stresses of all bodies: digits choose between equal ones [stress]."""
-    errors = [n.error for n in solution.numbers if stress_name(n)]
-    return max(filter(np.isfinite, errors), default=np.nan)
 
 
 def _work(solution: SolutionData) -> float:

@@ -82,7 +82,8 @@ class Joints:
         # at corners, and where the traction jumps in reality, only u is continuous
         smooth = (runs_on(mesh)[:, None] & ~in_truth)[:, None]
         # nothing jumps on the axis, where an element is its own neighbour
-        self._u = np.where(_own(after), 0.0, u_start[after] - u_end)
+        own = (after == np.arange(len(after)))[:, None, None]
+        self._u = np.where(own, 0.0, u_start[after] - u_end)
         self._slope = np.where(smooth, slope_start[after] - slope_end, 0.0)
         self._traction = np.where(smooth, jump, 0.0)
 
@@ -132,11 +133,6 @@ def runs_on(mesh: CurveMesh) -> Mask:
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
     smooth = np.sum(last * first[after], axis=1) > np.cos(CORNER)
     return np.asarray(smooth & (after != np.arange(mesh.n_elements)))
-
-
-def _own(after: Index) -> Mask:
-    """Return whether each element is its own neighbour, (n_elements, 1, 1)."""
-    return np.asarray(after == np.arange(len(after)))[:, None, None]
 
 
 def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Index, Mask
+from ..arrays import Mask
 from ..errors import InputError
 from .gmsh_surface import is_surface
 
@@ -89,14 +89,8 @@ def _around(mesh: Any, inside: list[Mask]) -> list[Mask]:
     sides, count = np.unique(np.sort(sides, axis=1), axis=0, return_counts=True)
     rim = {tuple(side) for side in sides[count == 1].tolist()}
     return [
-        np.array([tuple(side) in rim for side in _triangles(block.data)], dtype=bool)
+        np.array([tuple(side) in rim for side in np.sort(block.data[:, :3], axis=1)], dtype=bool)
         if block.type.startswith("triangle")
         else np.zeros(len(block.data), dtype=bool)
         for block in mesh.cells
     ]
-
-
-def _triangles(cells: Index) -> list[list[int]]:
-    """Return the sorted corners of triangles."""
-    sides: list[list[int]] = np.sort(cells[:, :3], axis=1).tolist()
-    return sides

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -29,9 +29,8 @@ class _Block:
     unknowns, rows, own : int arrays
         Numbers of its unknowns, of its equations on this rank, and of its columns of B.
     solver : LinearSolver
-    contact, load : arrays
-        Its columns of B and b, begun.
-    at_rest : (own, K) array
+    contact : array
+        Its columns of B, begun.
     """
 
     unknowns: Index
@@ -39,13 +38,6 @@ class _Block:
     own: Index
     solver: LinearSolver
     contact: Array
-    load: Array
-    at_rest: Array
-
-    def with_load(self, loads: Array) -> Self:
-        """The same with another load (K, rows), which may be overwritten."""
-        load = self.solver.begun(np.ascontiguousarray(loads[:, self.rows]))
-        return replace(self, load=load, at_rest=_kept(self.solver, load))
 
 
 class Elimination:
@@ -100,16 +92,16 @@ class Elimination:
             solver = _factors(_part(system, inside, rows), np.searchsorted(inside, kept[own]), comm)
             begun = solver.begun(_part(contact, own, rows))
             self.influence[np.ix_(own, own)] = _kept(solver, begun)
-            block = _Block(inside, rows, own, solver, begun, loads, loads)
-            self._blocks.append(block.with_load(loads))
+            self._blocks.append(_Block(inside, rows, own, solver, begun))
+        self._load(loads)
 
-    @property
-    def at_rest(self) -> Array:
-        """As above."""
-        result = np.empty((len(self.influence), self._blocks[0].at_rest.shape[1]))
+    def _load(self, loads: Array) -> None:
+        self._loads = list[Array]()
+        self.at_rest = np.empty((len(self.influence), len(loads)))
         for block in self._blocks:
-            result[block.own] = block.at_rest
-        return result
+            load = block.solver.begun(np.ascontiguousarray(loads[:, block.rows]))
+            self._loads.append(load)
+            self.at_rest[block.own] = _kept(block.solver, load)
 
     def with_load(self, loads: Array) -> Self:
         """The same matrix and columns with another load (K, rows), which may be overwritten.
@@ -120,15 +112,14 @@ class Elimination:
             If the solution is not finite.
         """
         copied = copy.copy(self)
-        copied._blocks = [block.with_load(loads) for block in self._blocks]
+        copied._load(loads)
         return copied
 
     def unknowns(self, shares: Array, y: Array) -> Array:
-        """x (n, ...) for loads weighted by `shares` (K, ...) and y (k, ...), one or several
-        columns. Collective."""
-        result = np.empty((self._size, *y.shape[1:]))
-        for block in self._blocks:
-            pairs = (block.load, shares), (block.contact, y[block.own])
+        """x (n,) for loads weighted by `shares` (K,) and y (k,). Collective."""
+        result = np.empty(self._size)
+        for block, load in zip(self._blocks, self._loads, strict=True):
+            pairs = (load, shares), (block.contact, y[block.own])
             result[block.unknowns] = block.solver.combined(*pairs)
         return result
 

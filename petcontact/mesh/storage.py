@@ -34,11 +34,6 @@ def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
 
 @functools.singledispatch
 def _write(mesh: Any, group: Any) -> None:
-    raise TypeError(f"{type(mesh).__name__} cannot be stored")
-
-
-@_write.register
-def _(mesh: CurveMesh, group: Any) -> None:
     vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
     group["vertices"] = vertices
     group["elements"] = numbers.reshape(2, -1).T

@@ -32,6 +32,10 @@ class LoadedBody:
     loads: list[VolumeLoads]
     forces: list[list[PointForce]]
 
+    def loads_volume_as(self, other: LoadedBody) -> bool:
+        """Whether material and volume loads are those of another body."""
+        return self.body.material == other.body.material and self.loads == other.loads
+
 
 def loaded_bodies(bodies: Sequence[Body], steps: Sequence[Step]) -> tuple[LoadedBody, ...]:
     """Return the bodies of a problem with the changes of its steps.
@@ -41,25 +45,28 @@ def loaded_bodies(bodies: Sequence[Body], steps: Sequence[Step]) -> tuple[Loaded
     InputError
         If a condition would become another kind.
     """
-    return tuple(_loaded(number, body, bodies[0].name, steps) for number, body in enumerate(bodies))
+    return tuple(_loaded(number, body, steps) for number, body in enumerate(bodies))
 
 
-def _loaded(number: int, body: Body, first: str, steps: Sequence[Step]) -> LoadedBody:
+def _loaded(number: int, body: Body, steps: Sequence[Step]) -> LoadedBody:
+    # a change without a body is one of the first
+    names = (body.name, None) if number == 0 else (body.name,)
     loaded = LoadedBody(number, body, [], [], [])
     conditions = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
     loads, forces = body.loads or NO_LOADS, list(body.point_force)
     for s, step in enumerate(steps or (Step(),)):
         for k, change in enumerate(step.boundary):
-            if (change.body or first) == body.name:
-                now = body.model_copy(update={"boundary": tuple(conditions.values())})
-                changed = changed_condition(now, change, f"step[{s}].boundary[{k}]")
-                conditions = {**conditions, change.part: changed}
-        for more in step.loads:
-            if (more.body or first) == body.name:
-                given = {key: getattr(more, key) for key in more.model_fields_set - {"body"}}
-                loads = loads.model_copy(update=given)
-        pushed = {change.name: change.force for change in step.point_force}
-        forces = [f.model_copy(update={"force": pushed.get(f.name, f.force)}) for f in forces]
+            if change.body in names:
+                before = body.model_copy(update={"boundary": tuple(conditions.values())})
+                key = f"step[{s}].boundary[{k}]"
+                conditions = {**conditions, change.part: changed_condition(before, change, key)}
+        for each in step.loads:
+            if each.body in names:
+                loads = loads.model_copy(
+                    update={key: getattr(each, key) for key in each.model_fields_set - {"body"}}
+                )
+        given = {change.name: change.force for change in step.point_force}
+        forces = [f.model_copy(update={"force": given.get(f.name, f.force)}) for f in forces]
         loaded.conditions.append(conditions)
         loaded.loads.append(loads)
         loaded.forces.append(forces)

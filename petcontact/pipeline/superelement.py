@@ -24,7 +24,7 @@ from ..runtime.atomic_write import temporary_name, write_text
 from ..runtime.petsc import options
 from ..runtime.world import world
 from .eliminate import eliminated_alone
-from .pose.discretise import Discrete, add_volume_loads
+from .pose.discretise import Discrete, with_volume_loads
 from .pose.load_states import boundary_data
 
 FORMATS = (".npz", ".inp")
@@ -149,7 +149,7 @@ def condensed_body(
     meshes = list(solution.meshes.values())
     data = [boundary_data(*body, faces) for body in zip(problem.loaded, meshes, strict=True)]
     _check_steps(problem.loaded[number], mesh, faces, data[number])
-    data = add_volume_loads(problem.loaded, meshes, data)
+    data = with_volume_loads(problem.loaded, meshes, data, None)[0]
     law = Tresca(np.zeros(0), mesh.components - 1)
     discrete = Discrete(problem, problem.boundaries, meshes, faces, law, data, [], np.zeros(0))
     with options(problem.petsc):

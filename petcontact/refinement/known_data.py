@@ -169,13 +169,12 @@ def _shown(
     far = float(np.abs([side.start, side.end]).max()) / side.length
     if len(fractions) > ARC_SAMPLES:
         for c, column in enumerate(sampled.T):
-            component = functools.partial(_component, values, c)
+
+            def component(at: Array, c: int = c) -> Array:
+                return np.asarray(values(at)[:, c])
+
             switches.append(np.stack(kinks(component, fractions, column, far)))
     return np.concatenate(switches, axis=1), fractions, sampled
-
-
-def _component(values: Callable[[Array], Array], number: int, fractions: Array) -> Array:
-    return np.asarray(values(fractions)[:, number])
 
 
 def gap_switches(gap: Value, side: Side, offset: float) -> tuple[Array, Array]:

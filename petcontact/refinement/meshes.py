@@ -11,7 +11,6 @@ import numpy as np
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.cad.part import CadSurface
-from ..geometry.outline import Outline
 from ..geometry.revolved.surface import RevolvedSurface
 from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurface
 from ..geometry.superelement import CondensedSurface
@@ -51,11 +50,6 @@ def mesh_of(body: Body, boundary: Boundary) -> BoundaryMesh:
 
 @functools.singledispatch
 def _mesh(boundary: Any, body: Body) -> BoundaryMesh:
-    raise TypeError(f"no mesh for {type(boundary).__name__}")
-
-
-@_mesh.register
-def _(boundary: Outline, body: Body) -> BoundaryMesh:
     if "exponent" in body.mesh.model_fields_set:
         raise InputError("mesh.exponent: is for bodies in space; grade plane ones by mesh.grading")
     check_compatible(boundary, body)

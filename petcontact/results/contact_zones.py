@@ -20,7 +20,6 @@ from ..contact.friction_law import lengths, main_direction, signed
 from ..contact.law_protocol import OPEN, SLIP, STICK
 from ..fields.boundary.places import sizes, spread_places
 from ..linalg.nearest import within
-from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.contact_edges import SPECK, Edge, edges
 from ..round_off import HALF
@@ -164,20 +163,15 @@ def _pressed(mesh: Any, contact: _Contact) -> Array:
 
 
 @functools.singledispatch
-def _shares(mesh: Any, *_: Any) -> tuple[Array, Mask]:
+def _shares(mesh: Any, contact: _Contact, inside: Mask, share: Array) -> tuple[Array, Mask]:
     """Return the share of each element that is inside, and in which it is known to a node only."""
-    raise TypeError(f"no areas on {type(mesh).__name__}")
-
-
-@_shares.register
-def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> tuple[Array, Mask]:
-    """By the edges inside the elements that have them."""
-    pair, numbers, row = contact.pair, contact.numbers, contact.row
-    faced = np.isfinite(pair.gap)
-    borders = np.sort([edge.s for edge in pair_edges(pair)])
-    zone = np.searchsorted(borders, pair.arc_length)
+    numbers = contact.numbers
+    faced = np.isfinite(contact.pair.gap)
+    borders = np.sort([edge.s for edge in pair_edges(contact.pair)])
+    zone = np.searchsorted(borders, contact.pair.arc_length)
     sums = [
-        np.bincount(zone[faced], w[faced], len(borders) + 1) for w in (inside * 1.0, pair.weight**0)
+        np.bincount(zone[faced], w[faced], len(borders) + 1)
+        for w in (inside * 1.0, contact.pair.weight**0)
     ]
     is_inside = sums[0] > 0.5 * np.maximum(sums[1], 1.0)
     cut = np.r_[-np.inf, borders, np.inf]
@@ -186,7 +180,7 @@ def _(mesh: CurveMesh, contact: _Contact, inside: Mask, share: Array) -> tuple[A
     found = np.zeros(len(numbers))
     for low, high in zip(cut[:-1][is_inside], cut[1:][is_inside], strict=True):
         found += np.maximum(np.minimum(end, high) - np.maximum(start, low), 0.0)
-    whole = np.bincount(row, faced, len(numbers)) == np.bincount(row, minlength=len(numbers))
+    whole = ~np.isin(np.arange(len(numbers)), contact.row[~faced])
     # an edge in an element of one state follows from its tractions, as well as these are known
     return np.where(whole, found / mesh.length[numbers], share), np.zeros(len(share), dtype=bool)
 

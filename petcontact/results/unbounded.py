@@ -23,7 +23,6 @@ from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import meeting, sizes
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.corner_exponents import (
     CLAMPED,
@@ -104,11 +103,6 @@ class Unbounded:
 @functools.singledispatch
 def corners_of(mesh: Any) -> Corners:
     """Where the sides of a body turn, or one part ends and another begins."""
-    raise TypeError(f"no corners of {type(mesh).__name__}")
-
-
-@corners_of.register
-def _(mesh: CurveMesh) -> Corners:
     before, _ = mesh.neighbours()
     normal = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
     ends = normal[..., ::-1] * [-1.0, 1.0]

@@ -173,7 +173,7 @@ BLOCKS = (
 @pytest.mark.parametrize(
     ("module", "where"),
     [
-        (load_steps, "step_results"),
+        (load_steps, "step_result"),
         (pipeline, "findings_of"),
         (data, "with_errors"),
         (solutions, "verdict"),

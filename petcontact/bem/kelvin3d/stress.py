@@ -101,7 +101,10 @@ def _near_moments(
     highest = int(panels.exponents.sum(axis=1).max()) + 4
     return (
         _moments(panels.polygon[element], local[:2].T, w, panels.order + 4, highest),
-        _to_basis(panels, element, local[:2]),
+        # coefficients of the basis by monomials about the target's foot
+        np.einsum(
+            "nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, local[:2])
+        ),
         w,
     )
 
@@ -114,14 +117,6 @@ def _local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Arr
         / panels.size[element]
     )
     return local, np.where(np.abs(local[2]) <= SOLVED, 0.0, -local[2])
-
-
-def _to_basis(panels: Panels, element: Index, origin: Array) -> Array:
-    """Coefficients (n, k, monomials) of the basis of a panel each by monomials about the origin (2,
-    n)."""
-    return np.asarray(
-        np.einsum("nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, origin))
-    )
 
 
 def _shift(exponents: Array, origin: Array) -> Array:

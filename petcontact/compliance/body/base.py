@@ -43,9 +43,6 @@ class ElasticBody(abc.ABC):
         has the resultant of the volume forces.
     tolerance : float
         Accepted relative error of compressed operators; 0 for dense ones [-].
-    takes_several : bool
-        Whether `unknowns` and `boundary` accept several increments at once, along a first axis of
-        all their arguments.
     is_solved_jointly : bool
         Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
@@ -55,7 +52,6 @@ class ElasticBody(abc.ABC):
     u_0: Array
     compliance: Array | None
     tolerance = 0.0
-    takes_several = False
     is_solved_jointly = False
     digits_lost = np.nan
 
@@ -116,9 +112,9 @@ class ElasticBody(abc.ABC):
 
         `shares` (K,) are the weights of the load states, `traction` is t (m, k) and `alpha` α (r,).
         """
-        unknowns = self.unknowns(shares, traction)[..., : self.operators.n_unknowns]
+        unknowns = self.unknowns(shares, traction)[: self.operators.n_unknowns]
         u, t = self.operators.split(unknowns, shares, traction)
-        return (u + np.tensordot(alpha, self.modes, (-1, 2)) if alpha.size else u), t
+        return (u + self.modes @ alpha if alpha.size else u), t
 
     def residual(
         self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array

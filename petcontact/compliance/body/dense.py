@@ -36,7 +36,6 @@ class DenseBody(ElasticBody):
     """
 
     compliance: Array
-    takes_several = True
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         super().__init__(operators, modes)
@@ -81,9 +80,8 @@ class DenseBody(ElasticBody):
         return np.asarray(self.compliance @ traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """Return all unknowns of the body, for one increment or several, by back substitution."""
-        y = traction.reshape(*shares.shape[:-1], -1) / self.operators.traction_scale
-        return self._solved.unknowns(shares.T, y.T).T
+        """Return all unknowns of the body by back substitution."""
+        return self._solved.unknowns(shares, traction.ravel() / self.operators.traction_scale)
 
     def describe(self) -> str:
         """Return the text for the verdict: how the body is stored."""

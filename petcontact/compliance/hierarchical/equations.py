@@ -196,7 +196,7 @@ class MixedEquations:
         sizes = np.maximum(sizes, HALF * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, factors, sigma, x)
-        return left, self._norm(left)
+        return left, float(np.sqrt(self.sum(np.array([left @ left]))[0]))
 
     def _start(self, posed: Posed, start: State) -> Array:
         """Return the unknowns that are nearest to a solution."""
@@ -381,9 +381,6 @@ class MixedEquations:
         return np.asarray(
             np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1]))
         )
-
-    def _norm(self, own: Array) -> float:
-        return float(np.sqrt(self.sum(np.array([own @ own]))[0]))
 
     def view(self, matrix: Any, viewer: Any) -> None:
         """Print the line of -ksp_view for the matrix and the preconditioner."""

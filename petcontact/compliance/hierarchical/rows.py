@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
-from ...compression.hmatrix.block_tree import Clusters, block_tree, cluster
+from ...compression.hmatrix.block_tree import block_tree, cluster
 from ...compression.hmatrix.entries import block
 from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
 from ...errors import InaccurateOperator, InputError
@@ -25,70 +25,10 @@ LEAF = 32
 """Number of nodes of the smallest clusters."""
 
 
-class BodyRows(Protocol):
-    """The equations A z = B t + loads of a body, in the order of a cluster tree.
-
-    The columns of the unknowns z come first, then those of the tractions in contact t and of loads.
-
-    Attributes
-    ----------
-    components : int
-        Number of unknowns, and of equations, a node.
-    tree : Clusters
-    x, part : (n, 3), (n,) arrays
-        Nodes [length], and the part of the boundary of each.
-    frame : (n, components, 3) array
-        Directions of the unknowns.
-    bounds : (ranks + 1,) array
-        First equation of each rank.
-    columns : int
-        Number of all columns.
-    slot, beside : (m, k) arrays
-        Columns of u and of t of the contact nodes, in the contact directions.
-    scale : float
-        Unit of tractions: they are factors times it [stress/length].
-    motions, gauge : (size, r) arrays
-        Rigid motions that nothing holds, in terms of the unknowns, and weights. Unknowns without
-        such motions have weighted sums of 0.
-    """
-
-    components: int
-    tree: Clusters
-    x: Array
-    part: Index
-    frame: Array
-    bounds: Index
-    columns: int
-    slot: Index
-    beside: Index
-    scale: float
-    motions: Array
-    gauge: Array
-
-    def mult(self, factors: Array) -> Array:
-        """Return this rank's rows of [A B] times the factors of all columns."""
-        ...
-
-    def block(self, nodes: Index) -> tuple[Array, Index]:
-        """Return the entries between some nodes by columns, (c, components k), and the numbers of
-        these columns."""
-        ...
-
-    def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """Return the sums of this rank's entries by groups of rows and columns; -1 is no group."""
-        ...
-
-    def load(self, shares: Array) -> tuple[Array, Array]:
-        """Return the factors of the columns and this rank's rows that load states add on the right,
-        by their weights (K,)."""
-        ...
-
-    @property
-    def nbytes(self) -> int: ...
-
-
 class CompressedRows:
     """The integral equations on an H-matrix; each rank has the rows of a range of nodes.
+
+    See `BodyRows`.
 
     Parameters
     ----------
@@ -182,11 +122,12 @@ class CompressedRows:
         self.gauge = gauge(mesh, data, modes).T.reshape(moved.shape)[self.nodes].reshape(size, -1)
 
     def mult(self, factors: Array) -> Array:
-        """Return the H-matrix times a vector."""
+        """Return this rank's rows of [A B] times the factors of all columns."""
         return self.matrix.mult(factors)
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """Return a block of exact entries."""
+        """Return the exact entries between some nodes by columns, (c, components k), and the
+        numbers of these columns."""
         breaking_point()
         d, beside = self.components, self._entries.beside
         more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
@@ -196,11 +137,13 @@ class CompressedRows:
         return block(self._entries, nodes, nodes), columns
 
     def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
-        """Return the sums by groups, by products with the factors of the blocks."""
+        """Return the sums of this rank's entries by groups of rows and columns, by products with
+        the factors of the blocks; -1 is no group."""
         return self.matrix.coarse(row_group[self._own], column_group, groups)
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """Return the load of known data, volume loads and point forces."""
+        """Return what load states add on the right by their weights (K,): factors of the columns,
+        of known data and volume loads, and this rank's rows, of point forces."""
         factors = np.zeros(self.columns)
         factors[self.components * len(self.x) :] = self._operators.amplitudes @ shares
         if not self._operators.data.point.size:
@@ -295,3 +238,29 @@ class OperatorEntries:
     def fill(self, rows: Index, columns: Index, system: Array | None, beside: Array | None) -> None:
         """Fill in entries as in `Entries`."""
         self._operators.fill_columns(rows, columns, system, beside)
+
+
+BodyRows = CompressedRows | CondensedRows
+"""The equations A z = B t + loads of a body, in the order of a cluster tree.
+
+The columns of the unknowns z come first, then those of the tractions in contact t and of loads.
+
+components : int
+    Number of unknowns, and of equations, a node.
+tree : Clusters
+x, part : (n, 3), (n,) arrays
+    Nodes [length], and the part of the boundary of each.
+frame : (n, components, 3) array
+    Directions of the unknowns.
+bounds : (ranks + 1,) array
+    First equation of each rank.
+columns : int
+    Number of all columns.
+slot, beside : (m, k) arrays
+    Columns of u and of t of the contact nodes, in the contact directions.
+scale : float
+    Unit of tractions: they are factors times it [stress/length].
+motions, gauge : (size, r) arrays
+    Rigid motions that nothing holds, in terms of the unknowns, and weights. Unknowns without such
+    motions have weighted sums of 0.
+"""

@@ -4,7 +4,7 @@ long, else dense."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import scipy
@@ -15,15 +15,6 @@ from .kernel import Strip, layer_matrix
 
 LONG_SIZE = 3000
 """Largest number of nodes of unequal elements for which T is dense."""
-
-
-class StripOperator(Protocol):
-    """T of one strip; vectors are (k,) arrays."""
-
-    def apply(self, x: Array) -> Array: ...
-    def solve(self, x: Array, rho: float | None = None) -> Array: ...
-    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array: ...
-    def matrix(self) -> Array: ...
 
 
 class Inverses:
@@ -223,6 +214,10 @@ class HodlrStrip:
     def matrix(self) -> Array:
         """Return T as a matrix (k, k) [length/stress]."""
         return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
+
+
+StripOperator = DenseStrip | FourierStrip | HodlrStrip
+"""T of one strip; vectors are (k,) arrays."""
 
 
 def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:

@@ -5,29 +5,19 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from ...arrays import Array, Index
+from .elimination import FactorStack
+from .levels import Stack
 from .workers import Workers
 
 CHUNK = 64  # right-hand sides that go through the tree together
 
 
-class Sweepable(Protocol):
-    """A subtree for a sweep."""
-
-    @property
-    def nbytes(self) -> int:
-        """Memory [bytes]."""
-
-    def ascend(self, x: Array) -> tuple[list[Array], Array]:
-        """Return what the way down needs, and what the tree above gets."""
-
-    def descend(self, seen: list[Array], outside: Array) -> Array:
-        """Return the result on the leaves from the stored values and from the values of the tree
-        above."""
+Sweepable = Stack | FactorStack
+"""Subtrees, of a matrix or of its factors."""
 
 
 class Forest:

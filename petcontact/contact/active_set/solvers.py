@@ -7,8 +7,6 @@ T as preconditioner.
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 import scipy
 
@@ -30,32 +28,6 @@ LARGEST = 12_000
 EPSILON, REPEATED = 1e-6, 4
 """`EPSILON` regularises a least-squares solution, relative to the longest column [-]. `REPEATED` is
 the number of its corrections."""
-
-
-class ActiveSetSolver(Protocol):
-    """S with the solves that methods need, for vectors (m, k).
-
-    `noise` is the relative round-off of its results.
-    """
-
-    noise: float
-
-    @property
-    def ksp_iterations(self) -> int: ...
-
-    def apply(self, x: Array) -> Array: ...
-
-    def solve(
-        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, Array]:
-        """Return δy on the active components, δα, and motions that no active component resists.
-
-        They solve [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0. The third array
-        has combinations (r, q) of motions of unit size, which are not changed.
-        """
-        ...
-
-    def close(self) -> None: ...
 
 
 class _Counted:
@@ -96,7 +68,11 @@ class DenseActiveSetSolver(_Counted):
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """Return the solution of the bordered block."""
+        """Return δy on the active components, δα, and motions that no active component resists.
+
+        They solve [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0. The third array
+        has combinations (r, q) of motions of unit size, which are not changed.
+        """
         self.system.elastic_solves += 1
         active, result = np.flatnonzero(linearised.active), np.zeros(rhs.shape)
         if modes is None:
@@ -385,8 +361,10 @@ class SurrogateActiveSetSolver:
         )
         return dy, constraint.motion(coordinates), constraint.free
 
-    def close(self) -> None:
-        """Do nothing: there are no PETSc objects."""
+
+ActiveSetSolver = DenseActiveSetSolver | KrylovActiveSetSolver | SurrogateActiveSetSolver
+"""S, or T, with the solves that methods need, for vectors (m, k); `noise` is the relative round-off
+of their results."""
 
 
 def active_set_solver(

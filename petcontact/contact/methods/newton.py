@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from ...arrays import Array, Mask, States
+from ...arrays import Array, States
 from ...errors import SolverError
 from ...model.solver_options import Method
 from ...round_off import CHAINED, WRITTEN
@@ -76,11 +76,11 @@ class SemismoothNewton:
         if surrogate is not None:
             surrogate.rtol = LOOSE
             foretell = Foresight(system, law, surrogate) if predict else None
-        solver: LinearSolver
-        if is_monolithic(system):
-            solver = MonolithicSolver(system, iteration.criterion.tolerance)
-        else:
-            solver = active_set_solver(system, surrogate, self.factors)
+        solver = (
+            MonolithicSolver(system, iteration.criterion.tolerance)
+            if is_monolithic(system)
+            else active_set_solver(system, surrogate, self.factors)
+        )
         try:
             run = _Run(system, law, iteration, solver, foretell)
             state = run.at_rest() if iteration.start is None else None
@@ -194,21 +194,13 @@ class _Run:
         if type(law) is not SignoriniCoulomb:
             return
         for _ in range(3):
-            near = near | self._changing()
+            near = near | np.any([states != self.last[-1] for states in self.last], axis=0)
             if self.step is None or not near.any():
                 break
             pieces = self.step.linearised, self.step.sigma
             yield from complementary_guesses(self.system, law, near, pieces)
-        yield from complementary_guesses(self.system, law, self._near())
-
-    def _changing(self) -> Mask:
-        """Return the nodes whose state differs among the last steps, (m,)."""
-        return np.asarray(np.any([states != self.last[-1] for states in self.last], axis=0))
-
-    def _near(self) -> Mask:
-        """Return the nodes that were closed in the last steps, or all if there are none, (m,)."""
         closed = np.any([states != OPEN for states in self.last], axis=0)
-        return closed if closed.any() else np.ones(len(closed), dtype=bool)
+        yield from complementary_guesses(self.system, law, closed | (not closed.any()))
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
         """Solve until no node is wrong, the sets repeat, or the loads have no equilibrium."""

@@ -52,9 +52,10 @@ def method_of(
     3.0
     """
     options = options if options is not None else Method()
-    if isinstance(method, type) and (name := _name_of(method)) is not None:
-        method = name
-    elif isinstance(method, type):
+    if isinstance(method, type):
+        modules = {f"{__package__}.{module}": name for name, module in METHODS.items()}
+        method = modules.get(method.__module__, method)
+    if isinstance(method, type):
         raise InputError(
             f"method: {method.__name__} is a class; give an object of it, {method.__name__}(...)"
         )
@@ -78,14 +79,6 @@ def method_of(
     if rule is not None:
         raise InputError("rule: a method of one's own has its own; give it there")
     return method
-
-
-def _name_of(kind: type) -> str | None:
-    """Return the name of a method of the package by its class."""
-    return next(
-        (name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"),
-        None,
-    )
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from ...arrays import Array, Index
 from ...linalg.nearest import within as within_reach
 from ...mesh.basis import best_slopes
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curve_mesh import CurveMesh
 from ...mesh.panels import reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from ...round_off import SINGLE
@@ -92,11 +91,6 @@ def meeting(mesh: BoundaryMesh, x: Array, within: float) -> tuple[Array, Index]:
 @functools.singledispatch
 def _spheres(mesh: Any) -> tuple[Array, Array]:
     """Return the centres (n_elements, d) and the radii of spheres around the elements [length]."""
-    raise TypeError(f"no places on {type(mesh).__name__}")
-
-
-@_spheres.register
-def _(mesh: CurveMesh) -> tuple[Array, Array]:
     middle = mesh.variables_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5))
     return np.column_stack([middle["x"], middle["y"]]), 0.5 * mesh.length
 
@@ -119,11 +113,6 @@ def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
     The depth is the foot's distance from the rim of the element over the element's size; it is
     negative outside.
     """
-    raise TypeError(f"no places on {type(mesh).__name__}")
-
-
-@_on.register
-def _(mesh: CurveMesh, element: Index, x: Array) -> tuple[Array, Array, Array]:
     along = mesh.direction[element]
     left = np.column_stack([-along[:, 1], along[:, 0]])
     away = x - 0.5 * (mesh.start[element] + mesh.end[element])
@@ -155,11 +144,6 @@ def best_places(mesh: Any) -> tuple[Index, Array]:
 
     Each element has at least one place.
     """
-    raise TypeError(f"no places on {type(mesh).__name__}")
-
-
-@best_places.register
-def _(mesh: CurveMesh) -> tuple[Index, Array]:
     found = [
         (np.flatnonzero(mesh.order == order), best_slopes(max(order, 1)))
         for order in np.unique(mesh.order).tolist()
@@ -199,11 +183,6 @@ def spread_places(mesh: Any, element: Index, shares: Array) -> Array:
 
     `shares`, from 0 to 1, are taken along each direction of an element.
     """
-    raise TypeError(f"no places on {type(mesh).__name__}")
-
-
-@spread_places.register
-def _(mesh: CurveMesh, element: Index, shares: Array) -> Array:
     return np.tile(shares, (len(element), 1))
 
 
@@ -248,11 +227,6 @@ def nodal_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
 
 @functools.singledispatch
 def _nodal(mesh: Any) -> Array:
-    raise TypeError(f"no places on {type(mesh).__name__}")
-
-
-@_nodal.register
-def _(mesh: CurveMesh) -> Array:
     return np.asarray(0.5 * (1.0 + mesh.xi))
 
 

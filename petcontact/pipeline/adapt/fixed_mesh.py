@@ -132,22 +132,17 @@ def _costly(solution: Solution) -> str:
         return f"fewer than {FEWEST} elements"
     if solution.wear is not None:
         return "wear over cycles is not computed twice; compare with a finer mesh"
-    if solution.kind == "bilateral" and min(map(min, _exponents(solution))) < WEAK:
-        return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
+    if solution.kind == "bilateral":
+        outline = as_outline(solution.problem.outline(), "u_t")
+        if min(map(min, corner_exponents(solution.problem.body[0], outline))) < WEAK:
+            return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
-
-
-def _exponents(solution: Solution) -> list[tuple[float, float]]:
-    """Return the exponents λ at both ends of each side of the body."""
-    return corner_exponents(solution.problem.body[0], as_outline(solution.problem.outline(), "u_t"))
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
     """Return the solution on meshes with half as many elements."""
     meshes = [as_curve(mesh) for mesh in solution.meshes.values()]
-    return _again(
-        solution, lambda number, body, boundary: joined(meshes[number], boundary), comm, law
-    )
+    return _again(solution, lambda b, _, side: joined(meshes[b], side), comm, law)
 
 
 def by_newton(problem: Problem, **options: Any) -> Problem:

@@ -94,7 +94,12 @@ def _add_apex(
     pressed: Sequence[PressedSides], outlines: Sequence[Outline], side: PosedInterface
 ) -> None:
     """Add the ends of both parts on the axis of revolution if the gap has a slope there."""
-    ends = [(b, k, end) for b, part in side.ends for k, end in _axis_ends(outlines[b], part)]
+    ends = [
+        (b, k, end)
+        for b, part in side.ends
+        for k, end in outlines[b].axis_ends
+        if outlines[b].sides[k].part == part
+    ]
     if side.law.gap == "geometry":
         slopes = [abs(at_ends(outlines[b], turn)[k][end]) for b, k, end in ends]
     else:
@@ -110,10 +115,6 @@ def _add_apex(
     if max(slopes, default=0.0) > SINGLE:
         for b, k, end in ends:
             pressed[b].pressing.add((k, end))
-
-
-def _axis_ends(outline: Outline, part: str) -> list[tuple[int, int]]:
-    return [(k, end) for k, end in outline.axis_ends if outline.sides[k].part == part]
 
 
 def _add_switches(pressed: PressedSides, outline: Outline, side: PosedInterface) -> None:

@@ -16,7 +16,6 @@ from ...bem.particular.volume import VolumeSolution, volume_solution
 from ...compliance.interface import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import Tresca
-from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import Facing
@@ -136,10 +135,14 @@ def discretise(
     bem = suitable_bem(problem, meshes)
     problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
-        _check_size(problem, meshes)
+        # operators that do not fit are refused before the search for contact, which takes long
+        needed_memory(
+            resolved_bem(bem),
+            meshes,
+            *contact_sizes(problem, meshes),
+            meshes[0].components - problem.holds_normals,
+        )
     refuse(check_stiffness(problem))
-    if not problem.interfaces:
-        _check_obstacles(problem)
     facings = (
         [facing_of(interface, meshes) for interface in problem.interfaces]
         if like is None
@@ -147,7 +150,7 @@ def discretise(
     )
     interfaces, distance, findings = _on_meshes(problem, meshes, facings)
     interfaces, law, data = _law_and_data(problem, boundaries, meshes, interfaces, law)
-    data, volumes = _with_volume_loads(problem.loaded, meshes, data, like)
+    data, volumes = with_volume_loads(problem.loaded, meshes, data, like)
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     findings += [new_finding("volume loads", note) for note in notes]
     if like is None:
@@ -170,19 +173,6 @@ def discretise(
         facings,
         volumes,
     )
-
-
-def _check_obstacles(problem: Problem) -> None:
-    """Refuse obstacles of a problem without contact.
-
-    Raises
-    ------
-    InputError
-    """
-    for obstacle in problem.obstacle:
-        raise InputError(
-            f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches"
-        )
 
 
 def _on_meshes(
@@ -236,15 +226,6 @@ def _law_and_data(
     return interfaces, law, data
 
 
-def _check_size(problem: Problem, meshes: list[BoundaryMesh]) -> None:
-    """Refuse operators that do not fit the machine.
-
-    It runs before the search for contact, which takes long for many panels.
-    """
-    directions = meshes[0].components - problem.holds_normals
-    needed_memory(resolved_bem(problem.bem), meshes, *contact_sizes(problem, meshes), directions)
-
-
 def meshed(
     problem: Problem, make_mesh: MeshMaker | None, like: Discrete | None = None
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
@@ -268,14 +249,7 @@ def meshed(
     return boundaries, matched(boundaries, own, pairs, too_long_to_bend) if pairs else own
 
 
-def add_volume_loads(
-    bodies: Sequence[LoadedBody], meshes: list[BoundaryMesh], data: list[BoundaryData]
-) -> list[BoundaryData]:
-    """Return the data with particular solutions for volume loads."""
-    return _with_volume_loads(bodies, meshes, data, None)[0]
-
-
-def _with_volume_loads(
+def with_volume_loads(
     bodies: Sequence[LoadedBody],
     meshes: list[BoundaryMesh],
     data: list[BoundaryData],
@@ -287,7 +261,7 @@ def _with_volume_loads(
     """
     complete, volumes = [], []
     for b, (loaded, mesh, mesh_data) in enumerate(zip(bodies, meshes, data, strict=True)):
-        if like is not None and _loads_volume_alike(loaded, like.problem.loaded[b]):
+        if like is not None and like.problem.loaded[b].loads_volume_as(loaded):
             volume, at_nodes = like.volumes[b], like.data[b].volume
         else:
             volume = volume_solution(loaded, mesh)
@@ -296,8 +270,3 @@ def _with_volume_loads(
         posed = mesh_data if at_nodes is None else replace(mesh_data, volume=at_nodes)
         complete.append(like.data[b] if like is not None and posed.equals(like.data[b]) else posed)
     return complete, volumes
-
-
-def _loads_volume_alike(loaded: LoadedBody, earlier: LoadedBody) -> bool:
-    """Return whether a body has the same material and volume loads as an earlier one."""
-    return loaded.body.material == earlier.body.material and loaded.loads == earlier.loads

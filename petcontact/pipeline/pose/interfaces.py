@@ -33,6 +33,10 @@ def check_parts(problem: Problem, boundaries: list[Boundary]) -> None:
         _check_loads(problem.loaded[number], boundary)
         if isinstance(boundary, Meridian):
             check_revolution(problem.loaded[number], boundary)
+    for obstacle in () if problem.interfaces else problem.obstacle:
+        raise InputError(
+            f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches"
+        )
     for side in problem.interfaces:
         if side.direction is not None:
             check_components(f"{side.key}.direction", side.direction, d)

@@ -101,7 +101,7 @@ def _components(
     )
     for part, condition in loaded.conditions[step - 1].items():
         if isinstance(condition, Displacement):
-            check_components(f"body {body.name!r}: {part}.value", condition.value, mesh.components)
+            check_components(f"body {body.name!r}: {part}.value", condition.value, d)
             traction_known[mesh.nodes_of(part)] = [
                 component == "free" for component in condition.value
             ]

@@ -11,7 +11,6 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
-from ...errors import PetcontactError
 from ...geometry.rotation import Axial, Motions
 from ...model.cycle import cycle_steps
 from ...model.load_steps import Step
@@ -24,7 +23,7 @@ from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced
 from .halves import Halves, touching
 from .increment import HALVINGS, Increment, IncrementState, Monitor, PreparedProblem
-from .outcome import step_results
+from .outcome import step_result
 from .wear import Tried, with_wear
 
 LOOKED_AT_FIRST = 1500
@@ -35,9 +34,6 @@ ROOM = 0.3
 LEAST = 1e-3
 """Smallest share of a step that is told apart: before contact begins it becomes an increment of its
 own, and what can be held of a load is known to it."""
-TOGETHER = 8
-"""Number of increments whose boundary fields are computed in one product. Those that follow an
-increment that is not accepted are solved in vain."""
 
 
 def increments(
@@ -89,34 +85,14 @@ def increments(
             solving = _step(increment, monitor)
         if number in cycle and number == cycle[-1] and not passed:
             solving = itertools.chain(solving, _cycled(problem, done, monitor, rows))
-        for group in _grouped(solving, TOGETHER if problem.system.takes_several else 1):
-            for result in step_results(group, checked=checked and _is_last(group[-1])):
-                done.append(result)
-                yield result
-                if result.status != "converged":
-                    return
-            state = group[-1][2]
-
-
-def _is_last(tried: Tried) -> bool:
-    """Whether a step ends with this increment."""
-    return not tried[1].converged or tried[0].target == 1.0
-
-
-def _grouped(solving: Iterable[Tried], size: int) -> Iterator[list[Tried]]:
-    """Yield increments in groups of at most `size`; an error is raised after the increments before
-    it."""
-    group = list[Tried]()
-    try:
         for tried in solving:
-            group.append(tried)
-            if len(group) == size or _is_last(tried):
-                yield group
-                group = []
-    except PetcontactError:
-        if group:
-            yield group
-        raise
+            ends = tried[0].target == 1.0 or not tried[1].converged
+            result = step_result(*tried, checked=checked and ends)
+            done.append(result)
+            yield result
+            if result.status != "converged":
+                return
+            state = tried[2]
 
 
 def _cycled(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,50 +25,31 @@ from ..judge.overlaps import Overlap, overlaps
 from ..judge.warnings import absurd, rolled_off
 from .diagnosis import failure, second_solution, unheld_at_the_end, zero_energy_motions
 from .increment import Increment, IncrementState
-from .wear import Tried
 
 Fields = list[tuple[Array, Array]]
 """u [length] and traction [stress] on the boundary of each body, (n, d)."""
 
 
-def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResult]:
-    """Yield the results of increments that share one system.
-
-    `checked` says whether the last one gets its elastic residual.
-    """
-    for tried, fields in zip(group, _fields(group), strict=True):
-        yield _step_result(*tried, fields, checked=checked and tried is group[-1])
-
-
-def _fields(group: Sequence[Tried]) -> list[Fields]:
-    """Return the fields of each increment, by one product if the system accepts several."""
-    system = group[0][0].problem.system
-
-    def boundary(shares: Array, sigma: Array, alpha: Array) -> Fields:
-        return [
-            body.boundary(shares, system.tractions(b, sigma), system.motion(b, alpha))
-            for b, body in enumerate(system.bodies)
-        ]
-
-    acting = [(increment.shares, outcome.sigma, after.alpha) for increment, outcome, after in group]
-    if not system.takes_several:
-        return [boundary(*load) for load in acting]
-    by_body = boundary(*(np.array(load) for load in zip(*acting, strict=True)))
-    return [[(u[k], traction[k]) for u, traction in by_body] for k in range(len(group))]
-
-
-def _step_result(
+def step_result(
     increment: Increment,
     outcome: ContactState,
     after: IncrementState,
-    fields: Fields,
     *,
     checked: bool,
 ) -> StepResult:
+    """Return the result of an increment; `checked` says whether it gets its elastic residual."""
     problem = increment.problem
     discrete, system = problem.discrete, problem.system
-    posed = zip(discrete.problem.body, fields, strict=True)
-    bodies = {body.name: BodyResult(*of_body) for body, of_body in posed}
+    fields = [
+        body.boundary(
+            increment.shares, system.tractions(b, outcome.sigma), system.motion(b, after.alpha)
+        )
+        for b, body in enumerate(system.bodies)
+    ]
+    bodies = {
+        body.name: BodyResult(*of_body)
+        for body, of_body in zip(discrete.problem.body, fields, strict=True)
+    }
     moved = [float(np.abs(body.u).max(initial=0.0)) for body in bodies.values()]
     elastic, unbalanced = (
         _elastic_residuals(increment, outcome, after, fields, moved) if checked else (0.0, 0.0)
@@ -108,9 +89,6 @@ def _step_result(
         else _solved_findings(increment, outcome, pairs, bodies, residuals, overlap)
     )
     status, reason = judged(findings, outcome.reason)
-    rest = contact_norm(
-        law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight
-    )
     return StepResult(
         increment.name,
         increment.number,
@@ -124,7 +102,9 @@ def _step_result(
         _obstacles(increment, after),
         after.alpha,
         float(np.max(outcome.rho)),
-        rest,
+        contact_norm(
+            law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight
+        ),
         outcome.history,
         increment.cycle,
         increment.origin,

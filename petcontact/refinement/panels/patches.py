@@ -229,7 +229,12 @@ def _panels_around(
                     graded.reordered(np.flatnonzero(~near)),
                 )
                 if rim is not None:
-                    yield Patch(rest, number, *rim, functools.partial(_onto, surface, number))
+                    yield Patch(
+                        rest,
+                        number,
+                        *rim,
+                        lambda x: surface.onto(np.full(len(x), number), x[:, None])[:, 0],
+                    )
         panels = cut(panels, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
 
 
@@ -240,11 +245,6 @@ def _joined(first: SurfaceMesh, second: SurfaceMesh) -> SurfaceMesh:
         for name in ("corners", "order", "part", "middles")
     )
     return SurfaceMesh(corners, order, part, first.part_names, middles)
-
-
-def _onto(surface: Boundary, part: int, x: Array) -> Array:
-    """Return points (k, 3) projected onto a part."""
-    return surface.onto(np.full(len(x), part), x[:, None])[:, 0]
 
 
 def _graded(

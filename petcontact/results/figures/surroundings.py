@@ -17,7 +17,7 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.bodies import Displacement, Symmetry, Traction
 from ...runtime.figure_style import COLOURS
 from ..data import SolutionData
-from ..records import ObstacleResult, PairResult
+from ..records import ObstacleResult
 from .view import View
 
 ARROWS = 24
@@ -150,7 +150,8 @@ def draw_tractions(axes: Any, solution: SolutionData, view: View) -> None:
         traction = along - pair.pressure[:, None] * pair.normal
         arrows = traction * (LONG * size / largest)
         cut = LONGEST * size / np.maximum(np.hypot(*arrows.T), 1e-300)
-        x, closed = moved(solution, name, view.factor), _closed(pair)
+        x, order = moved(solution, name, view.factor), np.argsort(pair.arc_length)
+        closed = order[pair.state[order] != OPEN]
         shown = closed[spread(x[closed], 0.5 * size / ARROWS)]
         arrows = arrows * np.minimum(1.0, cut)[:, None]
         draw_arrows(axes, x, arrows, pair.pressure < 0.0, shown, "contact traction", CONTACT)
@@ -179,12 +180,6 @@ def draw_arrows(
     axes.autoscale_view()
     if word not in axes.get_legend_handles_labels()[1]:
         axes.plot([], [], ls="", marker=r"$\rightarrow$", color=colour, ms=10.0, label=word)
-
-
-def _closed(pair: PairResult) -> Index:
-    """Closed nodes, along the interface."""
-    order = np.argsort(pair.arc_length)
-    return np.asarray(order[pair.state[order] != OPEN])
 
 
 def spread(x: Array, apart: float) -> Index:

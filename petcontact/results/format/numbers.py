@@ -51,13 +51,11 @@ def _number(row: Any, source: str) -> Number:
         demand(good and not isinstance(value, bool), f"{source}: numbers: {each.name} is {value!r}")
         values[each.name] = value
     known = ("value", "place")
-    values |= {key: None if values[key] is None else _array(values[key]) for key in known}
+    values |= {
+        key: None if values[key] is None else np.array(values[key], dtype=float) for key in known
+    }
     values["error"] = np.nan if values["error"] is None else float(values["error"])
     if not row["bounded"]:
         values["error"] = np.inf
     demand(values["value"] is not None, f"{source}: numbers: a value is missing")
     return Number(**values)
-
-
-def _array(values: list[Any]) -> Any:
-    return np.array([np.nan if value is None else float(value) for value in values])

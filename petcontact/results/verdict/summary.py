@@ -40,7 +40,8 @@ def verdict(solution: SolutionData, verbose: bool = False) -> str:
     # the reason of a solution that is accepted are its residuals, and notes
     why = notes if solution.converged else solution.reason
     lines += wrapped("  ", [why], separator=" ") if why else []
-    lines += _warnings(solution)
+    for text in alike([each for each in solution.findings if each.severity == "warning"]):
+        lines += wrapped("  warning: ", [text], separator=" ")
     lines += _sizes(solution) if verbose else []
     lines += (_zones_and_forces if solution.kind == "bilateral" else _steps)(tell)
     lines += peak_lines(tell)
@@ -83,11 +84,6 @@ def _sizes(solution: SolutionData) -> list[str]:
     provenance = solution.provenance
     solver = ": ".join(filter(None, (provenance.solver, provenance.ksp_reason)))
     return [*lines, *(wrapped("  ", [solver], separator=" ") if solver else [])]
-
-
-def _warnings(solution: SolutionData) -> list[str]:
-    texts = alike([each for each in solution.findings if each.severity == "warning"])
-    return [line for text in texts for line in wrapped("  warning: ", [text], separator=" ")]
 
 
 def alike(findings: Sequence[Finding]) -> list[str]:

@@ -120,39 +120,8 @@ def traction_error(mesh: BoundaryMesh, result: BodyResult) -> Array:
 
 
 @functools.singledispatch
-def _cells(mesh: BoundaryMesh, values: _Values) -> Any:
+def _cells(mesh: Any, values: _Values) -> Any:
     """Cells of a kind of mesh, with point and cell data."""
-    raise TypeError(f"{type(mesh).__name__} has no cells")
-
-
-@_cells.register
-def _(mesh: SurfaceMesh, values: _Values) -> Any:
-    places, cells = vtk_cells(mesh)
-    at = mesh.basis_at(places.element, places.place)
-    state = np.full(mesh.n_elements, -1)
-    np.maximum.at(state, mesh.element, values.state)
-    stress = values.fields.on_boundary(places.element, places.place)
-    return meshio.Mesh(
-        stress.x,
-        [(kind, numbers) for kind, numbers, _ in cells],
-        point_data={
-            "displacement": at @ values.u,
-            "traction": at @ values.traction,
-            **_stress_data(stress),
-        },
-        cell_data={
-            name: [field[panels] for _, _, panels in cells]
-            for name, field in (
-                ("part", mesh.part),
-                ("contact", state),
-                ("traction_error", values.error),
-            )
-        },
-    )
-
-
-@_cells.register
-def _(mesh: CurveMesh, values: _Values) -> Any:
     turn = np.abs(mesh.curvature * mesh.length)
     # arcs are cut into lines that turn by a tenth at most
     counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / 0.1).astype(np.int64))
@@ -198,6 +167,32 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
             "part": [mesh.part[lines]],
             "contact": [cell_state],
             "traction_error": [values.error[lines]],
+        },
+    )
+
+
+@_cells.register
+def _(mesh: SurfaceMesh, values: _Values) -> Any:
+    places, cells = vtk_cells(mesh)
+    at = mesh.basis_at(places.element, places.place)
+    state = np.full(mesh.n_elements, -1)
+    np.maximum.at(state, mesh.element, values.state)
+    stress = values.fields.on_boundary(places.element, places.place)
+    return meshio.Mesh(
+        stress.x,
+        [(kind, numbers) for kind, numbers, _ in cells],
+        point_data={
+            "displacement": at @ values.u,
+            "traction": at @ values.traction,
+            **_stress_data(stress),
+        },
+        cell_data={
+            name: [field[panels] for _, _, panels in cells]
+            for name, field in (
+                ("part", mesh.part),
+                ("contact", state),
+                ("traction_error", values.error),
+            )
         },
     )
 

@@ -19,7 +19,6 @@ from ...fields.stress_state import Field, StressState
 from ...geometry.crossings import winding
 from ...geometry.rotation import lifted
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Units
 from ..data import SolutionData
@@ -207,10 +206,7 @@ def fields_of_bodies(
 
 @functools.singledispatch
 def _grid(mesh: Any, resolution: Any, window: Any) -> Grid:
-    raise TypeError(f"no grid in {type(mesh).__name__}")
-
-
-_grid.register(CurveMesh, triangulate)
+    return triangulate(mesh, resolution, window)
 
 
 @_grid.register

@@ -48,7 +48,10 @@ def html(
         lstrip_blocks=True,
     )
     drawn = [(plot.caption, EMBEDDED + png(draw, table, plot)) for plot in plots]
-    pictures = [*([("Plots", drawn)] if plots else []), *_figures_of_cases(table)]
+    pictures = [("Plots", drawn)] if plots else []
+    for place in representatives(table):
+        if (solution := table.solution(place)) is not None:
+            pictures.append((table.values("id")[place], _figures(solution)))
     return environment.get_template("report.html").render(
         title=table.title or "Sweep",
         counts=counts_line(table),
@@ -69,13 +72,6 @@ def representatives(table: CaseTable) -> list[int]:
         k for k, status in enumerate(table.status) if status in ("converged", "not converged")
     )
     return list({problems[place]: place for place in solved}.values())
-
-
-def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
-    solutions = (
-        (table.values("id")[place], table.solution(place)) for place in representatives(table)
-    )
-    return [(id_, _figures(solution)) for id_, solution in solutions if solution is not None]
 
 
 def _figures(solution: Solution) -> list[Figure]:
