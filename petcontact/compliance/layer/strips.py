@@ -3,6 +3,8 @@ long, else dense."""
 
 from __future__ import annotations
 
+import abc
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -74,7 +76,46 @@ class DenseStrip:
         return np.asarray(self._scaled * (self._root / self._root[:, None]))
 
 
-class FourierStrip:
+class ProductStrip:
+    """T by its products and solves with T and I + ρT."""
+
+    def __init__(self, size: int) -> None:
+        self._size = size
+
+    @functools.cached_property
+    def _krylov(self) -> Krylov:
+        return Krylov((self._size,), "layer_")
+
+    @abc.abstractmethod
+    def apply(self, x: Array) -> Array:
+        """Return the product T x, (k,)."""
+
+    @abc.abstractmethod
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
+
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
+        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
+
+        It uses GMRES, preconditioned by the stick block of T⁻¹.
+        """
+        if stick.all():
+            return self.solve(rhs)
+        solution = self._krylov.solve(
+            lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
+            lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
+            np.where(stick, rhs, 0.0),
+            0.0,
+            rtol,
+        )
+        return np.where(stick, solution, 0.0)
+
+    def matrix(self) -> Array:
+        """Return T as a matrix (k, k) [length/stress]."""
+        return np.column_stack([self.apply(e) for e in np.eye(self._size)])
+
+
+class FourierStrip(ProductStrip):
     """T of equal elements of any order, a convolution from element to element.
 
     A product or a solve takes two transforms. An open strip is continued by its reflections at both
@@ -82,6 +123,7 @@ class FourierStrip:
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
+        super().__init__(len(weight))
         self._elements, self._nodes = len(strip.length), int(strip.order[0]) + 1
         self._open, self._root, self._ends = not strip.closed, np.sqrt(weight), strip.ends
         loop = strip
@@ -138,28 +180,18 @@ class FourierStrip:
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
 
-        Small systems use a Cholesky factor. Larger ones use conjugate gradients, preconditioned by
-        the stick block of T⁻¹.
+        Small systems use a Cholesky factor of the stick block, which beats GMRES there.
         """
-        if stick.all():
-            return self.solve(rhs)
-        # up to here a Cholesky factor of the stick block beats conjugate gradients
-        if len(rhs) <= 256:
-            if self._stick is None:
-                self._stick = StickCholesky(
-                    self.matrix() * (self._root[:, None] / self._root), self._root
-                )
-            return self._stick(stick, rhs)
-        return conjugate_gradients(
-            self.apply, self.solve, self._root * self._root, stick, rhs, rtol
-        )
-
-    def matrix(self) -> Array:
-        """Return T as a matrix (k, k) [length/stress]."""
-        return np.column_stack([self.apply(e) for e in np.eye(self._elements * self._nodes)])
+        if stick.all() or self._size > 256:
+            return super().stick_solve(stick, rhs, rtol)
+        if self._stick is None:
+            self._stick = StickCholesky(
+                self.matrix() * (self._root[:, None] / self._root), self._root
+            )
+        return self._stick(stick, rhs)
 
 
-class HodlrStrip:
+class HodlrStrip(ProductStrip):
     """T as a HODLR matrix, for long strips of unequal elements.
 
     It is symmetric only up to the error of collocation.
@@ -168,12 +200,12 @@ class HodlrStrip:
     def __init__(self, strip: Strip, points: Array) -> None:
         from ...compression.hodlr import factor
 
+        super().__init__(len(points))
         self._strip, self._points = strip, points
         self._matrix = self._compress(None)
         self._factorisation = Inverses(
             lambda rho: factor(self._matrix if rho is None else self._compress(rho))
         )
-        self._krylov = Krylov((len(points),), "layer_")
 
     def _compress(self, rho: float | None) -> Any:
         """Return T, or I + ρT if ρ is given, as a HODLR matrix."""
@@ -194,26 +226,6 @@ class HodlrStrip:
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """Return T⁻¹ x, or (I + ρT)⁻¹ x if ρ is given, (k,)."""
         return np.asarray(self._factorisation(rho).solve(x))
-
-    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
-        """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
-
-        It uses GMRES, preconditioned by the stick block of T⁻¹.
-        """
-        if stick.all():
-            return self.solve(rhs)
-        solution = self._krylov.solve(
-            lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
-            lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
-            np.where(stick, rhs, 0.0),
-            0.0,
-            rtol,
-        )
-        return np.where(stick, solution, 0.0)
-
-    def matrix(self) -> Array:
-        """Return T as a matrix (k, k) [length/stress]."""
-        return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
 
 
 StripOperator = DenseStrip | FourierStrip | HodlrStrip
@@ -259,31 +271,3 @@ class StickCholesky:
         result, root = np.zeros_like(rhs), self._root[nodes]
         result[nodes] = scipy.linalg.cho_solve(factor, root * rhs[nodes], check_finite=False) / root
         return result
-
-
-def conjugate_gradients(
-    apply: Callable[[Array], Array],
-    solve: Callable[[Array], Array],
-    weight: Array,
-    stick: Mask,
-    rhs: Array,
-    rtol: float,
-) -> Array:
-    """Return x for which T x = rhs on the stick nodes, and x = 0 elsewhere.
-
-    It uses conjugate gradients in the inner product of the weights, preconditioned by the stick
-    block of T⁻¹.
-    """
-    x, r = np.zeros_like(rhs), np.where(stick, rhs, 0.0)
-    direction, before = np.zeros_like(rhs), 1.0
-    goal = rtol * np.linalg.norm(r)
-    for _ in range(len(rhs)):
-        if np.linalg.norm(r) <= goal:
-            break
-        z = np.where(stick, solve(r), 0.0)
-        now = float(weight @ (r * z))
-        direction = z + (now / before) * direction
-        product = np.where(stick, apply(direction), 0.0)
-        step = now / float(weight @ (direction * product))
-        x, r, before = x + step * direction, r - step * product, now
-    return x
