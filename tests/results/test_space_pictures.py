@@ -263,9 +263,9 @@ def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
 
 
 def test_colour_bars_point_to_values_beyond_the_bands():
-    assert beyond(np.array([0.0, 3.0]), 0.0, 2.0) == "max"
-    assert beyond(np.array([0.0, 2.0, np.nan]), 0.0, 2.0) == "neither"
-    assert beyond(np.array([-1.0, 0.0, 3.0]), 0.0, 2.0) == "both"
+    assert beyond(np.array([0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "max"
+    assert beyond(np.array([0.0, 2.0, np.nan]), band_colours(np.array([0.0]), 2.0)) == "neither"
+    assert beyond(np.array([-1.0, 0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "both"
 
 
 def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():

@@ -35,10 +35,13 @@ def band_colours(values: Array, top: float | None = None) -> Any:
     return ScalarMappable(BoundaryNorm(levels, colormaps[name].N, clip=True), name)
 
 
-def beyond(values: Array, low: float, high: float) -> str:
-    """At which ends of a colour bar there are values beyond it, in matplotlib's words."""
-    below, above = bool((values < low).any()), bool((values > high).any())
-    return "both" if below and above else "min" if below else "max" if above else "neither"
+def beyond(values: Array, colours: Any) -> str:
+    """On which side values lie beyond the bands, as colour bars have it."""
+    low, high = (
+        np.nanmin(values, initial=np.inf) < colours.norm.vmin,
+        np.nanmax(values, initial=-np.inf) > colours.norm.vmax,
+    )
+    return "both" if low and high else "min" if low else "max" if high else "neither"
 
 
 def cut(corners: Array, values: Array, levels: Array) -> tuple[list[Array], Index, Index]:

@@ -173,13 +173,8 @@ def shade(
     place = (
         {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
     )
-    outside = beyond(values, colours.norm.vmin, colours.norm.vmax)
     every[0].figure.colorbar(
-        colours,
-        label=what,
-        spacing="proportional",
-        extend=outside,
-        **place,
+        colours, label=what, spacing="proportional", extend=beyond(values, colours), **place
     )
     return "\n".join(filter(None, (headed_end(solution), text)))
 
