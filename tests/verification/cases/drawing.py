@@ -3,6 +3,8 @@ reference."""
 
 from __future__ import annotations
 
+import hashlib
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +21,12 @@ from .measures import exact_values
 COLOURS = 160
 """Of a PNG: a third of the size, and no difference that is seen."""
 CURVES = {"pressure": "p", "shear": "q"}
+
+
+def digest_of(case) -> str:
+    """Of what its pictures show: the problem, how it is solved, and the closed forms."""
+    posed = tomllib.loads(case.config.read_text()) if case.config else case.problem
+    return hashlib.sha256(repr((posed, case.accuracy, case.curve)).encode()).hexdigest()[:16]
 
 
 def problem_picture(solution, path: Path) -> Path:

@@ -7,6 +7,8 @@ from .case import FOLDER, Case
 ROOT = FOLDER.parents[2]
 PAGES = ROOT / "petcontact" / "manual" / "cases"
 PICTURES = ROOT / "configs" / "pictures" / "verification"
+DRAWN = PICTURES / "drawn.json"
+"""Digests of cases when their pictures were drawn."""
 SHOWN = "../../../configs/pictures/verification"
 """The same from a page."""
 TABLE = ROOT / "petcontact" / "manual" / "cases.md"

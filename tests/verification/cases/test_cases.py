@@ -3,9 +3,12 @@ files and the solver do."""
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from verification.cases.case import every
-from verification.cases.page import PAGES, TABLE, rows
+from verification.cases.drawing import digest_of
+from verification.cases.page import DRAWN, PAGES, TABLE, rows
 
 CASES = every()
 
@@ -41,6 +44,12 @@ def test_loads_in_equilibrium_by_themselves_are_no_loads():
     """Rings under pressure: the resultant is round-off, and no reason to halve the increment."""
     case = next(case for case in CASES if case.number == "B04")
     assert len(case.computed()[1].steps) == 1
+
+
+def test_no_picture_is_older_than_its_case():
+    """`scripts/verification CASE --write` draws again."""
+    drawn = json.loads(DRAWN.read_text())
+    assert drawn == {case.name: digest_of(case) for case in CASES}
 
 
 def test_every_case_has_its_page_and_is_in_the_table():
