@@ -91,7 +91,7 @@ class Material(Model):
     plane : {"strain", "stress"}, in 2D
         A long body, or a thin plate.
     density : float, optional
-        ρ >= 0, for accelerations and rotations [mass/volume].
+        Mass density, for accelerations and rotations [mass/volume].
     thermal_expansion : float, optional
         α, for temperatures [1/temperature].
     """
