@@ -104,7 +104,7 @@ def mesh_in_space(solution):
 
 def rounded_pin(solution):
     pressed, turned = (step.pairs["tip"] for step in solution.steps[-2:])
-    return [pressed.force[2], turned.moment[2]], [253.9, -31.58]
+    return [pressed.force[2], turned.moment[2]], [652.3, -67.82]
 
 
 def load_path(solution):

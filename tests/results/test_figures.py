@@ -226,6 +226,7 @@ def test_a_rigid_foundation_holds_and_loads_are_drawn(plate):
     assert np.ptp(foundation[:, 0]) == pytest.approx(10.0, rel=0.1)
     loads = next(c for c in axes.collections if isinstance(c, Quiver) and c.U.min() > 0.0)
     assert np.abs(loads.V).max() < 1e-9 and loads.X.min() > 10.0  # pulled to the right
+    assert loads.units == "inches"  # as thick in a narrow picture
 
 
 def test_a_curve_ends_where_only_a_corner_is_larger_and_round_off_is_zero(solution):

@@ -171,7 +171,8 @@ def draw_arrows(
         angles="xy",
         scale_units="xy",
         scale=1.0,
-        width=0.0022,
+        units="inches",  # as lines and letters: a narrow picture has the same arrows
+        width=0.014,
         headwidth=4.5,
         color=colour,
         zorder=3.0,
