@@ -9,7 +9,7 @@ enum {
     MOST = 64,
     RULES = 12,
     ALL = 2 * STRESSES
-};                                   /* points of a rule, rules by distance, kinds of kernels at a time, at most */
+}; /* points of a rule, rules by distance, kinds of kernels at a time, at most */
 static const double NEAREST = 1e-10; /* of half an element: as near as points crowd */
 /* Panels: the first reaches half way to the target's image behind the axis and turns by TURNED radians at most, those beyond it
    grow by GROWTH. With these 1 of 100 of 4000 random pairs was off by 8e-10 or more at 1e-9, the worst one by 4e-9; with 0.75,
@@ -123,7 +123,8 @@ INLINE Rings ring_at(const Element *e, const Place *p, Vector offset)
         ty = e->ty * turn_cos + e->tx * turn * turn_sinc;
     }
     const Vector dr = e->half * (t * tx + n * ty), dz = e->half * (t * ty - n * tx);
-    return (Rings){p->r + none, p->r + dr, dr, dz, ty, -tx, e->half * n};
+    /* a radius that is never 0: planes are taken off over it */
+    return (Rings){p->r + none, p->r + dr + 1e-100, dr, dz, ty, -tx, e->half * n};
 }
 
 /* Sums against Legendre polynomials of s over a panel at s - ξ = base + side (from ... to), filled up to whole vectors with nothing.

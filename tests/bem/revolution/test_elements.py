@@ -98,6 +98,17 @@ def test_nodes_of_the_element_itself(name, order):
             assert error(whole[..., 0], part) < allowed
 
 
+def test_panels_that_end_a_rounding_short_of_the_axis():
+    """Half way to the image is the end of the element, where the radius of a ring may round to 0."""
+    xi, own = gauss(2)[0], np.full(3, 3)
+    for length in np.random.default_rng(0).uniform(1e-3, 1.0, 50):
+        elements = elements_of(Arc((length, 0.0), np.pi, length, 0.0), 2)
+        elements.end[0] = 0.0
+        points = np.stack([0.5 * length * (1.0 - xi), 0.0 * xi], axis=1)
+        kernels = kernel().integrals(Targets(points, np.zeros(3, int), own, xi), elements)
+        assert all(np.isfinite(part).all() for part in kernels)
+
+
 def test_half_circles_from_axis_to_axis():
     """The widest arcs, and targets that are as near to their images as to the arc."""
     arc = Arc((0.0, -1.0), 0.0, np.pi, 1.0)
