@@ -129,11 +129,12 @@ def _compared(solution: Evaluated, numbers: Sequence[Number]) -> list[Number]:
 def _at_singular(solution: Evaluated, number: Number) -> bool:
     """Return whether a slip or a depth is largest at tractions without a bound: its error falls as
     slowly there as that of a force."""
-    if number.name not in FUNCTIONS or number.unit == "stress" or not number.size:
+    place = number.place if number.name in FUNCTIONS and number.unit != "stress" else None
+    if place is None or not number.size:
         return False
     (body, part), end = solution.sides[number.of], end_of(solution, number)
-    mesh, place = solution.meshes[body], np.atleast_2d(number.place)
-    element = located(mesh, place, part, within=sizes(mesh))[0][0]
+    mesh = solution.meshes[body]
+    element = located(mesh, place[None], part, within=sizes(mesh))[0][0]
     return any(element in each.elements for each in unbounded_places(solution, end)[body])
 
 
