@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print the findings; 0 if petcontact works here, 1 if something is broken."""
-    from ..doctor.findings import examine
+    from ..doctor.findings import gather, judge
 
     if petsc_words:
         raise InputError(f"{petsc_words[0]}: doctor takes no PETSc options")
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) != "0"
     ):  # one report of a job is enough
         return 0
-    findings = examine()
+    findings = list(judge(gather()))
     for finding in findings:
         mark = {"ok": "ok     ", "warning": "warning", "error": "ERROR  "}[finding.level]
         print(f"{mark}  {finding.subject:<10}  {finding.text}")

@@ -54,11 +54,6 @@ class Check:
     advice: str = ""
 
 
-def examine() -> list[Check]:
-    """All findings about this installation, gathered in processes of their own."""
-    return list(judge(gather()))
-
-
 def gather() -> dict[str, Any]:
     """Facts of this installation: versions, libraries, launcher, environment, current folder."""
     facts: dict[str, Any] = {

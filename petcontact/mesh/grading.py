@@ -50,7 +50,8 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
         if options.graded:
             breaks.append(graded_breaks(side, fractions, ends, size, options))
         else:
-            breaks.append(uniform_breaks(side, size if size is not None else side.length))
+            count = 1 if size is None else max(1, whole(side.length / size))
+            breaks.append(np.linspace(0.0, 1.0, count + 1))
         smallest = float(np.diff(breaks[-1]).min())
         if smallest < SOLVED:
             raise InputError(
@@ -73,11 +74,6 @@ def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> No
             f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use "
             f"larger ones"
         )
-
-
-def uniform_breaks(side: Side, size: float) -> Array:
-    """Return the ends of round(l/h) >= 1 equal elements, as fractions (n + 1,) of the side."""
-    return np.linspace(0.0, 1.0, max(1, whole(side.length / size)) + 1)
 
 
 def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:

@@ -37,18 +37,14 @@ class LoadedBody:
         return self.body.material == other.body.material and self.loads == other.loads
 
 
-def loaded_bodies(bodies: Sequence[Body], steps: Sequence[Step]) -> tuple[LoadedBody, ...]:
-    """Return the bodies of a problem with the changes of its steps.
+def loaded_body(number: int, body: Body, steps: Sequence[Step]) -> LoadedBody:
+    """Return a body of a problem with the changes of its steps.
 
     Raises
     ------
     InputError
         If a condition would become another kind.
     """
-    return tuple(_loaded(number, body, steps) for number, body in enumerate(bodies))
-
-
-def _loaded(number: int, body: Body, steps: Sequence[Step]) -> LoadedBody:
     # a change without a body is one of the first
     names = (body.name, None) if number == 0 else (body.name,)
     loaded = LoadedBody(number, body, [], [], [])

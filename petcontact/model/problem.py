@@ -35,7 +35,7 @@ from .cycle import Cycle, check_cycle
 from .hints import nearest
 from .interfaces import PosedInterface, posed_interfaces
 from .load_steps import Obstacle, Step, changed_condition, changed_obstacles, check_step
-from .loaded_body import LoadedBody, loaded_bodies
+from .loaded_body import LoadedBody, loaded_body
 from .loads import PointForce, VolumeLoads, check_material
 from .shapes.files import Gmsh
 from .solver_options import Bem, MeshOptions, Method, Options
@@ -323,7 +323,7 @@ class Problem(Setting):
     @functools.cached_property
     def loaded(self) -> tuple[LoadedBody, ...]:
         """The bodies with their conditions and loads at the end of each step."""
-        return loaded_bodies(self.body, self.step)
+        return tuple(loaded_body(b, body, self.step) for b, body in enumerate(self.body))
 
     @functools.cached_property
     def obstacles_at(self) -> list[list[Obstacle]]:

@@ -28,8 +28,8 @@ from ...refinement.marks import ACCURACY, GradedOutline, LevelMesh
 from ...refinement.zones import Zone
 from ...results.evaluated import displacement_scale
 from ...results.solution import Solution
-from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
+from .strategy import Strategy
 
 NEGLIGIBLE = 1e-5
 """Displacement of a half-space by friction over the scale of u_t, below which the sign of slip is
@@ -40,7 +40,7 @@ FIRST_LOOK = 12
 meshes of Example 1 differ most where u_t is smooth: the second one is coarser there."""
 
 
-class Slip:
+class Slip(Strategy):
     """The strategy for u_t, with its transition points between stick and slip.
 
     Near such a point u_t behaves like the power 3/2 of the distance.
@@ -127,11 +127,6 @@ class Slip:
         self._levels.append(level)
         self._last = solution
         return False
-
-    def mark_failed(self, solution: Solution) -> bool:
-        """Return whether a rejected solution needs another mesh."""
-        failed = solution.failed
-        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     @property
     def estimate(self) -> float:

@@ -10,6 +10,7 @@ from ...geometry.surface import Boundary
 from ...model.problem import Body
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
+from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..steps.increment import PreparedProblem
 
 
@@ -54,8 +55,9 @@ class Strategy(Protocol):
 
     def mark_failed(self, solution: Solution) -> bool:
         """Mark where the mesh of a rejected solution is too coarse; return whether anything is
-        marked."""
-        ...
+        marked, by default all of it."""
+        failed = solution.failed
+        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     def refine(self, number: int, posed: Body, boundary: Boundary, level: Any) -> LevelMesh:
         """Return the next mesh of a body that has a condition on each part."""

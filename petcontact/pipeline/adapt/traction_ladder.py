@@ -25,11 +25,11 @@ from ...refinement.marks import UNSEEN, GradedOutline, LevelMesh
 from ...results.contact_zones import pair_edges
 from ...results.records import step_ends
 from ...results.solution import Solution
-from ..judge.findings import WHOLE_MESH, wants_smaller_elements
 from ..pose.discretise import Discrete
 from ..steps.increment import PreparedProblem
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
+from .strategy import Strategy
 
 FEW = 8
 """Number of closed nodes of a contact below which its edges are determined again on the same
@@ -49,7 +49,7 @@ FINEST = 1e-6
 displacements over this size becomes round-off of p."""
 
 
-class Tractions:
+class Tractions(Strategy):
     """The strategy for p and q, with the edges of contact and stick that it has seen.
 
     Attributes
@@ -169,11 +169,6 @@ class Tractions:
         }
         self._edges = edges_of_steps(solution, level.edge, finest)
         return again
-
-    def mark_failed(self, solution: Solution) -> bool:
-        """Return whether a rejected solution needs another mesh."""
-        failed = solution.failed
-        return failed is not None and bool(wants_smaller_elements(failed.findings) & WHOLE_MESH)
 
     @property
     def estimate(self) -> float:
