@@ -176,7 +176,7 @@ def unheld(increment: Increment, where: str = "") -> str:
     name, way = _pushed(increment, push)
     return (
         f"no equilibrium{where}: {name} cannot be held: the load {way} beyond what contact and "
-        "friction allow"
+        "friction allow; give it a displacement, or press it on its contact"
     )
 
 
