@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import tomllib
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from types import SimpleNamespace
 
 import h5py
@@ -77,6 +78,12 @@ def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc,
         assert np.allclose(ours.u, alone.u, rtol=0.0, atol=1e-13)
         assert np.allclose(ours.stress, alone.stress, atol=1e-9 * size)
     assert not np.allclose(together[0].stress, together[2].stress, rtol=0.1)
+
+
+def test_a_verdict_without_numbers_tells_nothing_of_an_obstacle(disc):
+    """A signal leaves none."""
+    verdicts = disc.verdict(), replace(disc, written=()).verdict()
+    assert ["    floor: " in text for text in verdicts] == [True, False]
 
 
 @pytest.mark.slow

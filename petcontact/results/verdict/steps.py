@@ -211,9 +211,9 @@ def _defects(pair: PairResult, verbose: bool) -> list[str]:
 
 def _obstacles(tell: Teller, step: StepResult) -> Iterator[str]:
     for name in step.obstacles:
-        yield from wrapped(
-            f"  {printable(name)}: ", list(tell.items(step, name, OBSTACLE)), width=NARROW
-        )
+        # without numbers, as a signal leaves them, there is nothing to tell
+        if items := list(tell.items(step, name, OBSTACLE)):
+            yield from wrapped(f"  {printable(name)}: ", items, width=NARROW)
 
 
 def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
