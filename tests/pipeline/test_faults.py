@@ -208,14 +208,14 @@ def test_a_signal_after_the_iteration_keeps_the_solution(
 
 def test_numbers_of_a_solve_that_a_signal_ended_are_left_to_a_reader(tmp_path, monkeypatch):
     """They take seconds, and Open MPI kills what has not ended one second after the signal."""
-    original = load_steps.step_results
+    original = load_steps.step_result
 
     def signalled(*words, **keys):
         os.kill(os.getpid(), signal.SIGTERM)
         return original(*words, **keys)
 
     with monkeypatch.context() as patch:
-        patch.setattr(load_steps, "step_results", signalled)
+        patch.setattr(load_steps, "step_result", signalled)
         patch.setattr(data, "with_errors", lambda _: pytest.fail("numbers"))
         given = "--set", "mesh.element_size=0.5", "--no-figures", "-o", str(tmp_path / "r.h5")
         assert main(["solve", str(ROOT / "configs" / "example1.toml"), *given]) == 143
