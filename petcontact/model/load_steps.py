@@ -248,8 +248,8 @@ class Step(Model):
         For verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error
-        is too large. Where it is not named an adaptive solve takes up to 16 if the error of the
-        path would exceed the wanted accuracy.
+        is too large. Steps that do not name it take up to 16 together in an adaptive solve, if the
+        error of the path would exceed the wanted accuracy.
     boundary, obstacle, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """

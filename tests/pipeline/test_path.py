@@ -96,7 +96,7 @@ def test_a_step_that_names_no_increments_takes_as_many_as_it_needs():
     ends = {number.name: number for number in solution.numbers if number.step == 2}
     for name, right in (("largest p", np.exp(-2.0)), ("worn volume", 0.01 * (1 - np.exp(-2.0)))):
         off = abs(float(ends[name].value[0]) - right)
-        assert off <= ends[name].error < 0.03 * right
+        assert off <= ends[name].error < 0.05 * right
 
 
 def test_few_increments_are_compared_with_others():

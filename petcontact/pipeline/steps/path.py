@@ -32,8 +32,8 @@ MOST = 2000
 """Largest number of contact nodes for which the error of the path is estimated on H-matrices. There
 a step costs more than the assembly of the bodies."""
 UNNAMED = 16
-"""Largest number of increments of a step that names none. It divides an error that falls like √h by
-four. The number is chosen for its cost; what is left of the error is reported."""
+"""Largest number of increments of the steps that name none, together. It divides an error that
+falls like √h by four. The number is chosen for its cost; what is left of the error is reported."""
 ADVICE = (
     'take more [[step]] increments, or "auto", and in cycles a smaller jump; loads that really '
     "come one after the other need a [[step]] each, which is another path"
@@ -69,21 +69,25 @@ def divided_load(
     wanted one; else None.
 
     They are steps whose `increments` is not named, from the first that depends on the path on. The
-    increments are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`.
+    increments are as many as leave the wanted error where it falls like √h, and at most `UNNAMED`
+    together: many steps are a path of their own.
     """
     posed, error = problem.discrete.problem, solution.accuracy.path
     first = _first_that_matters(problem, solution)
     if first is None or posed.method.start not in ("zero", "frictionless") or not error > wanted:
         return None
-    count = int(min(np.ceil((error / wanted) ** 2), UNNAMED))
-    steps = tuple(
-        step.model_copy(update={"increments": count})
+    divided = {
+        number
+        for number, step in enumerate(problem.steps, 1)
         if number >= first and "increments" not in step.model_fields_set
-        else step
+    }
+    count = int(min(np.ceil((error / wanted) ** 2), UNNAMED // max(len(divided), 1)))
+    if count < 2 or not divided:
+        return None
+    steps = tuple(
+        step.model_copy(update={"increments": count}) if number in divided else step
         for number, step in enumerate(problem.steps, 1)
     )
-    if steps == tuple(problem.steps):
-        return None
     posed = posed.model_copy(update={"step": steps})
     return replace(problem, discrete=replace(problem.discrete, problem=posed))
 
