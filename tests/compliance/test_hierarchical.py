@@ -71,7 +71,7 @@ def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, de
 @pytest.mark.parametrize(
     ("name", "method"),
     [
-        ("space_a", {}),
+        slow("space_a", {}),
         slow("space_bracket", {}),
         slow("space_b", {"method.rule": "self-adaptive"}),
         slow("space_a", {"method.name": "operator-robin"}),

@@ -120,6 +120,7 @@ def cup(friction):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [slow(None), 0.3])
 def test_a_ball_in_a_smooth_cup_is_not_turned_by_the_roughness_of_its_panels(friction):
     solution = solve(parse(Problem, cup(friction), "cup"))

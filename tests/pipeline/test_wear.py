@@ -172,6 +172,7 @@ TABLE = {
 """p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jump", ["auto", slow(50)])
 def test_partial_slip_over_cycles(jump):
     solution = partial_slip(0.03, 0, 10_000, jump, 0.03)

@@ -33,6 +33,8 @@ SLOW = (
         "example1_adaptive",
         "pin",
         "wedge",
+        "axial_brake",
+        "press_fit",
     ),
 )
 DRAWN = ("example1", "pin")

@@ -139,7 +139,9 @@ def test_views_of_one_body_are_refused_of_several(solution):
 
 
 @pytest.mark.parametrize(
-    "solution", ["plane, bodies", slow("torsion"), slow("space, bodies")], indirect=True
+    "solution",
+    [slow(kind) for kind in ("plane, bodies", "torsion", "space, bodies")],
+    indirect=True,
 )
 def test_figures_of_the_file(solution, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
