@@ -53,8 +53,6 @@ FINER = 5e-3
 tolerances, errors of p from them some times larger."""
 NEWTON = 5
 """Matrices of the size of S that a Newton step holds, S among them."""
-OVERHEAD = 5e7
-"""Of PETSc and of blocks of integrals [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -242,7 +240,8 @@ def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) ->
     """
     stays = sum(q * q + m * q + 2 * m * m for q, m in zip(unknowns, contact, strict=True))
     made = max((m * q + m * m for q, m in zip(unknowns, contact, strict=True)), default=0)
-    return 8.0 * (stays + max(made, NEWTON * total * total)) + OVERHEAD
+    matrices = 8.0 * (stays + max(made, NEWTON * total * total))
+    return matrices + 5e7  # PETSc and blocks of integrals
 
 
 def check_memory(
