@@ -14,10 +14,11 @@ import numpy as np
 
 from ..arrays import Array
 from ..fields.boundary.places import located, sizes
+from .corners import corners_of
 from .evaluated import Evaluated
 from .numbers import Key, Number, end_of, stress_name
 from .peaks import FINEST, hill_reach
-from .unbounded import Unbounded, corners_of, unbounded_places
+from .unbounded import Unbounded, unbounded_places
 
 BESIDE, INSIDE = 4, 0.2
 """Places at which a stress is compared on the boundary, the nearest that there are, and how far

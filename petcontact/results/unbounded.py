@@ -9,12 +9,10 @@ another body makes the stress of that body unbounded, too.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +21,6 @@ from ..contact.law_protocol import OPEN, SLIP
 from ..fields.boundary.places import meeting, sizes
 from ..linalg.nearest import nearest
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.surface_mesh import SurfaceMesh
 from ..refinement.corner_exponents import (
     CLAMPED,
     FREE,
@@ -32,38 +29,11 @@ from ..refinement.corner_exponents import (
     corner_exponent,
     pair_exponent,
 )
-from ..refinement.panels.edges import SMOOTH, edges
 from ..refinement.singular_points import kinds_seen, torsion_exponent
 from ..round_off import SINGLE
+from .corners import corners_of
 from .evaluated import Evaluated
 from .records import PairResult, StepResult
-
-
-@dataclass(frozen=True)
-class Corners:
-    """Corners of an outline, or edges of a surface.
-
-    Attributes
-    ----------
-    ends : (k, 2, d) array
-        Of each; a corner is both its ends [length].
-    element : (k, 2) array
-        The elements that meet there.
-    angle : (k,) array
-        Of the body, in (0, 2π) [rad].
-    leaving : (k, 2) array
-        Direction of the two sides away from a corner of the plane [rad].
-    """
-
-    ends: Array
-    element: Index
-    angle: Array
-    leaving: Array
-
-    @property
-    def x(self) -> Array:
-        """The middle of each (k, d) [length]."""
-        return np.asarray(self.ends.mean(axis=1))
 
 
 @dataclass(frozen=True)
@@ -98,37 +68,6 @@ class Unbounded:
     def away(self, x: Array) -> Array:
         """The distances of points (n, d) from the edge, (n,) [length]."""
         return np.asarray(np.linalg.norm(x - self.nearest_to(x), axis=1))
-
-
-@functools.singledispatch
-def corners_of(mesh: Any) -> Corners:
-    """Where the sides of a body turn, or one part ends and another begins."""
-    before, _ = mesh.neighbours()
-    normal = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1]
-    ends = normal[..., ::-1] * [-1.0, 1.0]
-    arriving, leaving = ends[before, 1], ends[:, 0]
-    turn = np.arctan2(
-        arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0],
-        np.sum(arriving * leaving, axis=1),
-    )
-    chosen = np.flatnonzero((np.abs(turn) > SMOOTH) | (mesh.part != mesh.part[before]))
-    away = np.stack([leaving[chosen], -arriving[chosen]], axis=1)
-    return Corners(
-        mesh.start[chosen][:, None].repeat(2, axis=1),
-        np.column_stack([chosen, before[chosen]]),
-        math.pi - turn[chosen],
-        np.arctan2(away[..., 1], away[..., 0]),
-    )
-
-
-@corners_of.register
-def _(mesh: SurfaceMesh) -> Corners:
-    one, other, angle, ends = edges(mesh)
-    chosen = (one < other) & (
-        (np.abs(angle - math.pi) > SMOOTH) | (mesh.part[one] != mesh.part[other])
-    )
-    element = np.column_stack([one[chosen], other[chosen]])
-    return Corners(ends[chosen], element, angle[chosen], np.zeros(element.shape))
 
 
 def unbounded_places(solution: Evaluated, step: StepResult) -> dict[str, list[Unbounded]]:
