@@ -110,7 +110,7 @@ def _run(arguments: argparse.Namespace, comm: Any) -> int:
             status.clear()
         interrupted = stop()  # from here on signals wait until the result is written
         if first:
-            solution = replace(solution, written=() if interrupted else numbers_of(solution))
+            solution = replace(solution, written=() if interrupted else written_numbers(solution))
             write_solution(output, solution, replace=meshes.replaces)
         number = stop()
     if first:
@@ -160,7 +160,7 @@ def is_replaced(arguments: argparse.Namespace, output: Path) -> bool:
         return False
 
 
-def numbers_of(solution: Any) -> tuple[Any, ...]:
+def written_numbers(solution: Any) -> tuple[Any, ...]:
     """The numbers of a verdict, which the first rank computes; none where a signal comes
     meanwhile."""
     from ..runtime.petsc import petsc

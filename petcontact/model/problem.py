@@ -406,12 +406,8 @@ class Problem(Setting):
         if own:
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         copy = super().model_copy(update=changes, deep=deep)
-        for key in (
-            "interfaces",
-            "loaded",
-            "obstacles_at",
-            "twisted",
-        ):  # they follow from what may have changed
+        # they follow from what may have changed
+        for key in ("interfaces", "loaded", "obstacles_at", "twisted"):
             copy.__dict__.pop(key, None)
         return copy
 

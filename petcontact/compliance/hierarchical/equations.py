@@ -156,12 +156,13 @@ class MixedEquations:
             np.where(still, 0.01 * sizes.max(), sizes), posed, factors, sigma, x
         )
         # a slender body moves far under small forces: they may be out of balance by more
-        target = min(
-            max(rtol * scale, forcing * size),
-            size * posed.balance.share(self.whole(left), self._border_scale(posed.balance), rtol)
-            if size <= rtol * scale
-            else size,
-        )
+        target = max(rtol * scale, forcing * size)
+        if size <= rtol * scale:
+            target = min(
+                target,
+                posed.balance.share(self.whole(left), self._border_scale(posed.balance), rtol)
+                * size,
+            )
         self.krylov.iterations = 0
         if size > target:
             with one_blas_thread():

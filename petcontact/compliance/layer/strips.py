@@ -76,7 +76,7 @@ class DenseStrip:
         return np.asarray(self._scaled * (self._root / self._root[:, None]))
 
 
-class ProductStrip:
+class ProductStrip(abc.ABC):
     """T by its products and solves with T and I + ρT."""
 
     def __init__(self, size: int) -> None:

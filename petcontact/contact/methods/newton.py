@@ -200,7 +200,8 @@ class _Run:
             pieces = self.step.linearised, self.step.sigma
             yield from complementary_guesses(self.system, law, near, pieces)
         closed = np.any([states != OPEN for states in self.last], axis=0)
-        yield from complementary_guesses(self.system, law, closed | (not closed.any()))
+        near = closed if closed.any() else ~closed
+        yield from complementary_guesses(self.system, law, near)
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
         """Solve until no node is wrong, the sets repeat, or the loads have no equilibrium."""

@@ -167,16 +167,14 @@ def _uneven(results: Sequence[StepResult]) -> list[Finding]:
 def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
     """Find steps with increments that overlap between nodes, although their last one is
     accepted."""
-    overlapping, steps = [r for r in results if overlap_of(r)], discrete.problem.step
+    overlapping = [result for result in results if overlap_of(result)]
     small_contacts = dict.fromkeys(
         result.name for result in overlapping if result.load_factor == 1.0
     )
     rough = dict.fromkeys(
         result.name
         for result in overlapping
-        if result.name not in small_contacts
-        # the config asks for these increments; those of "auto" only follow the path
-        and any(step.increments != "auto" for step in steps[result.step - 1 : result.step])
+        if _is_asked_for(discrete, result) and result.name not in small_contacts
     )
     advice = "refine the mesh there"
     ways = (
@@ -196,6 +194,12 @@ def _rough(discrete: Discrete, results: Sequence[StepResult]) -> list[Finding]:
         for names, how in ways
         for name in names
     ]
+
+
+def _is_asked_for(discrete: Discrete, result: StepResult) -> bool:
+    """Return whether the config asks for this increment; others only follow the path."""
+    steps = discrete.problem.step
+    return result.step <= len(steps) and steps[result.step - 1].increments != "auto"
 
 
 def _raise(largest: dict[str, float], key: str, value: float) -> None:

@@ -81,9 +81,10 @@ def divided_load(
         for number, step in enumerate(problem.steps, 1)
         if number >= first and "increments" not in step.model_fields_set
     }
-    count = int(min(np.ceil((error / wanted) ** 2), UNNAMED // max(len(divided), 1)))
-    if count < 2 or not divided:
+    most = UNNAMED // len(divided) if divided else 1
+    if most < 2:
         return None
+    count = int(min(np.ceil((error / wanted) ** 2), most))
     steps = tuple(
         step.model_copy(update={"increments": count}) if number in divided else step
         for number, step in enumerate(problem.steps, 1)
