@@ -139,10 +139,16 @@ def _sharpest(values: Callable[[Array], Array], low: Array, width: Array) -> tup
 
 def _candidates(change: Array, width: Array, least: float) -> Index:
     """Return the samples at which the change of slope over its interval exceeds its neighbours and
-    round-off."""
+    round-off.
+
+    A kink between two samples shows at both. Along a parabola all changes differ by round-off only.
+    """
     bent = np.where(change * width > least, change / width, 0.0)
-    most = np.concatenate([[0.0], bent, [0.0]])
-    return np.flatnonzero((bent > 0.0) & (bent >= most[:-2]) & (bent >= most[2:]))
+    most, noise = np.pad(bent, 1), np.pad(least / width**2, 1)
+    before, after = most[:-2], most[2:]
+    noise = np.maximum(noise[1:-1], np.maximum(noise[:-2], noise[2:]))
+    larger = (bent >= np.maximum(before, after)) & (bent - np.minimum(before, after) > noise)
+    return np.flatnonzero(larger & (bent > 0.0))
 
 
 def _powers(width: Array, change: Array) -> Array:
