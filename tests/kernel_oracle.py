@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from petcontact.bem.kelvin2d.integrals import Elements, Targets
+from petcontact.mesh.basis import gauss as basis_points
 
 Real, Complex = np.longdouble, np.clongdouble
 PI = 4 * np.arctan(Real(1))
@@ -110,6 +111,46 @@ def free(points):
     """Targets that belong to no element."""
     none = np.full(len(points), -1)
     return Targets(np.asarray(points, dtype=float), none, none, np.zeros(len(points)))
+
+
+def drawn(rng, order, angle):
+    """An element anywhere of any size, and its chord."""
+    start, turn, size = rng.normal(size=2), rng.uniform(0, 2 * np.pi), 10.0 ** rng.uniform(-2, 1)
+    end = start + size * np.array([np.cos(turn), np.sin(turn)])
+    return Element(start, end, 2 * np.sin(angle) / size, order), size
+
+
+def around(element, s, distance, turn):
+    """The point at a distance from the point s of the element, at an angle to the tangent there."""
+    bent = element.angle if element.curvature else 0.0
+    direction = complex(element.tangent_first * np.exp(1j * bent * (s + 1))) * np.exp(1j * turn)
+    return element.at(s) + distance * np.array([direction.real, direction.imag])
+
+
+def nodes_of(elements, shapes):
+    """The collocation nodes as targets."""
+    xi, n = basis_points(elements.order)[0], len(elements.index)
+    nodes = len(xi)
+    point = np.array([shape.at(s) for shape in shapes for s in xi])
+    return Targets(
+        point, np.repeat(elements.line, nodes), np.repeat(elements.index, nodes), np.tile(xi, n)
+    )
+
+
+def outline(vertices, shares, order, curvature=None):
+    """Elements of a polygon whose sides are divided at shares, or bent as a whole; their nodes."""
+    start, end, line = [], [], []
+    for k, corner in enumerate(np.array(vertices, float)):
+        following = np.array(vertices[(k + 1) % len(vertices)], float)
+        points = corner + np.array(shares)[:, None] * (following - corner)
+        points[-1] = following
+        start.append(points[:-1]), end.append(points[1:]), line.append(np.full(len(points) - 1, k))
+    start, end, line = np.concatenate(start), np.concatenate(end), np.concatenate(line)
+    bent = np.zeros(len(start)) if curvature is None else np.array(curvature, float)
+    line = np.where(bent == 0.0, line, -1)
+    elements = Elements(start, end, bent, order, line, np.arange(len(start)))
+    shapes = [Element(start[e], end[e], bent[e], order) for e in range(len(start))]
+    return elements, nodes_of(elements, shapes)
 
 
 def kelvin(r, tangent, poisson_ratio, length):

@@ -262,9 +262,3 @@ def test_data_out_of_range_are_refused_in_one_line(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
-
-
-def test_half_is_a_poisson_ratio_in_plane_stress():
-    assert Material(
-        young_modulus=1.0, poisson_ratio=0.5, plane="stress"
-    ).plane_strain_ratio == pytest.approx(1.0 / 3.0)

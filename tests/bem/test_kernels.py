@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -77,19 +77,3 @@ def test_plane_stress_is_plane_strain_with_other_constants():
     assert one.traction_scale == pytest.approx(other.traction_scale)
     assert one.half_space_compliance == pytest.approx(2.0 / (np.pi * stress.young_modulus))
     assert one.half_space_compliance == pytest.approx(other.half_space_compliance)
-
-
-def test_the_unit_of_length_changes_no_field_in_equilibrium(comm):
-    """ln ℓ multiplies the resultant of the tractions, which vanishes; so the kernel's unit is
-    nobody's business."""
-    ops = operators(example(1, mesh=MeshOptions(element_size=0.5)))
-    rows = np.arange(ops.mesh.n_nodes)
-    traction = ops.mesh.normal @ np.array([[2.0, 0.5], [0.5, -1.0]])
-    one, other = (
-        replace(ops, kernel=Kelvin2D(ops.kernel.material, length)).residual(
-            rows, np.zeros_like(traction), traction
-        )
-        for length in (1.0, 7.0)
-    )
-    assert np.abs(one).max() > 1e-6
-    assert np.allclose(one, other, atol=1e-12)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from examples import example
 from prepared import filled
 from prepared import operators as operators_of
 
@@ -121,13 +120,6 @@ def test_contact_columns_in_any_directions():
     assert np.allclose(ops.residual(everything, u, traction).ravel(), expected, atol=1e-12)
     entries = ops.outer_entries(everything, everything)
     assert np.allclose(entries[:, ops.of_contact], contact, atol=1e-14)
-
-
-def test_diagonal_of_the_mixed_operator_is_not_small():
-    """Jacobi and the like need it: equation c of a node belongs to unknown c."""
-    ops = operators_of(example(1))
-    matrix = ops.system_entries(np.arange(ops.mesh.n_nodes), np.arange(ops.mesh.n_nodes))
-    assert np.abs(np.diag(matrix)).min() > 0.01
 
 
 @pytest.mark.slow

@@ -88,19 +88,6 @@ def test_rate_on_a_smooth_problem(order, geometry):
     assert fine < 10.0 ** -(order + 1.5)
 
 
-@pytest.mark.parametrize("order", [0, 2])
-def test_projection_and_newton_agree_at_every_order(order):
-    mesh = MeshOptions(element_size=1.0, order=order)
-    newton = solve(example(2, mesh=mesh, name="semismooth-newton", rule=None))
-    projection = solve(example(2, mesh=mesh, name="projection", rule="modified", tolerance=1e-9))
-    assert newton.converged
-    assert projection.converged
-    assert projection.contact.u_t == pytest.approx(
-        newton.contact.u_t, abs=1e-6 * np.abs(newton.contact.u_t).max()
-    )
-    assert np.array_equal(newton.contact.state, projection.contact.state)
-
-
 @pytest.mark.slow
 def test_convergence_is_exponential_when_order_and_levels_grow(comm):
     """The logarithm of the error falls like the square root of the number of unknowns at least, as

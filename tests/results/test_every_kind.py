@@ -9,11 +9,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from marks import slow, some
+from marks import some
 from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
-from petcontact.commands.main import main
 from petcontact.geometry.rotation import lifted
 from petcontact.model.case import load, parse_problem
 from petcontact.results.peaks import stress_peaks
@@ -136,17 +135,6 @@ def test_views_of_one_body_are_refused_of_several(solution):
         with pytest.raises(InputError, match=f"{name}: of one body only; this solution has"):
             getattr(solution, name)
     assert set(solution.reactions()) == set(solution.meshes)
-
-
-@pytest.mark.parametrize(
-    "solution",
-    [slow(kind) for kind in ("plane, bodies", "torsion", "space, bodies")],
-    indirect=True,
-)
-def test_figures_of_the_file(solution, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    solution.save("r.h5")
-    assert main(["plot", "r.h5"]) == 0 and len(list(tmp_path.glob("r-*.png"))) >= 4
 
 
 def test_stress_on_the_boundary(solution, tmp_path):

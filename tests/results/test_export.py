@@ -11,7 +11,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from PIL import Image
 
 from petcontact import solve
 from petcontact.commands.main import main
@@ -127,44 +126,6 @@ def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
     assert heads["resultants"].endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
 
 
-@pytest.mark.slow
-def test_one_table_of_one_increment_into_the_file_that_is_named(plane, tmp_path, capsys):
-    solution, path = plane
-    assert main(["export", str(path), "--csv", str(tmp_path / "a.csv"), "--step", "last"]) == 0
-    found = rows(tmp_path / "a.csv")
-    assert {row["step"] for row in found} == {"push"}
-    assert {row["load_factor"] for row in found} == {"1.0"}
-    assert [float(row["sigma_t"]) for row in found] == solution.pairs["top"].sigma_t[:, 0].tolist()
-    assert (
-        main(
-            [
-                "export",
-                str(path),
-                "--csv",
-                str(tmp_path / "b.csv"),
-                "--table",
-                "obstacles",
-                "--step",
-                "2",
-            ]
-        )
-        == 0
-    )
-    (row,) = rows(tmp_path / "b.csv")
-    assert float(row["Fx"]) == pytest.approx(0.25) and row["obstacle"] == "plate"
-    capsys.readouterr()
-    for words, told in (
-        ([], "nothing to write"),
-        (["--csv", "x", "--table", "pair"], "no table 'pair'"),
-        (["--csv", "x.csv", "--table", "pairs", "--table", "history"], "holds one table"),
-        (["--csv", "x", "--step", "9"], "there are increments 1 to 3"),
-        (["--csv", "x", "--step", "end"], "--step end: must be a number from 1 to 3"),
-        (["--vtkhdf", "x.vtu"], "must end in .vtkhdf"),
-    ):
-        assert main(["export", str(path), *words]) == 2
-        assert told in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("kind", ["plane", "space"])
 def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsys):
     """Sizes and offsets as the format wants them, and fields of each increment at its place."""
@@ -210,26 +171,6 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
         assert inside.any()
         assert np.allclose(root["PointData/displacement"][-points:][inside][:, :d], solution.at(x))
         assert np.allclose(root["PointData/von_mises"][-points:][inside], solution.von_mises_at(x))
-
-
-@pytest.mark.slow
-def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
-    solution, path = plane
-    assert main(["plot", str(path), "--animate", str(tmp_path / "a.gif")]) == 0, (
-        capsys.readouterr().err
-    )
-    with Image.open(tmp_path / "a.gif") as picture:
-        assert picture.n_frames == len(solution.steps) == 3
-    single, file = space
-    assert main(["plot", str(file), "--animate", str(tmp_path / "b.gif")]) == 2
-    assert "needs several increments, there is 1" in capsys.readouterr().err
-    assert main(["plot", str(file), "--animate", str(tmp_path / "b.avi")]) == 2
-    assert ".gif or .mp4" in capsys.readouterr().err
-    from petcontact.results.figures.animation import animate
-
-    animate(replace(single, steps=single.steps * 2), tmp_path / "c.gif")
-    assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8")
-    assert not list(tmp_path.glob("*.tmp"))
 
 
 @pytest.mark.parametrize(

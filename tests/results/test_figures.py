@@ -6,8 +6,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import matplotlib
-import matplotlib.pyplot
 import numpy as np
 import pytest
 from examples import example
@@ -16,13 +14,11 @@ from matplotlib.quiver import Quiver
 
 from petcontact import (
     Displacement,
-    InputError,
     Material,
     MeshOptions,
     Problem,
     Step,
     Traction,
-    deformed_figure,
     field_on_grid,
     load,
     solve,
@@ -34,11 +30,9 @@ from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
-from petcontact.results.figures.plots import drawings, plot_all
+from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.stress import draw_von_mises
-from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
-from petcontact.results.numbers import Number
 from petcontact.results.peaks import largest_at
 from petcontact.results.records import ObstacleResult
 from petcontact.results.solution import read_result
@@ -65,16 +59,6 @@ def drawn(draw, solution):
     figure = Figure(figsize=(7.0, 4.2), layout="constrained")
     draw(figure, solution)
     return figure
-
-
-@pytest.mark.slow
-def test_the_suffix_is_the_format(solution, tmp_path):
-    heads = {"pdf": b"%PDF", "svg": b"<?xml"}
-    for suffix, head in heads.items():
-        path = deformed_figure(solution, tmp_path / f"own.{suffix}", resolution=(8, 4))
-        assert path.read_bytes().startswith(head)
-    with pytest.raises(InputError, match=r"own\.jpeg: a figure is \.png, \.pdf or \.svg"):
-        deformed_figure(solution, tmp_path / "own.jpeg")
 
 
 @pytest.mark.slow
@@ -136,16 +120,6 @@ def test_increments_before_one_that_failed_are_results(solution):
     assert "no result" in curves.headed(replace(solution, status="not converged"))
 
 
-def test_pressure_is_positive_in_figures(solution):
-    curve = next(
-        line
-        for line in drawn(plane.draw_normal, solution).axes[0].lines
-        if line.get_label() == "$p$"
-    )
-    pair = next(iter(solution.pairs.values()))
-    assert np.array_equal(curve.get_ydata(), pair.pressure[np.argsort(pair.arc_length)])
-
-
 def with_paths(solution, *scales):
     """Steps of a solution, slip and shear being multiplied by numbers."""
     steps = []
@@ -176,12 +150,6 @@ def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
     assert "motion" in drawings(found) and "motion" not in drawings(solution)
 
 
-def test_bodies_are_drawn_in_the_view_that_is_wanted(solution, tmp_path):
-    view = view_of(solution, factor=7.0)
-    assert plot_all(solution, tmp_path, names=["deformed"], formats=["svg"], view=view)
-    assert "displacements × 7" in (tmp_path / "result-deformed.svg").read_text()
-
-
 def test_steps_have_lines_of_their_own(solution):
     lines = drawn(plane.draw_traction, with_paths(solution, 1.0, 2.0, -1.0)).axes[0].lines
     steps = [line for line in lines if line.get_label().startswith("step")]
@@ -198,17 +166,6 @@ def test_colours_reach_to_the_largest_stress_that_is_bounded(plate):
     assert image.get_clim()[1] == pytest.approx(state.von_mises[away].max(), rel=0.05)
     cross = next(line for line in figure.axes[0].lines if line.get_label() == "largest")
     assert np.hypot(cross.get_xdata()[0] - 5.0, cross.get_ydata()[0] - 3.0) < 1.8
-
-
-def test_a_figure_names_the_largest_stress_of_the_verdict(plate):
-    """Not that of its grid, which is another number beside the verdict's; those of another step or
-    without a bound are none of its."""
-    name, value = "von Mises stress on the surface", np.array([173.6])
-    mine = Number(name, "body", 1, 0, value, "stress", error=2.0, place=np.array([4.9, 4.5]))
-    others = replace(mine, step=2, value=2 * value), replace(mine, error=np.inf, value=3 * value)
-    told = replace(plate, written=(mine, *others))
-    text = drawn(draw_von_mises, told)._supxlabel.get_text()
-    assert text.startswith("largest 173.6 at (4.9, 4.5)")
 
 
 def bands(axes):
@@ -245,16 +202,6 @@ def test_a_curve_ends_where_only_a_corner_is_larger_and_round_off_is_zero(soluti
     assert not axes_of(1e-15 * pair.pressure).lines[0].get_ydata().any()
 
 
-def test_a_plot_of_its_own_fills_its_figure(solution, monkeypatch):
-    """As in a notebook: the legend lies below the axes and takes nothing of their room."""
-    monkeypatch.setenv("MPLBACKEND", "agg")
-    axes = solution.plot()
-    axes.figure.canvas.draw()
-    wide, high = axes.get_window_extent().size / axes.figure.dpi
-    assert wide > 5.0 and high > 2.5
-    matplotlib.pyplot.close("all")
-
-
 def test_a_given_displacement_and_a_clamped_side_differ():
     sides = {"bottom": (0.0, 0.0), "top": (0.0, -0.1)}
     body = Problem(
@@ -281,19 +228,6 @@ def test_the_cylinder_of_hertz_is_drawn_round_and_touches():
     assert np.abs(pair.gap[pair.state != 2]).max() < 1e-9
 
 
-def test_the_projection_methods_history_shows_rho():
-    left, right = drawn(curves.draw_history, solve(example(1, mesh=COARSE))).axes
-    assert right.get_title() == "Robin parameter" and len(left.lines) == 3
-
-
-def test_arcs_are_round_and_outlines_closed(plate):
-    initial, _ = plane.outlines(plate.mesh, plate.u, 1.0)[1]
-    centre = 0.5 * (initial.min(axis=0) + initial.max(axis=0))
-    radius = np.hypot(*(initial - centre).T)
-    assert np.ptp(radius) < 1e-9 * radius.mean() and len(initial) > 100
-    assert np.array_equal(initial[0], initial[-1])
-
-
 def test_outlines_run_round_over_elements_of_mixed_orders():
     square = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 2.0)).outline()
     orders = [np.array(side) for side in ([2, 0, 1], [1, 0, 3], [1, 1, 0, 2], [4])]
@@ -302,15 +236,6 @@ def test_outlines_run_round_over_elements_of_mixed_orders():
     for curve, area in ((initial, 4.0), (deformed, 9.0)):
         (x, y), (x_after, y_after) = curve[:-1].T, curve[1:].T
         assert 0.5 * np.sum(x * y_after - x_after * y) == pytest.approx(area, rel=1e-12)
-
-
-def test_states_differ_by_shape_and_colour(plate):
-    axes = drawn(plane.draw_deformed, plate).axes[0]
-    lines = {line.get_label(): line for line in axes.lines if line.get_label() in ("stick", "slip")}
-    assert {line.get_marker() for line in lines.values()} == {"s", "o"}
-    assert len({*map(str, (line.get_color() for line in lines.values()))}) == 2
-    shown = sum(len(line.get_xdata()) for line in lines.values())
-    assert shown == len(plate.contact.nodes)
 
 
 def test_the_largest_stress_is_told_with_its_place(solution):

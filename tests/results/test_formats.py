@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from marks import some
 
-from petcontact.commands.main import main
 from petcontact.results.solution import read_result
 
 DATA = Path(__file__).parents[1] / "data"
@@ -50,25 +49,3 @@ def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
         assert np.array_equal(new["history/rho"], old["history/rho"])
     again = read_result(tmp_path / "r.h5")
     assert again.verdict() == solution.verdict() and list(again.pairs) == list(solution.pairs)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    FROZEN,
-)
-def test_every_command_takes_them(name, tmp_path, capsys):
-    assert main(["plot", str(DATA / f"{name}.h5"), "-o", str(tmp_path)]) == 0
-    grid = "3x3x3" if "space" in name else "8x8"
-    words = [
-        "--grid",
-        grid,
-        "--boundary",
-        str(tmp_path / "b.vtu"),
-        "--figure",
-        str(tmp_path / "f.png"),
-    ]
-    assert main(["field", str(DATA / f"{name}.h5"), "-o", str(tmp_path / "v.vtu"), *words]) == 0, (
-        capsys.readouterr().err
-    )
-    assert (tmp_path / "b.vtu").exists() and (tmp_path / "f.png").exists()

@@ -8,7 +8,6 @@ import errno
 import os
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import h5py
@@ -16,13 +15,12 @@ import numpy as np
 import pytest
 from examples import example
 
-from petcontact import MeshOptions, Polygon, solve
+from petcontact import MeshOptions, solve
 from petcontact.errors import OutputError, ResultError
 from petcontact.results.format.container import write_atomically
-from petcontact.results.hdf5 import FORMAT, write_solution
+from petcontact.results.hdf5 import write_solution
 from petcontact.results.report import Provenance, as_json
 from petcontact.results.solution import read_result
-from petcontact.runtime.atomic_write import temporary_name
 
 pytestmark = pytest.mark.usefixtures("unsampled")
 
@@ -77,36 +75,14 @@ def test_round_trip_is_exact(solution, path):
     assert again.verdict() == solution.verdict()
 
 
-def test_h5py_alone_reads_the_layout(solution, path):
-    with h5py.File(path) as file:
-        n, m = len(file["boundary/x"]), len(file["contact/x"])
-        assert (
-            file["boundary/u"].shape
-            == file["boundary/traction"].shape
-            == file["boundary/normal"].shape
-            == (n, 2)
-        )
-        assert file["contact/u_t"].shape == file["contact/sigma_t"].shape == (m, 1)
-        assert set(file["contact/state"][()]) <= {0, 1} and file["boundary/part"][0] == b"bottom"
-        assert {len(rows) for rows in file["history"].values()} == {file.attrs["iterations"]}
-        assert file.attrs["format"] == FORMAT and "young_modulus" in file.attrs["config"]
-        assert all(
-            file.attrs[key] == getattr(solution.provenance, key)
-            for key in ("argv", "petsc_options", "versions")
-        )
-
-
-def test_a_config_of_more_than_64_kb(comm, tmp_path):
-    angle = np.linspace(0.0, 2.0 * np.pi, 3000, endpoint=False)
-    case = example(1, mesh=MeshOptions(element_size=0.5), max_iterations=2)
-    small = solve(case, comm=comm)
-    vertices = [(float(np.cos(t)), float(np.sin(t))) for t in angle]
-    many = case.model_copy(update={"geometry": Polygon(vertices=vertices, parts=["bottom"] * 3000)})
-    write_solution(tmp_path / "r.h5", dataclasses.replace(small, problem=many))
+def test_a_config_of_more_than_64_kb(solution, tmp_path):
+    """Attributes of HDF5 hold no more unless they are stored apart."""
+    many = solution.problem.model_copy(update={"title": "x" * 70_000})
+    write_solution(tmp_path / "r.h5", dataclasses.replace(solution, problem=many))
     assert read_result(tmp_path / "r.h5").problem == many
 
 
-@pytest.mark.parametrize("fraction", [0.0, 0.001, 0.2, 0.5, 0.9, 0.999])
+@pytest.mark.parametrize("fraction", [0.0, 0.5, 0.999])
 def test_a_truncated_file_is_refused(path, fraction):
     content = path.read_bytes()
     path.write_bytes(content[: int(fraction * len(content))])
@@ -136,20 +112,6 @@ def test_files_and_groups_that_are_not_there(path, tmp_path):
     refused(tmp_path / "\0", "no such file")
     with pytest.raises(ResultError, match=r"no case '/x'; there are bodies, "):
         read_result(path, "/x")
-
-
-@pytest.mark.parametrize("name", ["mesh", "contact/u_t", "history/rho", "boundary/u", "mesh/order"])
-def test_a_missing_member_is_damage(path, name):
-    with h5py.File(path, "r+") as file:
-        del file[name]
-    refused(path, "damaged|holds no fields")
-
-
-@pytest.mark.parametrize("name", ["config", "timings", "accuracy", "provenance"])
-def test_a_wrong_attribute_is_damage(path, name):
-    with h5py.File(path, "r+") as file:
-        file.attrs[name] = "not = = this"
-    refused(path, ".")
 
 
 FLIP = """
@@ -203,50 +165,11 @@ def test_a_failing_write_leaves_the_old_file_and_nothing_else(path):
     assert path.read_bytes() == before and os.listdir(path.parent) == [path.name]
 
 
-def test_an_exception_of_any_kind_leaves_nothing(tmp_path):
-    with pytest.raises(KeyError), temporary_name(tmp_path / "r.txt") as name:
-        name.write_text("half")
-        raise KeyError("x")
-    assert os.listdir(tmp_path) == []
-
-
-def test_a_file_has_the_usual_permissions(path):
-    mask = os.umask(0o027)
-    try:
-        write_atomically(path, lambda file: None)
-    finally:
-        os.umask(mask)
-    assert path.stat().st_mode & 0o777 == 0o640
-
-
 @pytest.mark.parametrize("folder", ["missing", "file"])
 def test_a_folder_that_is_none(solution, tmp_path, folder):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
         write_solution(tmp_path / folder / "r.h5", solution)
-
-
-def test_a_read_only_folder(solution, tmp_path):
-    """Root may write anywhere: the write is tried as another user there."""
-    folder = tmp_path / "locked"
-    folder.mkdir(mode=0o555)
-    if os.geteuid() != 0:
-        with pytest.raises(OutputError, match="Permission denied"):
-            write_solution(folder / "r.h5", solution)
-        return
-    for parent in (folder, *folder.parents):
-        if parent.stat().st_uid == 0 and Path(tempfile.gettempdir()) in parent.parents:
-            parent.chmod(parent.stat().st_mode | 0o555)
-    pid = os.fork()
-    if pid == 0:
-        os.setuid(65534)
-        try:
-            write_atomically(folder / "r.h5", lambda file: None)
-        except OutputError as error:
-            os._exit(7 if "Permission denied" in str(error) else 8)
-        os._exit(9)
-    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 7
-    assert os.listdir(folder) == []
 
 
 @pytest.fixture
@@ -290,6 +213,10 @@ def external(file, name):
     file.create_dataset(name, shape, dtype, external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)])
 
 
+def missing(file, name):
+    del file[name]
+
+
 def virtual(file, name):
     shape = file[name].shape
     del file[name]
@@ -329,51 +256,35 @@ def with_value(value):
 
 
 TAMPERED = {
-    "short": (
-        to(lambda v: v[:-1]),
-        ["boundary/u", "contact/u_t", "contact/nodes", "contact/part", "mesh/order"],
-    ),
-    "flat": (to(np.ravel), ["boundary/u", "contact/sigma_t", "mesh/elements"]),
-    "more columns": (
-        to(lambda v: np.hstack([v, v])),
-        ["boundary/u", "contact/u_t", "mesh/vertices"],
-    ),
-    "empty": (to(lambda v: v[:0]), ["boundary/u", "contact/nodes", "mesh/elements"]),
-    "scalar": (to(lambda v: v.ravel()[0]), ["boundary/u", "contact/weight", "mesh/part"]),
-    "nan": (
-        to(with_value(np.nan)),
-        ["boundary/u", "contact/u_t", "mesh/vertices", "mesh/curvature"],
-    ),
-    "inf": (to(with_value(np.inf)), ["boundary/traction", "contact/arc_length"]),
-    "complex": (to(lambda v: v + 1j), ["boundary/u", "contact/sigma_t"]),
-    "large": (
-        to(with_value(10**9)),
-        ["contact/nodes", "mesh/elements", "mesh/order", "mesh/part", "contact/nodes"],
-    ),
-    "negative": (
-        to(with_value(-1)),
-        ["contact/nodes", "contact/state", "mesh/order", "mesh/elements"],
-    ),
-    "fractions": (to(lambda v: v + 0.5), ["contact/nodes", "mesh/elements", "mesh/part"]),
-    "words": (
-        to(lambda v: np.array([b"x"] * len(v))),
-        ["boundary/u", "mesh/order", "contact/part"],
-    ),
-    "external": (external, ["boundary/u", "contact/u_t"]),
-    "virtual": (virtual, ["boundary/u"]),
-    "link": (linked("external"), ["boundary/u", "mesh", "contact"]),
-    "soft link": (linked("soft"), ["boundary/traction"]),
-    "claimed": (claimed, ["boundary/u"]),
+    "short": (to(lambda v: v[:-1]), "boundary/u contact/u_t contact/nodes contact/part mesh/order"),
+    "flat": (to(np.ravel), "boundary/u contact/sigma_t mesh/elements"),
+    "more columns": (to(lambda v: np.hstack([v, v])), "boundary/u contact/u_t mesh/vertices"),
+    "empty": (to(lambda v: v[:0]), "boundary/u contact/nodes mesh/elements"),
+    "scalar": (to(lambda v: v.ravel()[0]), "boundary/u contact/weight mesh/part"),
+    "nan": (to(with_value(np.nan)), "boundary/u contact/u_t mesh/vertices mesh/curvature"),
+    "inf": (to(with_value(np.inf)), "boundary/traction contact/arc_length"),
+    "complex": (to(lambda v: v + 1j), "boundary/u contact/sigma_t"),
+    "large": (to(with_value(10**9)), "contact/nodes mesh/elements mesh/order mesh/part"),
+    "negative": (to(with_value(-1)), "contact/nodes contact/state mesh/order mesh/elements"),
+    "fractions": (to(lambda v: v + 0.5), "contact/nodes mesh/elements mesh/part"),
+    "words": (to(lambda v: np.array([b"x"] * len(v))), "boundary/u mesh/order contact/part"),
+    "missing": (missing, "mesh contact/u_t history/rho boundary/u mesh/order"),
+    "external": (external, "boundary/u contact/u_t"),
+    "virtual": (virtual, "boundary/u"),
+    "link": (linked("external"), "boundary/u mesh contact"),
+    "soft link": (linked("soft"), "boundary/traction"),
+    "claimed": (claimed, "boundary/u"),
 }
+"""A change of a dataset, and the datasets that it is made of."""
 
 
 @pytest.mark.parametrize("kind", TAMPERED)
-def test_a_tampered_file_is_refused_in_one_line(path, kind, monkeypatch):
+def test_a_tampered_file_is_refused_in_one_line(path, kind):
     """Never drawn, never started from: wrong lengths and types, numbers of nodes that are not
     there, data elsewhere."""
     change, names = TAMPERED[kind]
     whole = path.read_bytes()
-    for name in names:
+    for name in names.split():
         path.write_bytes(whole)
         with h5py.File(path, "r+") as file:
             change(file, name)
@@ -417,33 +328,3 @@ def test_a_history_of_columns_that_differ(path):
     with h5py.File(path, "r+") as file:
         replaced(file, "history/rho", np.ones(3))
     refused(path, r"history has columns of 3, \d+ rows")
-
-
-def test_random_tampering_is_read_or_refused_in_one_line(path):
-    """Whatever is read has a verdict; columns of other lengths and tables that are none ended as
-    defects before."""
-    rng, whole, outcomes = np.random.default_rng(7), path.read_bytes(), set()
-    changes = (
-        lambda v: v[: len(v) // 2],
-        lambda v: np.concatenate([v, v]),
-        rng.permutation,
-        lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
-        lambda v: v[::-1],
-        lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1],
-    )
-    with h5py.File(path) as file:
-        names: list[str] = []
-        file.visititems(
-            lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
-        )
-    for _ in range(15):
-        path.write_bytes(whole)
-        with h5py.File(path, "r+") as file:
-            name = names[rng.integers(len(names))]
-            replaced(file, name, changes[rng.integers(len(changes))](file[name][()]))
-        try:
-            outcomes.add(bool(read_result(path).verdict()))
-        except ResultError as error:
-            assert "\n" not in str(error)
-            outcomes.add(False)
-    assert outcomes == {True, False}

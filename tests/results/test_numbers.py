@@ -11,7 +11,6 @@ from random_bodies import random_case, random_contact
 from petcontact import adapt, load, solve
 from petcontact.reference.hertz import LineContact, contact_modulus
 from petcontact.results.numbers import maximum
-from petcontact.results.solution import read_result
 
 
 @pytest.fixture(scope="module")
@@ -33,15 +32,6 @@ def test_width_and_pressure_of_hertz_lie_within_their_errors(hertz):
     assert width.error < 0.02 and abs(width.value[0] - 2.0 * exact.half_width) < width.error + 0.004
     assert 0.0 < pressure.error < 1.0 and abs(pressure.value[0] - exact.peak) < pressure.error + 0.3
     assert abs(pressure.place[0]) < 0.01
-
-
-def test_a_file_keeps_them(hertz, tmp_path):
-    hertz.save(tmp_path / "r.h5")
-    again = read_result(tmp_path / "r.h5")
-    assert [each.key for each in again.numbers] == [each.key for each in hertz.numbers]
-    for one, other in zip(hertz.numbers, again.numbers, strict=True):
-        np.testing.assert_array_equal(one.value, other.value)
-        np.testing.assert_array_equal(one.error, other.error)
 
 
 def test_a_pressure_at_a_corner_has_no_bound():

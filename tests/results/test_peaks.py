@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,24 +79,6 @@ def test_all_of_a_clamped_edge_in_space_is_left_out():
     for peaks in stress_peaks(solve(cube)).values():
         x, y, z = peaks.surface.place
         assert z >= 0.0499 or min(x, 1.0 - x, y, 1.0 - y) >= 0.0499
-
-
-@pytest.mark.slow
-def test_a_sample_may_lie_on_a_place_without_a_bound(block):
-    (body,) = block.meshes
-    places = unbounded_places(block, block.last)[body]
-    sample = block.boundary_state(body, block.last)[1].x[0]
-    moved = [replace(place, ends=np.stack([sample, sample])) for place in places]
-    assert stress_peaks(block, [(block.last, {body: moved})]).keys() == stress_peaks(block).keys()
-
-
-@pytest.mark.slow
-def test_what_is_left_does_not_depend_on_the_mesh(block):
-    finer = solve(_finer(block.problem))
-    for name, peaks in stress_peaks(block).items():
-        assert stress_peaks(finer)[name].surface.value == pytest.approx(
-            peaks.surface.value, rel=0.02
-        )
 
 
 def test_a_corner_makes_stress_unbounded_where_its_side_faces_the_other_body():
@@ -194,8 +175,3 @@ def test_a_roller_counts_as_its_direction_and_its_side_have_it(turned):
     ]
     assert expected
     assert sorted(map(tuple, np.round(there, 9))) == sorted(map(tuple, np.round(expected, 9)))
-
-
-def _finer(problem: Problem) -> Problem:
-    body = problem.body[0].model_copy(update={"mesh": MeshOptions(element_size=0.05)})
-    return problem.model_copy(update={"body": (body,)})

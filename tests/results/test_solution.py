@@ -3,7 +3,6 @@ pictures, pickles."""
 
 from __future__ import annotations
 
-import pickle
 from dataclasses import replace
 
 import h5py
@@ -14,12 +13,9 @@ from examples import example
 from petcontact import (
     Contact,
     InputError,
-    Material,
     MeshOptions,
-    Rectangle,
     Solution,
     Traction,
-    field_at,
     solve,
 )
 from petcontact.model.bodies import Units
@@ -72,16 +68,6 @@ def test_wrong_functions_and_arrays_are_refused(bound, message):
         solve(posed(bottom=Contact(part="bottom", friction_bound=bound)))
 
 
-def test_numpy_scalars_and_arrays_are_numbers():
-    assert (
-        Material(young_modulus=np.float32(2.0), poisson_ratio=np.float64(0.25)).young_modulus == 2.0
-    )
-    assert Rectangle(lower_left=np.zeros(2), upper_right=(np.int64(2), 1.0)).upper_right == (
-        2.0,
-        1.0,
-    )
-
-
 def test_reactions_balance_the_loads(solution):
     forces = solution.reactions()
     assert forces["left"] == pytest.approx([1600.0, 0.0])
@@ -99,23 +85,6 @@ def test_reactions_balance_the_loads(solution):
     assert solution.tension_share == pytest.approx(pulled)
     assert f"the contact pulls on {100 * pulled:.3g} % of it" in solution.verdict()
     assert all(len(line) <= 80 for line in solution.verdict().splitlines())
-
-
-def test_fields_at_points(solution):
-    points = [[4.0, 2.0], [1.0, 3.0]]
-    u, stress = field_at(
-        solution.mesh, solution.u, solution.traction, solution.problem.material, points
-    )
-    assert np.array_equal(solution.at(points), u)
-    assert np.array_equal(solution.stress_at(points), stress)
-
-
-def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
-    solution.save(tmp_path / "r.h5")
-    for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
-        assert np.array_equal(other.u, solution.u) and other.problem == solution.problem
-        assert other.history == solution.history
-        assert other.verdict() == solution.verdict()
 
 
 def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
@@ -142,13 +111,6 @@ def test_a_function_is_named_in_files(tmp_path):
     read = Solution.load(tmp_path / "r.h5")
     assert read.problem.boundary[0].friction_bound == "<function ramp>"
     assert read.contact.friction_bound[0] > 150.0
-
-
-def test_a_table_of_the_contact_nodes(solution):
-    table = pytest.importorskip("pandas") and solution.to_dataframe()
-    assert list(table.columns[:4]) == ["x", "y", "u_t", "sigma_t"] and len(table) == 40
-    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0])
-    assert set(table.part) == {"bottom"}
 
 
 def test_pictures_on_axes_of_ones_own(solution):

@@ -11,7 +11,6 @@ import meshio
 import numpy as np
 import pytest
 from curved_bodies import as_surface, icosphere
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from shapes import cuboid, drawn, elastic, moved, touching
@@ -31,15 +30,14 @@ from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
-from petcontact.results.figures.bands import band_colours, beyond
-from petcontact.results.figures.plots import drawings, plot_on
+from petcontact.results.figures.bands import band_colours
+from petcontact.results.figures.plots import drawings
 from petcontact.results.figures.space import _front, draw_gap, draw_normal
-from petcontact.results.figures.surface import best_view, draw_surface, equal_corners
+from petcontact.results.figures.surface import best_view, draw_surface
 from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
-from petcontact.runtime.figure_style import save
 
 LOOP = [Side("foot", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("axis", (0, 0))]
 
@@ -148,16 +146,6 @@ def test_colours_have_levels_that_are_read_easily():
     assert band_colours(np.full(3, np.nan)).norm.boundaries[-1] == 1.0
 
 
-def test_figures_of_a_curved_body(solution, tmp_path):
-    """One an interface and quantity, the estimated error among them; a single body is seen from
-    where its contact is."""
-    found = drawings(solution)
-    assert {"error", "stress", "surface", "normal"} <= set(found)
-    save(tmp_path / "error.png", found["error"], solution)
-    axes = plot_on(solution)
-    assert axes.elev < 0.0 and (tmp_path / "error.png").stat().st_size > 10_000
-
-
 def test_the_floor_of_a_deformed_body_is_a_net(solution):
     """It stays where it is, and the title says what the net is."""
     draw_surface(figure := Figure(), solution)
@@ -262,12 +250,6 @@ def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
     assert failed._suptitle.get_text().endswith("not converged: no result")
 
 
-def test_colour_bars_point_to_values_beyond_the_bands():
-    assert beyond(np.array([0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "max"
-    assert beyond(np.array([0.0, 2.0, np.nan]), band_colours(np.array([0.0]), 2.0)) == "neither"
-    assert beyond(np.array([-1.0, 0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "both"
-
-
 def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
     """A ball that rests on its lowest nodes is seen from below; held all round its equator it is
     shown whole."""
@@ -339,22 +321,3 @@ def test_panels_that_face_nothing_have_no_gap_in_the_picture():
     assert np.isinf(found.pairs["pair"].gap).sum() == 32
     draw_gap(figure, found)
     assert figure.axes[0].dataLim.extents == pytest.approx([0.0, 0.0, 1.0, 1.0])
-
-
-def test_titles_of_figures_in_space_stand_apart_from_axis_labels(solution):
-    """Layouts keep room for a title of the figure, and none for that of axes in space."""
-    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
-    canvas = FigureCanvasAgg(figure)
-    draw_surface(figure, solution)
-    canvas.draw()
-    heights = figure.axes[0].get_tightbbox(canvas.get_renderer())
-    assert figure.axes[0].get_title() == "" and "displacements" in figure._suptitle.get_text()
-    assert figure._suptitle.get_window_extent().y0 >= heights.y1 - 1.0
-
-
-def test_polygons_are_drawn_with_equal_numbers_of_corners():
-    triangle, square = np.eye(3), np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    assert equal_corners([triangle, square]).tolist() == [
-        [*triangle.tolist(), triangle[-1].tolist()],
-        square.tolist(),
-    ]

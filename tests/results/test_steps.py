@@ -5,23 +5,20 @@ from __future__ import annotations
 
 import json
 import tomllib
-import xml.etree.ElementTree as ET
 from dataclasses import replace
 from types import SimpleNamespace
 
 import h5py
-import meshio
 import numpy as np
 import pytest
 from problems import posed
 
-from petcontact import Contact, Problem, Solution, read_result, solve
+from petcontact import Contact, Problem, read_result, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.verdict.steps import law_words
-from petcontact.results.vtu.collection import write_collection
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -84,39 +81,6 @@ def test_a_verdict_without_numbers_tells_nothing_of_an_obstacle(disc):
     """A signal leaves none."""
     verdicts = disc.verdict(), replace(disc, written=()).verdict()
     assert ["    floor: " in text for text in verdicts] == [True, False]
-
-
-@pytest.mark.slow
-def test_a_disc_on_the_floor_under_its_weight(disc, tmp_path):
-    solution = disc
-    assert solution.converged, solution.reason
-    assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [
-        0.01,
-        0.015,
-        0.02,
-    ]
-    # a cut half-way between the force and the floor carries the force
-    x = np.linspace(-0.999, 0.999, 4001)
-    cut = np.column_stack([x * np.sqrt(1 - 0.4**2), np.full(len(x), 0.6)])
-    pulled = solution.stress_at(cut, "disc")[:, 1]
-    assert np.isclose(
-        np.trapezoid(pulled, cut[:, 0])
-        if hasattr(np, "trapezoid")
-        else np.trapz(pulled, cut[:, 0]),
-        -0.02,
-        rtol=2e-3,
-    )
-    files = write_collection(tmp_path / "disc.vtu", solution, (12, 12))
-    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"]
-    assert all(path.exists() for path in files)
-    times = [row.get("timestep") for row in ET.parse(files[-1]).iter("DataSet")]
-    assert times == ["1", "1", "1.5", "1.5", "2", "2"]
-    assert "displacement" in meshio.read(files[1]).point_data
-    assert np.allclose(solution.reactions()["rim"], [0.0, 0.02], atol=1e-12)
-    solution.save(tmp_path / "disc.h5")
-    assert repr(Solution.load(tmp_path / "disc.h5")) == repr(solution)
-    assert repr(read_result(tmp_path / "disc.h5")) == repr(solution)
-    assert repr(solution).startswith("<Solution: converged after ")
 
 
 BLOCK = """

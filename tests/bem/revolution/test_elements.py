@@ -71,20 +71,6 @@ def test_elements_of_all_orders_at_all_distances(name):
                     assert error(whole[..., k], part) < allowed, (order, where[k])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["from the axis", "cap"])
-def test_stress_near_and_far(name):
-    arc = ELEMENTS[name]
-    where = [(0.3, 1e-6), (0.0, 2.0)]
-    targets = targets_at([arc.beside(s, h * arc.half) for s, h in where])
-    expected = [arc.integrals(s, h * arc.half, NU, (0, 3), stress=True) for s, h in where]
-    for order in (0, 3):
-        found = kernel().stress_integrals(targets, elements_of(arc, order))
-        for k in range(len(where)):
-            for whole, part in zip(found, in_units(expected[k][order])[2:], strict=True):
-                assert error(whole[..., k], part, 0.0) < 3e-9, (order, where[k])
-
-
 @pytest.mark.parametrize(("name", "order"), [*zip(ELEMENTS, (0, 2, 5, 2, 0), strict=True)])
 def test_nodes_of_the_element_itself(name, order):
     arc, node = ELEMENTS[name], order // 3
@@ -107,18 +93,6 @@ def test_panels_that_end_a_rounding_short_of_the_axis():
         points = np.stack([0.5 * length * (1.0 - xi), 0.0 * xi], axis=1)
         kernels = kernel().integrals(Targets(points, np.zeros(3, int), own, xi), elements)
         assert all(np.isfinite(part).all() for part in kernels)
-
-
-def test_half_circles_from_axis_to_axis():
-    """The widest arcs, and targets that are as near to their images as to the arc."""
-    arc = Arc((0.0, -1.0), 0.0, np.pi, 1.0)
-    where = [(-0.9, 0.05), (0.8, 1e-3), (0.3, -0.4), (0.96, -0.1), (-0.2, 1e-5)]
-    targets = targets_at([arc.beside(s, h) for s, h in where])
-    for order in (0, 3, 5):
-        elements = elements_of(arc, order)
-        close = kernel(1e-12).integrals(targets, elements)
-        for found, expected in zip(kernel().integrals(targets, elements), close, strict=True):
-            assert error(found, expected) < 3e-9, order
 
 
 def test_points_on_the_axis_move_along_it_alone():
