@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import scipy
 from examples import example
 from marks import slow
 from prepared import Posed
@@ -21,7 +20,7 @@ from petcontact.contact.active_set.pivots import PATIENCE
 from petcontact.linalg.bordered import BorderedElimination, BorderedKrylov
 from petcontact.model.base import parse
 from petcontact.model.load_steps import Step
-from petcontact.model.solver_options import Bem, Method
+from petcontact.model.solver_options import Bem
 from petcontact.pipeline import eliminate
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.pipeline.pose.discretise import discretise
@@ -164,27 +163,6 @@ def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     # and S is formed where contact is small
     monkeypatch.undo()
     assert difference(run(Posed(assembly.model_copy(update={"bem": TIGHT})).prepared), dense) < 1e-9
-
-
-@pytest.mark.slow
-def test_t_of_a_pair_is_spectrally_equivalent_to_s():
-    system = Posed(config("fretting")).system
-    values = scipy.linalg.eigvals(system.compliance(), system.surrogate().matrix())
-    assert values.real.min() > 0.45 and np.abs(values).max() < 2.6
-    assert np.quantile(np.abs(values), 0.05) > 0.9 and np.quantile(np.abs(values), 0.95) < 1.1
-
-
-@pytest.mark.slow
-def test_projection_and_operator_robin_need_products_only(monkeypatch):
-    monkeypatch.setattr(eliminate, "FORMED", 0)
-    case = config("press_fit")
-    dense, changes = solve(case), {"bem": TIGHT}
-    for method in (
-        Method(name="projection", tolerance=1e-9, rho=100.0),
-        Method(name="operator-robin", tolerance=1e-9),
-    ):
-        found = solve(case.model_copy(update=changes), method=method)
-        assert found.status == "converged" and difference(found, dense) < 1e-6
 
 
 def test_newton_finds_its_sets_before_exchanges_may_cycle():

@@ -2,24 +2,18 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
-import forked
 import numpy as np
 import pytest
 from examples import example
 from marks import slow
 from prepared import Posed, operators
 
-from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
+from petcontact import InputError, MeshOptions, SolverError, solve
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
-from petcontact.pipeline.run import prepare
-from petcontact.runtime.petsc import options, petsc
-from petcontact.sweep.design.sweep import read_sweep
-from petcontact.sweep.problems import run_case
-from petcontact.sweep.schedule.groups import make_groups
+from petcontact.runtime.petsc import options
 
 pytestmark = pytest.mark.usefixtures("unestimated")
 
@@ -60,65 +54,6 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
     whole.close()
 
 
-@pytest.mark.slow
-def test_elements_of_a_billionth_of_the_body(comm):
-    """G of the smallest elements is 1e-10 of H: the factorisation keeps the digits of both."""
-    case = example(1, mesh=MeshOptions(order=3, grading=0.25, levels=17))
-    dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
-    assert dense.operators.mesh.length.min() < 1e-9
-    sigma = np.cos(dense.operators.mesh.x[dense.operators.data.contact_nodes, :1])
-    for found, exact in (
-        (small.system.u_0, dense.system.u_0),
-        (small.system.apply(sigma), dense.system.apply(sigma)),
-    ):
-        assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
-    assert small.residual(sigma) < 1e-8
-    for each in (dense, small):
-        each.close()
-
-
-@pytest.mark.slow
-def test_the_unit_of_length_does_not_matter(comm):
-    """Single and double layers stand in one matrix; in metres the first would be a thousand times
-    smaller."""
-    missed, found = [], []
-    for unit in (1.0, 1e-3, 1e3):
-        keys = {"geometry.upper_right": [8.0 * unit, 4.0 * unit], "mesh.element_size": 0.1 * unit}
-        case = load(CONFIGS / "example1.toml", keys)
-        dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
-        exact = dense.system.compliance()
-        missed.append(np.abs(small.system.compliance() - exact).max() / np.abs(exact).max())
-        found.append((exact / unit, dense.system.u_0 / unit))
-        small.close()
-        dense.close()
-    assert max(missed) < 1e-8 and max(missed) < 1.5 * min(missed)
-    for compliance, u_0 in found[1:]:
-        assert np.allclose(compliance, found[0][0], rtol=0, atol=1e-11 * np.abs(found[0][0]).max())
-        assert np.allclose(u_0, found[0][1], rtol=0, atol=1e-11 * np.abs(u_0).max())
-
-
-@pytest.mark.parametrize(("number", "rule"), [(1, "self-adaptive"), (2, "modified")])
-def test_iteration_counts_are_the_dense_ones(number, rule):
-    case = example(number, mesh=MeshOptions(element_size=0.1), rule=rule, rho=100.0)
-    dense, small = solve(case), solve(compressed(case))
-    assert dense.iterations == small.iterations
-    assert (
-        np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-8 * np.abs(dense.contact.u_t).max()
-    )
-
-
-@pytest.mark.parametrize("name", ["semismooth-newton", "operator-robin"])
-def test_other_methods_need_the_operator_only_by_products(name):
-    case = example(2, mesh=MeshOptions(element_size=0.1)).model_copy(
-        update={"method": Method(name=name, tolerance=1e-9)}
-    )
-    dense, small = solve(case), solve(compressed(case))
-    assert dense.converged and small.converged
-    assert (
-        np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-7 * np.abs(dense.contact.u_t).max()
-    )
-
-
 def test_a_compression_that_misses_its_tolerance_is_an_error(comm, monkeypatch):
     """Entries that change between the compression and the probe stand for any compression that went
     wrong."""
@@ -150,55 +85,6 @@ def test_full_formulation_is_dense():
     case = compressed(example(1, mesh=MeshOptions(element_size=0.4), formulation="full"))
     with pytest.raises(InputError, match=r"full.*dense"):
         solve(case)
-
-
-def test_ksp_view_names_the_compression(tmp_path):
-    done = subprocess.run(
-        [
-            forked.program(),
-            "solve",
-            str(CONFIGS / "example1.toml"),
-            "-o",
-            str(tmp_path / "r.h5"),
-            "--no-figures",
-            "-bem_mat_type",
-            "hodlr",
-            "-bem_hodlr_tol",
-            "1e-9",
-            "-ksp_view",
-            "--set",
-            "mesh.element_size=0.2",
-        ],
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout
-
-
-@pytest.mark.slow
-def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
-    sweep = read_sweep(CONFIGS / "tables.toml")
-    counted, groups = 0, make_groups(sweep)
-    for group in range(len(groups.first)):
-        cases = [sweep[place].case for place in np.flatnonzero(groups.of_case == group)]
-        found = []
-        for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
-            prepared = prepare(
-                cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, cases=len(cases)
-            )
-            found.append([run_case(prepared, case) for case in cases])
-            prepared.close()
-        for dense, small in zip(*found, strict=True):
-            assert "hodlr" in small.provenance.solver and dense.converged and small.converged
-            assert dense.iterations == small.iterations
-            assert (
-                np.abs(dense.contact.u_t - small.contact.u_t).max()
-                < 1e-9 * np.abs(dense.contact.u_t).max()
-            )
-            counted += 1
-    assert counted == 128
 
 
 @pytest.mark.parametrize(

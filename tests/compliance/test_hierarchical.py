@@ -13,9 +13,7 @@ from prepared import Posed
 from petcontact import InputError, SolverError, load, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.hierarchical.body import HierarchicalBody
-from petcontact.compliance.hierarchical.equations import MixedEquations
 from petcontact.compliance.hierarchical.posed import Balance
-from petcontact.compliance.hierarchical.system import FORCING
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.contact.linearisation import Linearisation
 from petcontact.runtime.petsc import options, petsc
@@ -127,33 +125,6 @@ def test_auto_compresses_what_is_cheaper_compressed(comm):
         made.close()
     with pytest.raises(InputError, match="compresses surfaces in space"):
         Posed(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)
-
-
-@pytest.mark.slow
-def test_sets_that_change_more_than_before_are_those_of_a_more_exact_solve(comm, monkeypatch):
-    asked, solved = [], MixedEquations.solve
-
-    def solve_and_tell(self, posed, start, rtol, forcing, preconditioner=None):
-        asked.append(forcing)
-        return solved(self, posed, start, rtol, forcing, preconditioner)
-
-    posed = Posed(problem(**TIGHT), comm)
-    system, law = posed.system, posed.law
-    monkeypatch.setattr(MixedEquations, "solve", solve_and_tell)
-    tau = np.zeros(system.u_0.shape)
-    for slipping in (0, 3, 5, 4, 4):
-        tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
-        system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
-    posed.close()
-    # to the end from rest; 3 nodes change, then 2, 1 and none; of the last nothing is left to gain
-    assert asked == [0.0, FORCING, FORCING, FORCING, FORCING**2]
-    posed = Posed(problem(**TIGHT), comm)
-    asked.clear()
-    for slipping in (0, 1, 4, 6):
-        tau[:slipping, 0], tau[slipping:, 0] = 1e9, 0.0
-        posed.system.linear_solve(Linearisation.from_law(law, tau), np.ones(tau.shape), 1e-6, None)
-    posed.close()
-    assert asked == [0.0, FORCING, FORCING**2, FORCING]
 
 
 def test_forces_out_of_balance_are_solved_for_however_small_the_residual_is(mixed, monkeypatch):

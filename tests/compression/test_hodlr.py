@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense, polygon, star
+from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense, star
 from marks import slow
 
 from petcontact.compression.hodlr import compress, factor
@@ -97,40 +97,12 @@ def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
         assert mine.row_combine is level.row_combine
 
 
-@pytest.mark.slow
-def test_rectangular_with_nodes_without_columns(rng):
-    nodes = polygon(SQUARE, 110)
-    chosen = np.zeros(len(nodes), dtype=bool)
-    chosen[30:150] = chosen[300:303] = True
-    operator = Partial(nodes, chosen)
-    matrix, exact = compressed(operator), dense(operator)
-    assert matrix.shape == exact.shape == (880, 123)
-    assert row_error(matrix, exact) <= 5e-8
-    with pytest.raises(ValueError, match="as many columns as rows"):
-        factor(matrix)
-
-
-def test_no_columns_at_all(rng):
-    operator = Partial(polygon(SQUARE, 20), np.zeros(80, dtype=bool))
-    assert np.array_equal(compressed(operator) @ np.empty(0), np.zeros(160))
-
-
-@pytest.mark.slow
-def test_a_short_piece_of_another_kind_between_two_breaks(rng):
-    """Three single-layer elements in the middle of a thousand: far away a sample without breaks may
-    miss them."""
-    nodes = polygon(SQUARE, 250)
-    single = np.zeros(1000, dtype=bool)
-    single[611:614] = True
-    operator = Mixed(nodes, single)
-    matrix = compressed(operator, 1e-9, breaks=np.append(nodes.breaks, [611, 614]))
-    assert row_error(matrix, dense(operator)) <= 5e-9
-
-
 @pytest.mark.parametrize(("name", "tol"), turned([1e-5, 1e-10]))
 def test_solver_inverts_what_is_compressed(name, tol, rng):
+    """By one thread, and where much is asked by three, which make the same matrix."""
     operator = Mixed(case(name, rng))
-    matrix = compressed(operator, tol)
+    matrix = compressed(operator, tol, threads=3 if tol < 1e-5 else 1)
+    assert row_error(matrix, dense(operator)) <= (25 if name == "holes" else 5) * tol
     inverse = factor(matrix)
     b = rng.standard_normal((matrix.shape[0], 3))
     backward = 1e-11 * np.linalg.norm(matrix @ np.eye(matrix.shape[0]), 2)
@@ -169,21 +141,6 @@ def test_few_nodes(n, rng):
     assert np.allclose(matrix @ factor(matrix).solve(b), b, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("threads", [3])
-def test_threads_agree(threads, rng):
-    operator = Mixed(case("star", rng))
-    one, several = compressed(operator), compressed(operator, threads=threads)
-    x = rng.standard_normal(one.shape[1])
-    assert np.linalg.norm(several @ x - one @ x) <= 1e-8 * np.linalg.norm(one @ x)
-    assert np.linalg.norm(several @ factor(several).solve(x) - x) <= 1e-10 * np.linalg.norm(x)
-
-
-def test_the_same_again_is_the_same(rng):
-    operator = Mixed(case("graded", rng))
-    x = rng.standard_normal(2 * len(operator.nodes))
-    assert np.array_equal(compressed(operator) @ x, compressed(operator) @ x)
-
-
 def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
     operator = Mixed(case("star", rng))
     matrix = compressed(operator, 1e-9)
@@ -201,25 +158,6 @@ def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
         return block
 
     assert matrix.error_estimate(wrong, rng) > 1e-7
-
-
-def test_the_probe_sees_the_same_in_pieces_of_rows(rng, monkeypatch):
-    operator = Mixed(case("star", rng))
-    matrix = compressed(operator, 1e-6)
-    whole = matrix.error_estimate(operator, np.random.default_rng(7))
-    monkeypatch.setattr("petcontact.compression.hodlr.matrix.PROBED", 37)
-    assert matrix.error_estimate(operator, np.random.default_rng(7)) == pytest.approx(
-        whole, rel=1e-6
-    )
-
-
-@pytest.mark.slow
-def test_memory_grows_almost_linearly():
-    sizes = [250, 1000]
-    matrices = [compressed(Mixed(polygon(SQUARE, n)), 1e-6, leaf=32) for n in sizes]
-    memory = [m.nbytes + factor(m).nbytes for m in matrices]
-    assert np.log(memory[1] / memory[0]) / np.log(4.0) < 1.2
-    assert memory[1] < 0.05 * 8 * matrices[1].shape[0] ** 2
 
 
 @pytest.mark.parametrize(
@@ -244,10 +182,13 @@ def test_bad_arguments(change):
         compress(**(given | change))
 
 
-def test_vector_of_the_wrong_length():
-    matrix = compressed(Mixed(circle(16)))
+def test_no_columns_at_all_and_a_vector_of_the_wrong_length():
+    matrix = compressed(Partial(circle(80), np.zeros(80, dtype=bool)))
+    assert np.array_equal(matrix @ np.empty(0), np.zeros(160))
+    with pytest.raises(ValueError, match="as many columns as rows"):
+        factor(matrix)
     with pytest.raises(ValueError, match="31 rows given where this rank has 32"):
-        matrix.mult(np.zeros(31))
+        compressed(Mixed(circle(16))).mult(np.zeros(31))
 
 
 @pytest.mark.slow

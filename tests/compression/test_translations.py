@@ -68,17 +68,6 @@ def test_rows_and_solutions_to_the_tolerance(name, tol):
     assert np.abs(exact @ x - b).max() <= 1e4 * tol
 
 
-@pytest.mark.slow
-def test_threads_and_several_columns():
-    operator, rng = Mixed(outline("square")), np.random.default_rng(3)
-    one, two = shared(operator, 1e-9), shared(operator, 1e-9, threads=2)
-    x = rng.standard_normal((one.shape[1], 3))
-    assert np.allclose(one @ x, two @ x, rtol=0, atol=1e-8 * np.abs(x).sum())
-    assert np.allclose((one @ x)[:, 1], one @ x[:, 1], rtol=0, atol=1e-12 * np.abs(x).sum())
-    first, second = (factor(matrix).solve(x) for matrix in (one, two))
-    assert np.allclose(first, second, rtol=0, atol=1e-6 * np.abs(first).max())
-
-
 @pytest.mark.parametrize("alike", [True, False])
 def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
     nodes = outline("square")

@@ -10,7 +10,7 @@ import scipy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.contact.equilibrium import directions, unbalanced_load
+from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.law_protocol import Admissible, bound_excess, friction_bound, law_residual
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.linearisation import Linearisation
@@ -88,25 +88,6 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
         wrong[slips] *= np.array([spoilt] * (k - 1) + [1.0])
         if slips.any():
             assert np.abs(law_residual(law, v, wrong, rho)).max() > 1e-3 * min(1.0, rho)
-
-
-def test_bonded_bilateral_frictionless_and_absent_nodes():
-    tau = np.array([[3.0, -2.0]] * 5)
-    law = SignoriniCoulomb(
-        np.array([np.inf, np.inf, 0.5, 0.5, 0.5]),
-        np.array([np.inf, 0.0, np.inf, 0.25, np.inf]),
-        np.array([False, False, False, True, False]),
-        2,
-        np.array([False, False, False, False, True]),
-    )
-    assert law.project(tau).tolist() == [
-        [3.0, -2.0],
-        [0.0, -2.0],
-        [1.0, -2.0],
-        [0.0, 0.0],
-        [0.0, 0.0],
-    ]
-    assert law.states(tau).tolist() == [0, 1, 1, 2, 2]
 
 
 @pytest.mark.parametrize("k", [2, 3])
@@ -201,12 +182,6 @@ class ToldGlue(Glued):
         return np.full(len(sigma), np.inf)
 
 
-def test_bilateral_contact_that_pulls_slips_at_mu_times_the_size_of_its_pressure():
-    law = SignoriniCoulomb(np.array([0.5]), np.array([np.inf]), np.array([False]), 2)
-    tau = np.array([[3.0, -4.0]])
-    assert law.project(tau).tolist() == [[2.0, -4.0]] and law.bound_at(-tau).tolist() == [2.0]
-
-
 def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
     strength, sigma = np.full(5, 0.2), np.zeros((5, 2))
     push = floor(2)
@@ -233,11 +208,6 @@ def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
     assert bound_excess(law, sigma) == pytest.approx(1e-3, rel=1e-6)
     sigma[2] = [*[0.0] * (k - 1), 0.5 * size]
     assert bound_excess(law, sigma) == pytest.approx(0.5 * size / np.delete(pressure, 2).max())
-
-
-def test_polygons_of_the_cone_are_regular():
-    assert directions(1).tolist() == [[-1.0], [1.0]]
-    assert len(directions(2)) == 8 and np.allclose(np.linalg.norm(directions(2), axis=1), 1.0)
 
 
 @pytest.mark.parametrize("k", [1, 2, 3])

@@ -125,16 +125,6 @@ def test_a_law_with_adhesion_is_what_an_optimiser_finds(strength, bound):
         assert bound_excess(law, state.sigma) <= 1e-6
 
 
-def test_without_strength_and_friction_adhesion_is_signorini():
-    _, system, _ = cylinder()
-    zero = np.zeros(COUNT)
-    signorini = SignoriniCoulomb(np.full(COUNT, np.inf), zero, np.ones(COUNT, dtype=bool), 2)
-    ours, theirs = (
-        SemismoothNewton()(system, law, iteration()) for law in (Adhesion(zero, zero), signorini)
-    )
-    assert np.abs(ours.sigma - theirs.sigma).max() < 1e-12 * np.abs(theirs.sigma).max()
-
-
 @pytest.mark.parametrize("law", ["tresca", "coulomb"])
 def test_methods_and_rules_of_ones_own_find_the_packages_answer(law):
     x, system, matrix = cylinder()
@@ -224,16 +214,6 @@ def test_laws_by_object_and_function():
 )
 def test_examples_in_docstrings_run(name):
     assert doctest.testmod(importlib.import_module(name)).failed == 0
-
-
-def test_examples_are_there():
-    """Where a reader looks first: laws and their protocol, the projection, the protocol of systems,
-    the methods."""
-    for module in ("laws", "law_protocol", "friction_law", "system", "methods.registry"):
-        found = doctest.DocTestFinder().find(
-            importlib.import_module(f"petcontact.contact.{module}")
-        )
-        assert sum(len(test.examples) for test in found) > 0, module
 
 
 @pytest.mark.parametrize("share", [1e6, 1e12])

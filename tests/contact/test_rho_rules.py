@@ -10,16 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.contact.rho_rules import (
-    Fixed,
     Modified,
     ModifiedSafeguarded,
     SelfAdaptive,
     usable_balance,
 )
-
-
-def test_fixed_keeps_rho():
-    assert Fixed().update(3.0, 1e9) == 3.0
 
 
 def test_self_adaptive_grows_shrinks_and_keeps():

@@ -177,17 +177,6 @@ def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(spa
     assert np.abs(np.diff(stress, axis=0)).max() < 0.1 * size
 
 
-def test_many_points_in_pieces_are_the_same_as_one_by_one(monkeypatch):
-    mesh = meshed(element_size=0.4, order=1)
-    data = boundary_data(mesh)
-    whole = field_at(mesh, *data, STEEL, POINTS)
-    monkeypatch.setattr("petcontact.fields.interior.ENTRIES", 3 * mesh.n_nodes)
-    assert all(
-        np.allclose(a, b, rtol=1e-12)
-        for a, b in zip(whole, field_at(mesh, *data, STEEL, POINTS), strict=True)
-    )
-
-
 def test_smoothing_is_exact_for_linear_data_and_of_second_order_for_the_rest():
     jumps = []
     for size in (0.2, 0.1):

@@ -14,7 +14,6 @@ from petcontact import Gmsh, InputError, load
 from petcontact.commands.main import main
 from petcontact.errors import OutputError
 from petcontact.geometry.cad import part as cad_part
-from petcontact.geometry.cad import projection as cad_projection
 from petcontact.geometry.cad.step_names import face_names
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.refinement.panels.quartering import cut
@@ -151,17 +150,6 @@ def test_what_is_no_body_is_refused(tmp_path, build, given, line):
     file = written(tmp_path / "part.step", build)
     with pytest.raises(InputError, match=line):
         Gmsh(file, **given).outline()
-
-
-@needs_gmsh
-def test_one_solid_of_an_assembly(tmp_path):
-    file = written(
-        tmp_path / "two.step", lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addSphere(5, 0, 0, 1)]
-    )
-    ball = Gmsh(file, solid=2).outline()
-    area, volume, _ = measures(ball, 0.3)
-    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4)
-    assert len(ball.faces) == 1
 
 
 @needs_gmsh
@@ -327,15 +315,3 @@ def test_panels_that_are_cut_stay_on_the_surfaces_of_the_file(tmp_path, build):
         atol=1e-7,
         equal_nan=True,
     )
-
-
-@needs_gmsh
-def test_a_projection_that_fails_is_one_line(tmp_path):
-    surface = Gmsh(written(tmp_path / "part.step", bored_block)).outline()
-    points = facet_mesh(surface.facets(2.0), 1).corners[:2]
-    projector = cad_projection.projector(surface.file, surface.stamp)
-    assert np.allclose(surface.onto(np.zeros(2, dtype=int), points), points, equal_nan=True)
-    projector._process.kill()
-    projector._process.wait()
-    with pytest.raises(InputError, match="panels cannot be brought onto its surfaces"):
-        surface.onto(np.zeros(2, dtype=int), points + 1e-3)

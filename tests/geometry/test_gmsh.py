@@ -10,9 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from petcontact import Gmsh, InputError, MeshOptions
-from petcontact.mesh.grading import mesh_outline
-from petcontact.model.case import load
+from petcontact import Gmsh, InputError
 
 DATA = Path(__file__).parents[1] / "data"
 ALL = [
@@ -51,27 +49,6 @@ def test_lines_of_second_order_become_arcs_on_the_circle(name):
     assert np.allclose([side.curvature for side in body.loops[1]], -1.0 / 0.75, rtol=1e-12)
     assert all(side.curvature == 0.0 for side in body.loops[0])
     assert sum(side.length for side in body.loops[1]) == pytest.approx(1.5 * math.pi, rel=1e-12)
-
-
-def test_each_line_is_at_least_one_element_and_collinear_ones_share_a_line():
-    body = outline("plate_v41")
-    mesh = mesh_outline(body, MeshOptions(element_size=10.0))
-    assert mesh.n_elements == len(body.sides) == 14 + len(body.loops[1])
-    outer = mesh.line[: len(body.loops[0])]
-    assert len(np.unique(outer)) in (4, 5)  # 5 where a part begins inside a side
-    finer = mesh_outline(body, MeshOptions(element_size=0.25))
-    assert finer.n_elements > 3 * mesh.n_elements
-
-
-def test_a_config_names_the_file_relative_to_its_own_folder(tmp_path, monkeypatch):
-    (tmp_path / "body.msh").write_bytes((DATA / "plate_v41.msh").read_bytes())
-    (tmp_path / "case.toml").write_text(
-        '[material]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n[geometry]\nshape = "gmsh"\nfile = '
-        '"body.msh"\n'
-        '[[boundary]]\npart = "bottom"\ncondition = "contact"\nfriction_bound = 0.0\n'
-    )
-    monkeypatch.chdir("/")
-    assert len(load(tmp_path / "case.toml").geometry.outline().loops) == 2
 
 
 def edited(tmp_path, old, new):
@@ -135,11 +112,6 @@ def test_cells_that_are_there_twice_are_refused(tmp_path):
     twice = edited(tmp_path, f"72\n{elements}", f"144\n{elements}{elements}")
     with pytest.raises(InputError, match=r"edited\.msh: damaged .*no boundary"):
         Gmsh(file=str(twice)).outline()
-
-
-def test_boundary_without_a_group_is_refused():
-    with pytest.raises(InputError, match="no line is in a physical group"):
-        outline("plate_unnamed")
 
 
 def test_a_missing_line_and_an_open_loop_are_refused(tmp_path):

@@ -6,9 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import InputError, MeshOptions, SideBySide
-from petcontact.errors import PetcontactError
-from petcontact.mesh.grading import mesh_outline
+from petcontact import InputError, SideBySide
 
 
 def number(rng):
@@ -44,38 +42,6 @@ def loop(rng):
             side["through"] = (number(rng), number(rng)) if rng.random() < 0.4 else near
         sides.append(side)
     return sides
-
-
-@pytest.mark.slow
-def test_random_outlines():
-    """Two straight sides, arcs whose ends meet, circles lost in round-off ended as defects
-    before."""
-    rng = np.random.default_rng(20261121)
-    outcomes = {"refused": 0, "meshed": 0}
-    for k in range(300):
-        try:
-            outline = SideBySide(loops=[loop(rng) for _ in range(rng.integers(1, 4))]).outline()
-            mesh = mesh_outline(
-                outline,
-                MeshOptions(order=2, grading=0.3, levels=8)
-                if k % 2
-                else MeshOptions(element_size=outline.diameter / 20.0, order=k % 3),
-            )
-        except PetcontactError as error:
-            assert isinstance(error, InputError) and "\n" not in str(error)
-            assert len(str(error)) < 400
-            outcomes["refused"] += 1
-            continue
-        assert np.all(np.isfinite(mesh.x)) and np.all(mesh.length > 0.0)
-        assert np.all(mesh.weight > 0.0)
-        before, after = mesh.neighbours()
-        assert np.array_equal(mesh.end, mesh.start[after])
-        assert np.array_equal(before[after], np.arange(mesh.n_elements))
-        # Gauss: the area is half the integral of x·n
-        area = 0.5 * mesh.weight @ np.sum((mesh.x - mesh.x[0]) * mesh.normal, axis=1)
-        assert area == pytest.approx(outline.polygon(400).area, rel=1e-2)
-        outcomes["meshed"] += 1
-    assert min(outcomes.values()) > 20, outcomes
 
 
 @pytest.mark.parametrize("to", [(1.0, 0.0), (0.0, 2.0)])

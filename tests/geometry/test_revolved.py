@@ -13,11 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from marks import slow
 
-from petcontact import Box, Circle, Cylinder, InputError, Problem, Revolved, solve
+from petcontact import Box, Circle, InputError, Problem, Revolved
 from petcontact import OutlineSide as Side
 from petcontact.mesh.panelling import round_mesh
 from petcontact.model.base import parse
-from petcontact.reference.lame import Sphere
 from petcontact.refinement.panels.quartering import cut
 
 PI = np.pi
@@ -190,69 +189,6 @@ def test_rings_of_any_shape(inner, height, angle, size):
 def test_sections_that_make_no_body_are_refused(loops, angle, line):
     with pytest.raises(InputError, match=line):
         Revolved(loops, angle=angle).outline()
-
-
-def solved(geometry, size, order, **conditions):
-    boundary = [{"part": part, **condition} for part, condition in conditions.items()]
-    mesh = {"element_size": size, "order": order}
-    return solve(
-        parse(
-            Problem,
-            {
-                "material": MATERIAL,
-                "geometry": geometry.model_dump(),
-                "mesh": mesh,
-                "boundary": boundary,
-                "bem": {"mat_type": "dense"},
-            },
-            "test",
-        )
-    )
-
-
-@pytest.mark.slow
-def test_lame_of_a_quarter_shell_between_planes_of_symmetry():
-    """u given inside; u outside and t inside in L2, as good as whole spheres of as many
-    triangles."""
-    exact, symmetry = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0), {"condition": "symmetry"}
-    r = np.array([1.0, 2.0])
-    a, b = np.linalg.solve(np.column_stack([r, r**-2]), exact.displacement(r)).tolist()
-    given = {
-        "condition": "displacement",
-        "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"],
-    }
-    solution = solved(
-        Revolved([SHELL], angle=90.0), 0.9, 2, inner=given, outer=OPEN, start=symmetry, end=symmetry
-    )
-    mesh, found = solution.mesh, solution.last.bodies["body"]
-    r = np.linalg.norm(mesh.x, axis=1)
-    away = mesh.x / r[:, None]
-    for part, ours, true, bound in (
-        ("outer", found.u, exact.displacement(r)[:, None] * away, 1.5e-2),
-        ("inner", found.traction, away, 3e-2),
-    ):
-        nodes = mesh.nodes_of(part)
-        error = np.sqrt(
-            mesh.weight[nodes]
-            @ np.sum((ours - true)[nodes] ** 2, axis=1)
-            / (mesh.weight[nodes] @ np.sum(true[nodes] ** 2, axis=1))
-        )
-        assert error < bound, (part, error)
-
-
-def test_a_revolved_cylinder_is_the_cylinder():
-    """The force that shortens it between clamps."""
-    loop = [Side("bottom", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("axis", (0, 0))]
-    forces = []
-    for body in (Revolved([loop]), Cylinder((0, 0, 0), (0, 0, 1), 1.0)):
-        clamps = {
-            part: {"condition": "displacement", "value": [0.0, 0.0, z]}
-            for part, z in (("bottom", 0.0), ("top", -0.1))
-        }
-        solution = solved(body, 0.5, 1, side=OPEN, **clamps)
-        nodes = solution.mesh.nodes_of("top")
-        forces.append(solution.mesh.weight[nodes] @ solution.last.bodies["body"].traction[nodes])
-    assert forces[0] == pytest.approx(forces[1], rel=3e-3, abs=1e-4)
 
 
 def test_a_problem_with_a_revolved_body_is_the_same_from_its_text():

@@ -81,24 +81,6 @@ def test_a_number_that_nothing_prints_is_found(tmp_path):
     assert VERIFY["missing"](page, False, {"*": "by hand"}) == (0, [])
 
 
-def test_a_section_without_commands_is_compared_once_all_are_run(tmp_path):
-    """With what the others of its page print."""
-    (tmp_path / "page.md").write_text("## A\n\n```sh slow\ntrue\n```\n\n## B\n\nIt is 0.987.\n")
-    page = VERIFY["Page"](tmp_path / "page.md")
-    assert VERIFY["missing"](page, False, {}) == (0, [])
-    assert VERIFY["missing"](page, True, {}) == (1, ["page, B: 0.987"])
-
-
-def test_the_problems_of_pictures_are_commands():
-    """Configs that stand alone on a line."""
-    text = "`configs/a.toml`, `configs/recipes/b.toml`\n\nSee `configs/c.toml`.\n"
-    assert [line.split()[2] for line, _ in commands(text, True)] == [
-        "configs/a.toml",
-        "configs/recipes/b.toml",
-    ]
-    assert commands(text, False) == []
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_links_lead_somewhere(page):
     for target in LINK.findall(page.read_text()):
@@ -192,30 +174,6 @@ def test_the_glossary_has_every_word_of_a_verdict(file):
     assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "with the ends of parts",
-        "tractions are singular",
-        "times its size",
-        "widths of its contact",
-        "of the two sides do not match",
-        "no contact anywhere",
-        "contact carries nothing",
-        "overlaps by",
-    ],
-)
-def test_the_glossary_has_what_only_some_verdicts_say(words):
-    assert any(words in path.read_text() for path in MANUAL.parent.rglob("*.py"))
-    assert words in chapter("glossary")
-
-
-def test_the_gap_has_no_letter_of_its_own():
-    """g is Tresca's bound: "overlap g", "gap g" would share it."""
-    for path in PAGES:
-        assert not re.search(r"\b(gap|overlap) g\b|\bgQ\b", path.read_text()), path
-
-
 def test_the_chapters_are_the_files():
     """A chapter is there as soon as its file is; only the order is written down."""
     assert {path.stem for path in MANUAL.glob("*.md")} == set(topics())
@@ -239,13 +197,6 @@ def test_the_config_reference_is_current():
     for kind in ("problem", "sweep"):
         name = {"problem": "petcontact.schema.json", "sweep": "petcontact.sweep-schema.json"}[kind]
         assert (ROOT / "configs" / name).read_text() == schema_text(kind)
-
-
-def test_no_bar_cuts_a_meaning_off():
-    """|σ_t| in a table would end the cell."""
-    rows = [line for line in chapter("config").splitlines() if line.startswith("| `")]
-    assert any("\\|σ_t\\|" in row for row in rows)
-    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {6}
 
 
 def test_every_key_has_a_meaning():

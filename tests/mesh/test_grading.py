@@ -112,12 +112,6 @@ def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
         assert piece[0] == pytest.approx(0.5 * whole * 0.4**6, rel=1e-9)
 
 
-def test_element_size_limits_graded_elements():
-    m = mesh(BOX, grading=0.3, levels=4, element_size=0.5)
-    assert m.length.max() <= 0.5 + 1e-12 and m.length.min() == pytest.approx(2.0 * 0.3**4, rel=1e-9)
-    assert np.all(m.order == 0) and np.all(mesh(BOX).order == 3)
-
-
 def test_smooth_joints_are_not_graded():
     """The rim is one part without a corner: equal elements of 30 degrees. The toe is graded where
     its part ends."""

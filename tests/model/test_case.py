@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from petcontact import InputError, Material, Polygon, Problem, load
-from petcontact.model.case import parse_problem, read_toml
+from petcontact.model.case import parse_problem
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
 
@@ -181,10 +181,6 @@ def test_several_mistakes_are_named():
     assert message(wrong).count("method.") == 3 and message(wrong).endswith("; and 1 more")
 
 
-def test_a_long_value_is_cut():
-    assert "..." in message(data("title", list(range(100))))
-
-
 @pytest.mark.parametrize(
     ("build", "wanted"),
     [
@@ -296,10 +292,6 @@ def test_dotted_keys_make_tables_and_reach_into_arrays():
 def test_dotted_keys_that_lead_nowhere(key, wanted):
     with pytest.raises(InputError, match=wanted):
         load(EXAMPLE, {key: 1})
-
-
-def test_read_toml_gives_plain_data():
-    assert read_toml(EXAMPLE)["mesh"] == {"element_size": 0.05, "order": 0}
 
 
 def test_a_byte_order_mark_is_no_key(tmp_path):

@@ -311,12 +311,6 @@ def test_files_that_a_config_names_are_regular_and_bounded(tmp_path):
         regular_file(tmp_path / "file", 4)
 
 
-def test_a_mesh_is_read_from_a_regular_file_only():
-    problem = parse(Problem, {**FLAT, "geometry": {"shape": "gmsh", "file": "/dev/zero"}}, "c")
-    with pytest.raises(InputError, match="/dev/zero: not a regular file"):
-        problem.geometry.outline()
-
-
 @pytest.mark.parametrize("name", ["a\0b", "a\nb", "\x1b[2J"])
 def test_names_have_no_control_characters(name):
     data = {**FLAT, "step": [{"name": name}]}

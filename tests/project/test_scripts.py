@@ -252,20 +252,6 @@ def test_setup_fetches_package_lists_only_when_needed(project, machine):
 
 @pytest.mark.slow
 @needs_debian_petsc
-def test_setup_without_network_says_so(project):
-    refused = {
-        "PIP_INDEX_URL": "http://127.0.0.1:9/simple",
-        "PIP_RETRIES": "1",
-        "PIP_CONFIG_FILE": os.devnull,
-    }
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("PIP_")}
-    done = call(project / "scripts/setup", env=environment | refused)
-    assert done.returncode == 1
-    assert "network failure: connection refused" in done.stderr.splitlines()[-1].lower()
-
-
-@pytest.mark.slow
-@needs_debian_petsc
 def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
     """Half a venv, two set-ups at once, a second call, another numpy in ~/.local, and a project
     that was moved."""
@@ -314,23 +300,17 @@ def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
 
 
 def test_run_passes_words_folder_and_status(ready, tmp_path):
-    done = call(ready / "scripts/run", "solve", "a b.toml", "-ksp_type", "gmres", "", cwd=tmp_path)
-    assert done.returncode == 3
-    assert done.stdout.split("\n")[:-1] == [
-        ".venv",
-        str(tmp_path),
-        "solve",
-        "a b.toml",
-        "-ksp_type",
-        "gmres",
-        "",
-    ]
-    assert (ready / "calls").read_text() == "setup \n"
-
-
-def test_run_without_arguments_solves_the_projects_example(ready, tmp_path):
-    words = call(ready / "scripts/run", cwd=tmp_path).stdout.splitlines()
-    assert words[1:4] == [str(tmp_path), "solve", f"{ready}/configs/example1.toml"]
+    """Through a link, too, and what follows the dashes as it is."""
+    (tmp_path / "pc").symlink_to(ready / "scripts/run")
+    words = ["solve", "a b.toml", "-ksp_type", "gmres", ""]
+    for name in (ready / "scripts/run", tmp_path / "pc"):
+        done = call(name, *words, cwd=tmp_path)
+        assert done.returncode == 3
+        assert done.stdout.split("\n")[:-1] == [".venv", str(tmp_path), *words]
+    assert (ready / "calls").read_text() == "setup \nsetup \n"
+    assert call(ready / "scripts/run", "--", "--help").stdout.splitlines()[2:] == ["--help"]
+    alone = call(ready / "scripts/run", cwd=tmp_path).stdout.splitlines()
+    assert alone[1:4] == [str(tmp_path), "solve", f"{ready}/configs/example1.toml"]
 
 
 def test_run_with_ranks_starts_the_environments_mpiexec(ready):
@@ -339,10 +319,6 @@ def test_run_with_ranks_starts_the_environments_mpiexec(ready):
     petcontact = str(ready / ".venv-pypi/bin/petcontact")
     assert done.stdout.splitlines() == ["mpiexec", "-n", "2", petcontact, "sweep", "x.toml"]
     assert (ready / "calls").read_text() == "setup --pypi\n"
-
-
-def test_run_leaves_what_follows_the_dashes_alone(ready):
-    assert call(ready / "scripts/run", "--", "--help").stdout.splitlines()[2:] == ["--help"]
 
 
 @pytest.mark.parametrize("words", [["-n"], ["-n", "0"], ["-n", "two", "solve"]])
@@ -357,12 +333,6 @@ def test_run_stops_when_the_setup_fails(ready):
     program(ready / "scripts/setup", "echo what is missing >&2; exit 1")
     done = call(ready / "scripts/run", "solve")
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "what is missing\n")
-
-
-def test_run_works_through_a_symlink(ready, tmp_path):
-    link = tmp_path / "pc"
-    link.symlink_to(ready / "scripts/run")
-    assert call(link, "solve", "x").stdout.splitlines()[2:] == ["solve", "x"]
 
 
 def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
@@ -403,39 +373,31 @@ def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
     (checks / "tests/test_y.py").write_text("\n")
     done = call(checks / "scripts/test", cwd=tmp_path)
     assert done.returncode == 1
-    assert done.stdout.splitlines()[-3:] == [
-        "== 4 passed ==",
-        "== 4 passed ==",
-        "FAILED: ruff, ruff format",
-    ]
-    setup, ruff, style, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
-    assert (setup, ruff, style, mypy) == (
-        "setup --test",
-        "ruff check",
-        "ruff format --check",
-        "mypy ",
-    )
+    assert done.stdout.splitlines()[-3:] == [*["== 4 passed =="] * 2, "FAILED: ruff, ruff format"]
+    *before, serial, parallel = (checks / "calls").read_text().splitlines()
+    assert before == ["setup --test", "ruff check", "ruff format --check", "mypy "]
     assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
     assert re.fullmatch(
         r"python -m pytest -n \d+ --dist worksteal -m mpi and not slow tests/test_x\.py", parallel
     )
-
-
-def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(checks):
     program(checks / ".venv/bin/ruff", "exit 0")
-    done = call(checks / "scripts/test")
-    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "== 4 passed ==")
     program(checks / ".venv/bin/python", '[[ "$*" == *"not mpi"* ]]')
     done = call(checks / "scripts/test")
     assert (done.returncode, done.stdout.splitlines()[-1]) == (1, "FAILED: MPI tests")
 
 
-def test_test_with_arguments_runs_pytest_alone(checks):
-    done = call(checks / "scripts/test", "tests/test_mesh.py", "-k", "a or b")
-    assert done.returncode == 0
-    assert (checks / "calls").read_text().splitlines()[1:] == [
-        "python -m pytest tests/test_mesh.py -k a or b"
-    ]
+def test_test_passes_on_what_it_is_given(checks):
+    """Words are those of pytest alone, and --slow and --coverage of both runs."""
+    assert call(checks / "scripts/test", "tests/test_mesh.py", "-k", "a or b").returncode == 0
+    calls = (checks / "calls").read_text().splitlines()
+    assert calls[1:] == ["python -m pytest tests/test_mesh.py -k a or b"]
+    program(checks / ".venv/bin/ruff", "exit 0")
+    done = call(checks / "scripts/test", "--slow", "--coverage")
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "== 4 passed ==")
+    words = (checks / "calls").read_text().splitlines()[len(calls) :]
+    assert words[1] == "coverage erase" and words[-1] == "coverage report"
+    assert [line.rpartition(" -m ")[2] for line in words[-3:-1]] == ["not mpi", "mpi"]
+    assert all("--cov-append" in line for line in words[-3:-1])
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
@@ -461,15 +423,6 @@ def test_test_sanitize_stops_at_an_access_out_of_bounds(checks, numbers, status)
     assert ("heap-buffer-overflow" in done.stdout) == (status == 1)
 
 
-def test_test_slow_and_coverage(checks):
-    call(checks / "scripts/test", "--slow", "--coverage")
-    words = (checks / "calls").read_text().splitlines()
-    assert words[1] == "coverage erase"
-    assert words[-1] == "coverage report"
-    assert [line.rpartition(" -m ")[2] for line in words[-3:-1]] == ["not mpi", "mpi"]
-    assert all("--cov-append" in line for line in words[-3:-1])
-
-
 def test_ci_calls_the_tests_and_nothing_else(ready, tmp_path):
     program(ready / "scripts/test", 'echo "test $#"; exit 7')
     done = call(ready / ".ci/run", cwd=tmp_path)
@@ -491,48 +444,24 @@ def test_slurm_script_outside_a_job():
 def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
     spooled = shutil.copy(ready / "scripts/slurm.sh", tmp_path / "slurm_script")
     job = {"SLURM_JOB_ID": "1", "SLURM_SUBMIT_DIR": str(ready), "SLURM_NTASKS": "12"}
-    done = call(
-        spooled, "--pypi", "tables.toml", "-o", "out", env={**os.environ, **job}, cwd=tmp_path
-    )
-    assert done.returncode == 0, done.stderr
-    petcontact = str(ready / ".venv-pypi/bin/petcontact")
-    assert done.stdout.splitlines() == [
-        "mpiexec",
-        "-n",
-        "12",
-        petcontact,
-        "sweep",
-        "tables.toml",
-        "-o",
-        "out",
-    ]
-    task = {
-        f"SLURM_ARRAY_TASK_{key}": value
-        for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()
-    }
-    single = call(
-        spooled, "--pypi", "solve", "a.toml", "-o", "a.h5", env={**os.environ, **job}, cwd=tmp_path
-    )
-    assert single.stdout.splitlines() == [
-        "mpiexec",
-        "-n",
-        "12",
-        petcontact,
-        "solve",
-        "a.toml",
-        "-o",
-        "a.h5",
-    ]
-    refused = call(
-        spooled, "--pypi", "solve", "a.toml", env={**os.environ, **job, **task}, cwd=tmp_path
-    )
-    assert refused.returncode == 2 and "a solve is one job" in one_line(refused.stderr)
-    array = call(
-        spooled, "--pypi", "sweep", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path
-    )
+    task = {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}
+    task = {f"SLURM_ARRAY_TASK_{key}": value for key, value in task.items()}
+
+    def submitted(words, **more):
+        environment = {**os.environ, **job, **more}
+        return call(spooled, *words.split(), env=environment, cwd=tmp_path)
+
+    start = ["mpiexec", "-n", "12", str(ready / ".venv-pypi/bin/petcontact")]
+    for given, run in (
+        ("tables.toml -o out", "sweep tables.toml -o out"),
+        ("solve a.toml -o a.h5", "solve a.toml -o a.h5"),
+    ):
+        assert submitted(f"--pypi {given}").stdout.splitlines() == [*start, *run.split()]
+    array = submitted("--pypi sweep tables.toml", **task)
     assert array.stdout.splitlines()[-3:] == ["tables.toml", "--part", "2/3"]
-    refused = call(
-        spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)}
-    )
-    assert refused.returncode == 2
-    assert str(tmp_path) in one_line(refused.stderr)
+    for given, more, line in (
+        ("--pypi solve a.toml", task, "a solve is one job"),
+        ("tables.toml", {"SLURM_SUBMIT_DIR": str(tmp_path)}, str(tmp_path)),
+    ):
+        refused = submitted(given, **more)
+        assert refused.returncode == 2 and line in one_line(refused.stderr)

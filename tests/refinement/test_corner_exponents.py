@@ -45,38 +45,6 @@ def test_known_exponents(degrees, first, second, expected):
         )
 
 
-@pytest.mark.parametrize("degrees", [200, 240, 300, 340])
-def test_roots_of_the_characteristic_equations(degrees):
-    """sin λω = ±λ sin ω (free), κ sin λω = ±λ sin ω (clamped); halves of wedges twice as wide where
-    one side slides."""
-    angle = math.radians(degrees)
-
-    def least(equation, turn):
-        grid = [0.05 + 0.001 * k for k in range(950)]
-        for a, b in itertools.pairwise(grid):
-            if equation(a, turn) * equation(b, turn) < 0.0:
-                return brentq(equation, a, b, args=(turn,))
-        return 1.0
-
-    def free(sign):
-        return lambda power, turn: math.sin(power * turn) - sign * power * math.sin(turn)
-
-    def clamped(sign):
-        return lambda power, turn: KAPPA * math.sin(power * turn) - sign * power * math.sin(turn)
-
-    assert corner_exponent(angle, KAPPA, FREE, FREE) == pytest.approx(
-        min(least(free(s), angle) for s in (1, -1)), abs=1e-4
-    )
-    expected = min(least(clamped(s), angle) for s in (1, -1))
-    assert corner_exponent(angle, KAPPA, CLAMPED, CLAMPED) == pytest.approx(expected, abs=1e-4)
-    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, FREE) == pytest.approx(
-        least(free(-1), angle), abs=1e-4
-    )
-    assert corner_exponent(0.5 * angle, KAPPA, SLIDING, CLAMPED) == pytest.approx(
-        least(clamped(1), angle), abs=1e-4
-    )
-
-
 def test_a_skew_roller_lies_between_those_along_and_across():
     along, across = (corner_exponent(2.2, KAPPA, FREE, kind) for kind in (SLIDING, 0.0))
     assert corner_exponent(2.2, KAPPA, FREE, math.pi / 2.0 - 1e-3) == pytest.approx(along, abs=2e-3)

@@ -125,14 +125,6 @@ def test_smooth_peaks_of_any_width_are_resolved(text, width):
     assert abs(total) == pytest.approx(exact, rel=1e-3)
 
 
-def test_smooth_data_need_no_more_elements():
-    problem = block("60 + 10*x + x**3", "20*(1 - y/3)")
-    data = fields(problem.body[0], problem.geometry.outline())
-    for side in (0, 1):
-        breaks, orders, missed = resolved(np.linspace(0.0, 1.0, 4), np.full(3, 1), data[side], 1e-3)
-        assert len(breaks) == 4 and missed == 0.0 and orders.max() <= 3
-
-
 def test_data_rough_everywhere_are_reported():
     problem = block(50.0, "sin(1e6*y)")
     data = fields(problem.body[0], problem.geometry.outline())

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contact_lines import line_of
-from random_bodies import random_case
 
 from petcontact import (
     Contact,
@@ -20,13 +18,8 @@ from petcontact import (
     Rectangle,
     Traction,
     adapt,
-    load,
 )
-from petcontact.pipeline.adapt.slip_ladder import contact_lines
-from petcontact.refinement.contact_line import difference, displacement
-from petcontact.refinement.marks import GradedOutline
 from petcontact.refinement.singular_points import corner_exponents
-from petcontact.results.evaluated import displacement_scale
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -118,24 +111,6 @@ def skew(**mesh) -> Problem:
     )
 
 
-def true_error(solution, best) -> float:
-    """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
-    body = GradedOutline.from_body(solution.problem.body[0], solution.problem.geometry.outline())
-    return difference(
-        contact_lines(body, solution), contact_lines(body, best)
-    ) / displacement_scale(best)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("points", [((39.64002, 0.0),)])
-def test_a_point_that_is_nearly_right_does_no_harm(points, comm):
-    best = adapt(skew(), 1e-5, comm=comm)
-    for accuracy in (1e-2, 1e-3):
-        solution = adapt(skew(graded_points=points), accuracy, comm=comm)
-        true = true_error(solution, best)
-        assert solution.converged and true <= accuracy and true < 2.0 * solution.accuracy.error
-
-
 def slab(traction: str) -> Problem:
     """A slab pressed down on a spot of its top."""
     return Problem(
@@ -173,40 +148,6 @@ def test_a_narrow_peak_acts_like_its_resultant(width, comm):
 def test_data_that_no_mesh_resolves_are_refused(comm):
     solution = adapt(slab("-10*sin(1e5*x)"), 1e-2, comm=comm)
     assert solution.status == "not converged" and "resolve" in solution.reason
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [0, 1])
-def test_random_bodies_get_honest_estimates(number, comm):
-    """The first of those that scripts/verify_random draws; it tries hundreds."""
-    case = random_case(1, number)
-    best = adapt(case, 1e-5, comm=comm)
-    solution = adapt(case, 1e-3, comm=comm)
-    assert solution.converged and true_error(solution, best) <= 2e-3
-    assert true_error(solution, best) <= 2.0 * solution.accuracy.error
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("bound", ["60 + 30*abs(x - 3)"])
-def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
-    problem = l_shaped(bound)
-    best = adapt(problem, 1e-7, comm=comm)
-    assert best.converged
-    for accuracy in (1e-3, 1e-5):
-        solution = adapt(problem, accuracy, comm=comm)
-        contact, exact = solution.contact, displacement(line_of(best), solution.contact.arc_length)
-        error = contact.u_t[:, 0] - exact
-        true = np.sqrt(contact.weight @ error**2 / (contact.weight @ exact**2))
-        assert true <= accuracy and 0.5 < solution.accuracy.error / true < 40
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["toe", "disc", "bracket"])
-def test_the_gallery_can_be_solved_adaptively(name, comm):
-    """Frictionless parts, arcs, holes, several contact sides."""
-    solution = adapt(load(CONFIGS / f"gallery_{name}.toml"), 1e-4, comm=comm)
-    assert solution.converged and solution.accuracy.error <= 1e-4
-    assert solution.elastic_residual < 1e-10
 
 
 def test_torsion_has_the_exponents_of_laplace_s_equation():

@@ -3,6 +3,7 @@ Python and by command."""
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -84,6 +85,7 @@ def solution(request):
 
 
 def test_what_is_written_is_read(solution, tmp_path):
+    """Infinite gaps of nodes that face nothing, too."""
     assert solution.converged, solution.reason
     solution.save(tmp_path / "r.h5")
     again = read_result(tmp_path / "r.h5")
@@ -93,15 +95,14 @@ def test_what_is_written_is_read(solution, tmp_path):
         assert vars(step.history) == vars(other.history)
         assert (step.rho, step.residual) == (other.rho, other.residual)
         assert list(step.pairs) == list(other.pairs)
-        for name, pair in step.pairs.items():
-            for key in {*vars(other.pairs[name]), "pressure_error", "sigma_t_error"} - {
-                "errors",
-                "_errors",
-            }:
-                value = getattr(other.pairs[name], key)
-                assert np.array_equal(getattr(pair, key), value) or value is None, key
+        for name, pair in other.pairs.items():
+            for key in {*vars(pair), "pressure_error", "sigma_t_error"} - {"errors", "_errors"}:
+                value = getattr(pair, key)
+                assert value is None or np.array_equal(getattr(step.pairs[name], key), value), key
     for key, values in again.columns().items():
         assert np.array_equal(values, solution.columns()[key]), key
+    for pair in filter(None, [solution.pairs.get("gap")]):
+        assert np.isinf(pair.gap).any() and np.all(pair.state[np.isinf(pair.gap)] == 2)
 
 
 def test_a_table_and_the_rich_display(solution):
@@ -120,14 +121,8 @@ def test_a_table_and_the_rich_display(solution):
 
 def test_views_of_one_body_are_refused_of_several(solution):
     if len(solution.meshes) == 1:
-        assert (
-            solution.u.shape
-            == solution.traction.shape
-            == (
-                solution.mesh.n_nodes,
-                solution.mesh.components,
-            )
-        )
+        shape = (solution.mesh.n_nodes, solution.mesh.components)
+        assert solution.u.shape == solution.traction.shape == shape
         assert set(solution.reactions()) == set(solution.mesh.part_names)
         assert np.all(np.diff(solution.contact.nodes) > 0)
         return
@@ -154,29 +149,16 @@ def test_stress_on_the_boundary(solution, tmp_path):
         with h5py.File(tmp_path / "r.h5") as file:
             assert np.array_equal(file[f"steps/{count}/body/{name}/stress"], stress)
     table = boundary_table(solution, solution.last)
-    assert np.array_equal(
-        table["sigma_xy"],
-        np.concatenate(
-            [
-                solution.stress_on_boundary(name)[:, 2 if mesh.components == 2 else 3]
-                for name, mesh in solution.meshes.items()
-            ]
-        ),
-    )
+    shear = [
+        solution.stress_on_boundary(name)[:, 2 if mesh.components == 2 else 3]
+        for name, mesh in solution.meshes.items()
+    ]
+    assert np.array_equal(table["sigma_xy"], np.concatenate(shear))
     peaks = stress_peaks(solution)
     assert set(peaks) == {"von Mises", "first principal"}
     # all of a coarse mesh may lie beside edges without a bound
-    assert any(
-        words in solution.verdict() for words in ("  largest von Mises stress: ", "has no bound")
-    )
+    assert re.search("  largest von Mises stress: |has no bound", solution.verdict())
     for name, values in (("von Mises", "von_mises"), ("first principal", "first_principal")):
         for peak in filter(None, (peaks[name].inside, peaks[name].surface)):
             found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part or None)
             assert peak.value == pytest.approx(getattr(found, values)[0], rel=1e-6)
-
-
-def test_a_node_that_faces_nothing_is_read_back(solution):
-    """Of the pair whose secondary is larger than its primary the gap is infinite there."""
-    if "gap" in solution.pairs:
-        pair = solution.pairs["gap"]
-        assert np.isinf(pair.gap).any() and np.all(pair.state[np.isinf(pair.gap)] == 2)

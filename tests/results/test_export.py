@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from PIL import Image
 
 from petcontact import solve
 from petcontact.commands.main import main
@@ -81,89 +82,81 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.parametrize("kind", ["plane", "space"])
-def test_tables_hold_what_the_solution_has(kind, request, tmp_path, capsys):
+def test_tables_hold_what_the_solution_has(kind, request, tmp_path):
     solution, path = request.getfixturevalue(kind)
-    d = next(iter(solution.meshes.values())).dim
-    assert main(["export", str(path), "--csv", str(tmp_path / "out")]) == 0, capsys.readouterr().err
-    pairs, boundary = rows(tmp_path / "out/pairs.csv"), rows(tmp_path / "out/boundary.csv")
-    assert len(pairs) == len(solution.steps) * sum(map(len, solution.nodes.values()))
-    assert len(boundary) == len(solution.steps) * sum(
-        mesh.n_nodes for mesh in solution.meshes.values()
-    )
+    assert main(f"export {path} --csv {tmp_path}/out".split()) == 0
+    table = {name.stem: rows(name) for name in (tmp_path / "out").iterdir()}
+    count, axes = len(solution.steps), "xyz"[: next(iter(solution.meshes.values())).dim]
+    assert len(table["pairs"]) == count * sum(map(len, solution.nodes.values()))
+    assert len(table["boundary"]) == count * sum(m.n_nodes for m in solution.meshes.values())
+
+    def of(name, number):
+        return [row for row in table[name] if row["increment"] == str(number)]
+
     for number, step in enumerate(solution.steps, 1):
-        (pair,) = step.pairs.values()
-        mine = [row for row in pairs if row["increment"] == str(number)]
+        (pair,), mine = step.pairs.values(), of("pairs", number)
         force = sum(float(row["weight"]) * float(row["pressure"]) for row in mine)
         assert force == pytest.approx(float(pair.weight @ pair.pressure), rel=1e-12)
         assert [row["state"] for row in mine] == [("stick", "slip", "open")[k] for k in pair.state]
-        nodes = [row for row in boundary if row["increment"] == str(number)]
-        moved = np.array([[float(row[f"u{axis}"]) for axis in "xyz"[:d]] for row in nodes])
+        moved = [[float(row[f"u{axis}"]) for axis in axes] for row in of("boundary", number)]
         assert np.array_equal(moved, np.concatenate([body.u for body in step.bodies.values()]))
-        total = [
-            row for row in rows(tmp_path / "out/resultants.csv") if row["increment"] == str(number)
-        ]
-        assert [float(total[0][f"F{axis}"]) for axis in "xyz"[:d]] == pair.force.tolist()
-    assert len(rows(tmp_path / "out/history.csv")) == solution.iterations
-    last = [
-        row
-        for row in rows(tmp_path / "out/reactions.csv")
-        if row["increment"] == str(len(solution.steps))
-    ]
-    assert {row["part"]: float(row["Fx"]) for row in last} == {
+        (total,) = of("resultants", number)
+        assert [float(total[f"F{axis}"]) for axis in axes] == pair.force.tolist()
+    assert len(table["history"]) == solution.iterations
+    assert {row["part"]: float(row["Fx"]) for row in of("reactions", count)} == {
         part: force[0] for part, force in solution.reactions().items()
     }
-    assert (tmp_path / "out/obstacles.csv").exists() == bool(solution.last.obstacles)
+    assert ("obstacles" in table) == bool(solution.last.obstacles)
+
+
+def test_one_table_of_one_increment_goes_into_the_file_that_is_named(plane, tmp_path, capsys):
+    _, path = plane
+    words = f"export {path} --csv {tmp_path}/b.csv --table obstacles --step 2"
+    assert main(words.split()) == 0
+    (row,) = rows(tmp_path / "b.csv")
+    assert float(row["Fx"]) == pytest.approx(0.25) and row["obstacle"] == "plate"
+    for given, line in (
+        ("", "nothing to write"),
+        ("--csv x --table pair", "no table 'pair'"),
+        ("--csv x.csv --table pairs --table history", "holds one table"),
+        ("--csv x --step 9", "there are increments 1 to 3"),
+        ("--csv x --step end", "--step end: must be a number from 1 to 3"),
+        ("--vtkhdf x.vtu", "must end in .vtkhdf"),
+    ):
+        assert main(f"export {path} {given}".split()) == 2
+        assert line in capsys.readouterr().err
 
 
 def test_heads_of_tables_name_the_units_of_the_problem(plane, tmp_path):
-    solution = replace(
-        plane[0],
-        problem=plane[0].problem.model_copy(update={"units": Units(length="mm", stress="MPa")}),
-    )
-    write_tables(solution, tmp_path / "out")
+    problem = plane[0].problem.model_copy(update={"units": Units(length="mm", stress="MPa")})
+    write_tables(replace(plane[0], problem=problem), tmp_path / "out")
     heads = {path.stem: path.read_text().splitlines()[0] for path in (tmp_path / "out").iterdir()}
     assert "y [mm],nx,ny,arc_length [mm],weight [mm],pressure [MPa],sigma_t [MPa]" in heads["pairs"]
     assert heads["resultants"].endswith("Fx [N/mm],Fy [N/mm],M [N],area [mm],dissipated [N]")
 
 
 @pytest.mark.parametrize("kind", ["plane", "space"])
-def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsys):
+def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path):
     """Sizes and offsets as the format wants them, and fields of each increment at its place."""
     solution, path = request.getfixturevalue(kind)
     d = next(iter(solution.meshes.values())).dim
-    assert (
-        main(
-            [
-                "export",
-                str(path),
-                "--vtkhdf",
-                str(tmp_path / "r.vtkhdf"),
-                "--grid",
-                "x".join("4" * d),
-            ]
-        )
-        == 0
-    )
+    grid = "x".join("4" * d)
+    assert main(f"export {path} --vtkhdf {tmp_path}/r.vtkhdf --grid {grid}".split()) == 0
     with h5py.File(tmp_path / "r.vtkhdf") as file:
         root = file["VTKHDF"]
         assert root.attrs["Type"] == b"UnstructuredGrid" and tuple(root.attrs["Version"]) == (2, 2)
         points, cells = int(root["NumberOfPoints"][0]), int(root["NumberOfCells"][0])
-        assert root["Points"].shape == (points, 3)
-        assert len(root["Types"]) == cells == len(root["Offsets"]) - 1
-        assert (
-            root["Offsets"][-1] == len(root["Connectivity"]) == root["NumberOfConnectivityIds"][0]
-        )
-        assert root["Connectivity"][()].max() < points
+        ends, corners = root["Offsets"][()], root["Connectivity"][()]
+        assert root["Points"].shape == (points, 3) and corners.max() < points
+        assert len(root["Types"]) == cells == len(ends) - 1
+        assert ends[-1] == len(corners) == root["NumberOfConnectivityIds"][0]
         count = root["Steps"].attrs["NSteps"]
-        assert count == len(solution.steps)
-        assert np.allclose(
-            root["Steps/Values"], [s.step - 1 + s.load_factor for s in solution.steps]
-        )
+        times = [step.step - 1 + step.load_factor for step in solution.steps]
+        assert count == len(solution.steps) and np.allclose(root["Steps/Values"], times)
         for key, values in root["PointData"].items():
             assert len(values) == count * points
-            assert root[f"Steps/PointDataOffsets/{key}"][()].tolist() == [
-                points * k for k in range(count)
-            ]
+            offsets = root[f"Steps/PointDataOffsets/{key}"][()].tolist()
+            assert offsets == [points * k for k in range(count)]
         assert len(root["CellData/contact"]) == count * cells
         assert set(root["CellData/contact"][()]) <= {-1, 0, 1, 2}
         inside = np.isnan(root["PointData/traction"][-points:, 0])
@@ -173,14 +166,25 @@ def test_one_file_for_paraview_has_all_increments(kind, request, tmp_path, capsy
         assert np.allclose(root["PointData/von_mises"][-points:][inside], solution.von_mises_at(x))
 
 
+@pytest.mark.slow
+def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
+    assert main(f"plot {plane[1]} --animate {tmp_path}/a.gif".split()) == 0
+    with Image.open(tmp_path / "a.gif") as picture:
+        assert picture.n_frames == len(plane[0].steps) == 3
+    for name, line in (
+        ("b.gif", "needs several increments, there is 1"),
+        ("b.avi", ".gif or .mp4"),
+    ):
+        assert main(f"plot {space[1]} --animate {tmp_path}/{name}".split()) == 2
+        assert line in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("size", "gap", "text"),
     [
-        (1e-4, 0.0, "displacements × 1000"),
         (1e-4, 1e-7, "displacements × 1000"),
         (1e-4, -0.1, "displacements to scale"),
         (1e-4, "x**2", "displacements to scale"),
-        (0.4, 0.0, "displacements to scale"),
         (1.5, 0.0, "displacements to scale"),
         (30.0, 0.1, "displacements / 200"),
     ],

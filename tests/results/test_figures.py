@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.pyplot
 import numpy as np
 import pytest
 from examples import example
@@ -30,8 +31,9 @@ from petcontact.model.bodies import Units
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
-from petcontact.results.figures.plots import drawings
+from petcontact.results.figures.plots import drawings, plot_all
 from petcontact.results.figures.stress import draw_von_mises
+from petcontact.results.figures.view import view_of
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.peaks import largest_at
 from petcontact.results.records import ObstacleResult
@@ -92,6 +94,8 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     assert not left.lines[0].get_ydata()[-1] > 1e-12
     write_solution(tmp_path / "r.h5", solution)
     assert read_result(tmp_path / "r.h5").history == solution.history
+    left, right = drawn(curves.draw_history, solve(example(1, mesh=COARSE))).axes
+    assert right.get_title() == "Robin parameter" and len(left.lines) == 3
 
 
 def test_a_residual_of_zero_is_not_drawn(solution):
@@ -103,21 +107,18 @@ def test_a_residual_of_zero_is_not_drawn(solution):
     assert np.isnan(shown[-2:]).all() and np.isfinite(shown[:-2]).all()
 
 
-def test_titles_are_whole(solution):
+def test_titles_are_whole_and_say_what_is_no_result(solution):
+    """A limit load ends the steps; what came before it has converged and is drawn as such."""
     long = "A block that is clamped at its top and pushed over a foundation with friction by forces"
     problem = solution.problem.model_copy(update={"title": long})
     text = curves.headed(replace(solution, problem=problem))
     assert text.replace("\n", " ") == long and max(map(len, text.splitlines())) < 70
-
-
-def test_increments_before_one_that_failed_are_results(solution):
-    """A limit load ends the steps; what came before it has converged and is drawn as such."""
     failed = replace(solution.last, status="not converged")
     limit = replace(solution, status="not converged", failed=failed)
     assert "no result" not in curves.headed(limit)
     assert "solved up to load factor 1 of step" in curves.headed(limit)
-    assert "not converged: no result" in curves.headed(replace(limit, steps=[]))
-    assert "no result" in curves.headed(replace(solution, status="not converged"))
+    for without in (replace(limit, steps=[]), replace(solution, status="not converged")):
+        assert "not converged: no result" in curves.headed(without)
 
 
 def with_paths(solution, *scales):
@@ -134,9 +135,27 @@ def with_paths(solution, *scales):
     return replace(solution, problem=problem, steps=steps)
 
 
-def test_only_a_path_that_returns_has_a_hysteresis_figure(solution):
-    assert "hysteresis" not in drawings(with_paths(solution, 1.0, 2.0, 3.0))
-    assert "hysteresis" in drawings(with_paths(solution, 1.0, 2.0, -1.0))
+def test_steps_have_lines_of_their_own_and_a_path_that_returns_a_hysteresis(solution):
+    there, back = with_paths(solution, 1.0, 2.0, 3.0), with_paths(solution, 1.0, 2.0, -1.0)
+    assert "hysteresis" not in drawings(there) and "hysteresis" in drawings(back)
+    lines = drawn(plane.draw_traction, back).axes[0].lines
+    steps = [line for line in lines if line.get_label().startswith("step")]
+    assert len({line.get_linestyle() for line in steps}) == 3
+
+
+def test_a_plot_in_a_notebook_fills_its_figure_and_takes_the_view_that_is_wanted(
+    solution, tmp_path, monkeypatch
+):
+    """The legend lies below the axes and takes nothing of their room."""
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    axes = solution.plot()
+    axes.figure.canvas.draw()
+    wide, high = axes.get_window_extent().size / axes.figure.dpi
+    assert wide > 5.0 and high > 2.5
+    matplotlib.pyplot.close("all")
+    view = view_of(solution, factor=7.0)
+    assert plot_all(solution, tmp_path, names=["deformed"], formats=["svg"], view=view)
+    assert "displacements × 7" in (tmp_path / "result-deformed.svg").read_text()
 
 
 def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
@@ -148,13 +167,6 @@ def test_the_moment_on_an_obstacle_is_drawn_over_its_rotation(solution):
     path = np.array([[0.0, 0.0], [-0.1, -0.7], [-0.2, -1.4]])
     assert axes.lines[0].get_xydata() == pytest.approx(path)
     assert "motion" in drawings(found) and "motion" not in drawings(solution)
-
-
-def test_steps_have_lines_of_their_own(solution):
-    lines = drawn(plane.draw_traction, with_paths(solution, 1.0, 2.0, -1.0)).axes[0].lines
-    steps = [line for line in lines if line.get_label().startswith("step")]
-    assert len({(line.get_linestyle(), str(line.get_color())) for line in steps}) == 3
-    assert len({line.get_linestyle() for line in steps}) == 3
 
 
 def test_colours_reach_to_the_largest_stress_that_is_bounded(plate):

@@ -13,7 +13,8 @@ import pytest
 from curved_bodies import as_surface, icosphere
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
-from shapes import cuboid, drawn, elastic, moved, touching
+from problems import block, contact_pair, posed
+from shapes import elastic, moved, touching
 
 from petcontact import (
     Contact,
@@ -31,7 +32,7 @@ from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours
-from petcontact.results.figures.plots import drawings
+from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap, draw_normal
 from petcontact.results.figures.surface import best_view, draw_surface
 from petcontact.results.figures.view import Chart
@@ -78,9 +79,8 @@ def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
             [mesh.corners[mine, :count], mesh.middles[mine, : 2 * count - 3]], axis=1
         )
         assert found.points[kinds[kind]] == pytest.approx(geometry, abs=1e-12)
-    errors = found.cell_data_dict[
-        "traction_error"
-    ].values()  # nothing acts on the side, of quadrilaterals
+    # nothing acts on the side, of quadrilaterals
+    errors = found.cell_data_dict["traction_error"].values()
     assert min(error.min() for error in errors) == 0.0 < max(error.max() for error in errors)
     write_vtkhdf(tmp_path / "s.vtkhdf", solution, (5, 5, 3))
     with h5py.File(tmp_path / "s.vtkhdf") as file:
@@ -129,21 +129,17 @@ def test_small_triangles_tile_the_panels(solution, most):
 
 
 def test_colours_have_levels_that_are_read_easily():
-    assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [
-        0,
-        1,
-        2,
-        3,
-        4,
-        5,
-        6,
-        7,
-        8,
-    ]
+    assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [*range(9)]
     signed = band_colours(np.array([-3.0, 1.0]))
     assert signed.norm.boundaries[0] == -signed.norm.boundaries[-1]
     assert signed.cmap.name != band_colours(np.ones(1)).cmap.name
     assert band_colours(np.full(3, np.nan)).norm.boundaries[-1] == 1.0
+
+
+def test_a_curved_body_has_a_picture_of_its_error_and_is_seen_from_its_contact(solution):
+    drawings(solution)["error"](figure := Figure(), solution)
+    assert "estimated error" in figure.axes[1].get_ylabel()
+    assert plot_on(solution, Figure()).elev < 0.0
 
 
 def test_the_floor_of_a_deformed_body_is_a_net(solution):
@@ -165,54 +161,48 @@ def test_the_pressure_at_a_sharp_rim_does_not_set_the_colours(solution):
     assert figure.axes[1].get_ylim()[1] < 2.0 * pair.pressure.max()
 
 
-def test_a_small_contact_fills_the_picture_of_a_large_face():
-    """A ball on a plane: what is in contact, some nodes beside it and their levels."""
-    ball = parse(
-        Problem,
-        {
-            "material": elastic(1.0, 0.3),
-            "mesh": {"element_size": 0.4, "order": 1},
-            "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-            "obstacle": [{"name": "ground"}],
-            "boundary": [
-                moved("top", [0.0, 0.0, -0.01]),
-                *(drawn(part, [0.0] * 3) for part in ("left", "right", "front", "back")),
-            ],
-            "contact": [touching("foot", "body.bottom", "ground", gap="z")],
-        },
-        "ball",
+def test_a_smooth_ball_that_hardly_touches_its_floor():
+    """What is in contact fills the picture, with some nodes beside it and their levels, along the
+    axes of the floor; there is no picture of friction."""
+    ball = solve(
+        parse(
+            Problem,
+            {
+                "material": elastic(1.0, 0.3),
+                "mesh": {"element_size": 0.4, "order": 1},
+                "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+                "obstacle": [{"name": "ground"}],
+                "boundary": [moved("top", [0.0, 0.0, -0.01])],
+                "contact": [touching("foot", "body.bottom", "ground", gap="z")],
+            },
+            "ball",
+        )
     )
-    solution = solve(ball)
-    pair, figure = solution.pairs["foot"], Figure()
+    pair, figure = ball.pairs["foot"], Figure()
     place, closed = pair.x[:, :2], pair.state != OPEN
-    draw_gap(figure, solution)
+    draw_gap(figure, ball)
     (low, high), width = figure.axes[0].get_xlim(), np.ptp(place[:, 0])
     assert high - low < 0.8 * width and low < place[closed, 0].min()
     assert place[closed, 0].max() < high
     assert pair.gap[~closed].min() < figure.axes[1].get_ylim()[1] < 0.5 * pair.gap.max()
+    known = drawings(ball)
+    assert "traction" not in known and {"normal", "displacement", "stress", "error"} <= set(known)
+    known["normal"](picture := Figure(), ball)
+    assert (picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()) == ("x", "y")
+    assert "no result" not in picture._suptitle.get_text()
+    known["normal"](failed := Figure(), replace(ball, status="not converged"))
+    assert failed._suptitle.get_text().endswith("not converged: no result")
 
 
 def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
-    def box(name, low, high, boundary):
-        return {
-            "name": name,
-            "material": elastic(1.0, 0.3),
-            "boundary": boundary,
-            "geometry": cuboid([0, 0, low], [1, 1, high]),
-            "mesh": {"element_size": 1.0, "order": 1},
-        }
-
-    held = [moved("bottom", [0.0] * 3)]
-    pressed = [moved("top", [0.0, 0.0, -0.1])]
-    pairs = [
-        touching("a", "mid.bottom", "low.top", friction_coefficient=0.5),
-        touching("b", "up.bottom", "mid.top", friction_coefficient=0.5),
-    ]
-    bodies = [box("low", 0, 1, held), box("mid", 1, 2, []), box("up", 2, 3, pressed)]
-    found = solve(parse(Problem, {"body": bodies, "contact": pairs}, "three"))
-    assert best_view(found, "low")[0] > 0.0 > best_view(found, "up")[0], (
-        "from above, and from below"
-    )
+    size = "element_size = 1.0, order = 1"
+    text = block("low", [0, 0, 0], [1, 1, 1], mesh=size, bottom=[0.0, 0.0, 0.0])
+    text += block("mid", [0, 0, 1], [1, 1, 2], mesh=size)
+    text += block("up", [0, 0, 2], [1, 1, 3], mesh=size, top=[0.0, 0.0, -0.1])
+    text += contact_pair("a", "mid.bottom", "low.top", 0.5)
+    found = solve(posed(text + contact_pair("b", "up.bottom", "mid.top", 0.5)))
+    from_above, from_below = best_view(found, "low")[0], best_view(found, "up")[0]
+    assert from_above > 0.0 > from_below
     figure = Figure()
     drawings(found)["surface"](figure, found)
     titles = [axes.get_title() for axes in figure.axes]
@@ -220,34 +210,6 @@ def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
     assert len(figure.axes) == 5
     alone = figure.axes[1]
     assert alone.get_zlim()[1] - alone.get_zlim()[0] < 0.6 * np.ptp(figure.axes[0].get_zlim())
-
-
-def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
-    """Its nodes lie in no plane, nor along any direction."""
-    geometry = {"shape": "sphere", "centre": [0, 0, 2], "radius": 2}
-    conditions = [moved("top", [0, 0, -0.1])]
-    data = {
-        "body": [
-            {
-                "name": "ball",
-                "material": elastic(1.0, 0.3),
-                "geometry": geometry,
-                "mesh": {"element_size": 1.0, "order": 1},
-                "boundary": conditions,
-            }
-        ],
-        "obstacle": [{"name": "floor"}],
-        "contact": [touching("pair", "ball.bottom", "floor", direction=[0, 0, -1], gap="z")],
-    }
-    ball = solve(parse(Problem, data, "test"))
-    known = drawings(ball)
-    assert "traction" not in known and {"normal", "displacement", "stress"} <= set(known)
-    picture = Figure()
-    known["normal"](picture, ball)
-    assert (picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()) == ("x", "y")
-    assert "no result" not in picture._suptitle.get_text()
-    known["normal"](failed := Figure(), replace(ball, status="not converged"))
-    assert failed._suptitle.get_text().endswith("not converged: no result")
 
 
 def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
@@ -298,26 +260,10 @@ def test_a_face_that_contact_goes_round_is_unrolled(solution):
 def test_panels_that_face_nothing_have_no_gap_in_the_picture():
     """A plate on a block a third as wide: of its nine panels only the one in the middle is
     drawn."""
-
-    def box(name, low, high, boundary):
-        material = elastic(1.0, 0.3)
-        geometry = cuboid(low, high)
-        return {
-            "name": name,
-            "material": material,
-            "boundary": boundary,
-            "geometry": geometry,
-            "mesh": {"element_size": 1.0, "order": 1},
-        }
-
-    pressed = [moved("top", [0, 0, -0.01])]
-    held = [moved("bottom", [0, 0, 0])]
-    bodies = [
-        box("plate", [-1, -1, 1], [2, 2, 2], pressed),
-        box("block", [0, 0, 0], [1, 1, 1], held),
-    ]
-    pair = touching("pair", "plate.bottom", "block.top")
-    found, figure = solve(parse(Problem, {"body": bodies, "contact": [pair]}, "plate")), Figure()
+    size = "element_size = 1.0, order = 1"
+    text = block("plate", [-1, -1, 1], [2, 2, 2], mesh=size, top=[0.0, 0.0, -0.01])
+    text += block("low", [0, 0, 0], [1, 1, 1], mesh=size, bottom=[0.0, 0.0, 0.0])
+    found = solve(posed(text + contact_pair("pair", "plate.bottom", "low.top", 0.0)))
     assert np.isinf(found.pairs["pair"].gap).sum() == 32
-    draw_gap(figure, found)
+    draw_gap(figure := Figure(), found)
     assert figure.axes[0].dataLim.extents == pytest.approx([0.0, 0.0, 1.0, 1.0])

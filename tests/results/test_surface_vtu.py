@@ -11,16 +11,6 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import (
-    Contact,
-    Displacement,
-    Material,
-    MeshOptions,
-    OutlineSide,
-    Problem,
-    Revolved,
-    solve,
-)
 from petcontact.commands.main import main
 from petcontact.model.case import load
 from petcontact.pipeline.run import prepare, run
@@ -92,39 +82,3 @@ def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
     assert Path("r.vtu").exists() and Path("s.vtu").exists()
     assert main(["field", "r.h5", "--grid", "4x2"]) == 2
     assert "the body has 3 dimensions" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_the_boundary_is_written_where_no_cell_of_the_grid_lies_inside(
-    tmp_path, monkeypatch, capsys
-) -> None:
-    """A thin shell: the grid says what is wrong with it, the boundary needs none."""
-    monkeypatch.chdir(tmp_path)
-    half = [
-        OutlineSide("outer", (1, 0), radius=1.0),
-        OutlineSide("outer", (0, 1), radius=1.0),
-        OutlineSide("axis", (0, 0.8)),
-        OutlineSide("inner", (0.8, 0), radius=-0.8),
-        OutlineSide("inner", (0, -0.8), radius=-0.8),
-        OutlineSide("axis", (0, -1)),
-    ]
-    given = [Contact("outer", normal="unilateral", gap=9.0), Displacement("inner", (0, 0, 0.1))]
-    shell = Problem(
-        material=Material(1.0, 0.3),
-        geometry=Revolved([half]),
-        mesh=MeshOptions(0.8, order=0),
-        boundary=given,
-    )
-    write_solution("r.h5", solve(shell))
-    assert main(["field", "r.h5", "--grid", "3x3x3", "--boundary", "s.vtu"]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == "s.vtu\n" and "no cell lies inside the body" in printed.err
-    assert not Path("r.vtu").exists()
-    assert len(meshio.read("s.vtu").points) > 0
-    # the flat pieces of the inner face lie 0.1 inside it: what they hold is not all in the shell
-    window = ["--window", "0.7", "-0.1", "-0.1", "1", "0.1", "0.1", "--grid", "12x2x2"]
-    assert main(["field", "r.h5", *window]) == 0
-    grid = meshio.read("r.vtu")
-    distance = np.linalg.norm(grid.points, axis=1)
-    assert 0.8 - 0.01 < distance.min() < 0.8 + 0.04 and distance.max() < 1.0 + 0.01
-    assert np.isfinite(grid.point_data["von_mises"]).all()

@@ -197,17 +197,6 @@ def test_nearly_all_random_problems_are_solved():
     assert solved >= 98
 
 
-@pytest.mark.parametrize(
-    "force, held", [((0.0, -1.0), False), ((0.5, 1.0), False), ((0.1, 1.0), True)]
-)
-def test_loads_without_equilibrium_are_never_converged(force, held):
-    x, weight, matrix = half_plane(30, 1.5)
-    system = pressed(matrix, weight, 0.5 * x**2, force)
-    state = NEWTON(system, coulomb(30, 0.3, 2), iteration())
-    assert state.converged == held
-    assert held or "no equilibrium" in state.reason
-
-
 def test_a_body_above_the_floor_falls_until_it_touches():
     """Nothing is in contact at first, and no displacement is known."""
     x, weight, matrix = half_plane(60, 1.5)
@@ -226,42 +215,6 @@ def test_motions_that_contact_does_not_see_stay():
     still = NEWTON(pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), law, iteration())
     assert still.converged and still.alpha[0] == 0.0 and (still.states == STICK).sum() == 0
     assert not NEWTON(pressed(matrix, weight, 0.5 * x**2, (1e-3, 0.5)), law, iteration()).converged
-
-
-class Box:
-    """A law of one's own: each tangential component has a bound of its own, as on a grooved face;
-    no normal one."""
-
-    k, groups = 2, (slice(0, 2),)
-
-    def __init__(self, bound):
-        self.bound = bound
-
-    def project(self, tau):
-        return np.clip(tau, -self.bound, self.bound)
-
-    def linearise(self, tau):
-        return np.eye(2) * (np.abs(tau) <= self.bound)[:, :, None]
-
-    def states(self, tau):
-        return (np.abs(tau) > self.bound).any(axis=1).astype(np.int8)
-
-
-def test_a_law_of_ones_own():
-    rng = np.random.default_rng(7)
-    factor = rng.standard_normal((20, 20))
-    matrix, bound = factor @ factor.T / 20 + 0.1 * np.eye(20), np.array([0.3, 0.6])
-    system, law = ReducedSystem(rng.standard_normal((10, 2)), matrix, np.ones(10)), Box(bound)
-    states = [
-        method(system, law, iteration(1e-9, 2000))
-        for method in (NEWTON, Projection(Modified(), 1.0, 1.5))
-    ]
-    assert all(state.converged for state in states)
-    assert np.allclose(states[0].sigma, states[1].sigma, atol=1e-5)
-    v, sigma = states[0].v, states[0].sigma
-    slips = np.abs(v) > 1e-9
-    assert slips.any() and not slips.all()
-    assert np.allclose(sigma[slips], (-np.sign(v) * bound)[slips])
 
 
 def test_a_method_of_ones_own_is_a_file_and_a_line(monkeypatch):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from examples import example
 from marks import slow
-from prepared import Posed, layer_of, operators
+from prepared import Posed
 
 from petcontact import (
     Bem,
@@ -19,10 +19,7 @@ from petcontact import (
     Polygon,
     Traction,
 )
-from petcontact.contact.active_set.pivots import box_problem
-from petcontact.contact.active_set.solvers import SurrogateActiveSetSolver
 from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
 from petcontact.model.solver_options import DEFAULT_METHOD
 
@@ -103,17 +100,6 @@ def test_default_and_starts(comm):
     prepared.close()
 
 
-def test_full_formulation_serves_every_method(comm):
-    case = example(1, mesh=MeshOptions(element_size=0.4))
-    prepared = Posed(case, comm)
-    full = Posed(case.model_copy(update={"method": Method(formulation="full")}), comm)
-    for name in NAMES:
-        states = [p.iterate(Method(name=name, rho=1e3, tolerance=1e-9)) for p in (prepared, full)]
-        assert np.allclose(states[0].v, states[1].v, atol=1e-10), name
-    prepared.close()
-    full.close()
-
-
 @pytest.mark.parametrize(
     "case",
     [PROBLEMS["example 2"], slow(PROBLEMS["two parts"])],
@@ -157,25 +143,3 @@ def test_symmetrised_problem_is_another_one(comm):
     off = contact_norm(sigma[:, None] - exact.sigma, weight) / contact_norm(exact.sigma, weight)
     assert 0.01 < off < 0.03
     prepared.close()
-
-
-def test_box_problem_of_the_surrogate_is_its_contact_problem():
-    """Optimality of the projection in the metric of T, by a projected gradient that must not
-    descend."""
-    surrogate = layer_of(operators(example(1)))
-    rng = np.random.default_rng(5)
-    base, bound = rng.standard_normal((surrogate.size, 1)) * 1e-2, 150.0
-    law, zero = Tresca(np.full(surrogate.size, bound)), np.zeros_like(base)
-    step = box_problem(SurrogateActiveSetSolver(surrogate), law, base, zero, zero)
-
-    def energy(q):
-        return float(np.sum(0.5 * q * surrogate.apply(q) + q * base))
-
-    least = energy(step.sigma)
-    for _ in range(50):
-        other = np.clip(
-            step.sigma + rng.standard_normal(base.shape) * rng.choice([0.1, 1.0, 30.0]),
-            -bound,
-            bound,
-        )
-        assert energy(other) >= least

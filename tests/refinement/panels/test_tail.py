@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from facets import box as facet_box
-from facets import quartered
 
 from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
@@ -92,17 +91,3 @@ def meshes_of_order_0():
         as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test"),
         MeshOptions(element_size=0.25),
     )
-
-
-def test_quarters_are_the_same_surface(tmp_path):
-    for mesh in meshes(1, tmp_path)[:2]:
-        marked = np.arange(mesh.n_elements) % 3 == 0
-        finer = quartered(mesh, marked)
-        assert finer.n_elements == mesh.n_elements + 3 * marked.sum()
-        assert finer.weight.sum() == pytest.approx(mesh.weight.sum())
-        assert np.all(finer.weight > 0.0)
-        for part in mesh.part_names:
-            for one, other in ((mesh, finer),):
-                a, b = one.nodes_of(part), other.nodes_of(part)
-                assert one.weight[a] @ one.x[a] == pytest.approx(other.weight[b] @ other.x[b])
-                assert np.allclose(one.weight[a] @ one.normal[a], other.weight[b] @ other.normal[b])
