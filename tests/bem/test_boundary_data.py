@@ -160,48 +160,37 @@ def test_contact_directions_are_ordered_by_the_axes(d):
         assert np.all(np.abs(np.einsum("icc->ic", frame[:, order])).sum(axis=1) <= diagonal + 1e-12)
 
 
+SIDES = free("left", "right")
+
+
 @pytest.mark.parametrize(
     ("boundary", "message"),
     [
+        ((contact("left"), *free("right")), "part 'bottom' has no condition; each of bottom,"),
         (
-            (clamped("top"), contact("left"), *free("right")),
-            "part 'bottom' has no condition; each of bottom, right, top, left",
-        ),
-        (
-            (clamped("top"), contact("bottm"), *free("left", "right")),
+            (contact("bottm"), *SIDES),
             r"boundary\[1\]\.part: no part 'bottm', did you mean 'bottom'",
         ),
-        ((clamped("top"), contact("top")), r"boundary\[1\]\.part: 'top' has a condition already"),
+        ((contact("top"),), r"boundary\[1\]\.part: 'top' has a condition already"),
         (
-            (clamped("top"), contact("bottom", -1.0), *free("left", "right")),
-            r"boundary\[1\] \(bottom\)\.friction_bound: must be >= 0, is -1",
+            (contact("bottom", -1.0), *SIDES),
+            r"\[1\] \(bottom\)\.friction_bound: must be >= 0, is -1",
+        ),
+        ((contact("bottom", "1 - x"), *SIDES), "must be >= 0, is -0.875 at x = 1.875, y = 0"),
+        ((contact("bottom", "1/(x-x)"), *SIDES), "friction_bound: expression .* is not finite"),
+        (
+            (contact("bottom"), Displacement(part="left", value=("q", 0.0)), *free("right")),
+            r"body 'body': left\.value\[0\]: unknown name 'q'",
         ),
         (
-            (clamped("top"), contact("bottom", "1 - x"), *free("left", "right")),
-            r"must be >= 0, is -0.875 at x = 1.875, y = 0",
-        ),
-        (
-            (clamped("top"), contact("bottom", "1/(x-x)"), *free("left", "right")),
-            r"friction_bound: expression .* is not finite",
-        ),
-        (
-            (Displacement(part="top", value=("q", 0.0)), contact("bottom"), *free("left", "right")),
-            r"body 'body': top\.value\[0\]: unknown name 'q'",
-        ),
-        (
-            (
-                clamped("top"),
-                Traction(part="left", pressure="log(-1)"),
-                contact("bottom"),
-                *free("right"),
-            ),
+            (contact("bottom"), Traction(part="left", pressure="log(-1)"), *free("right")),
             r"body 'body': left\.pressure: expression .* is not finite",
         ),
     ],
 )
 def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
     with pytest.raises(InputError, match=message) as caught:
-        data(*boundary)
+        data(clamped("top"), *boundary)
     assert "\n" not in str(caught.value)
 
 
@@ -233,32 +222,3 @@ def test_bodies_of_any_size_are_judged_alike():
         given = {"body": body, "element_size": 0.25 * size}
         assert motions(*held, **given) == 0
         assert motions(contact("bottom", 0.0), *free("left", "top", "right"), **given) == 3
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: Material(young_modulus=1.0, poisson_ratio=0.5),
-            r"must lie in \(-1, 1/2\), got 0.5",
-        ),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=-1.0), r"must lie in \(-1, 1/2\)"),
-        (
-            lambda: Material(young_modulus=1.0, poisson_ratio=0.51, plane="stress"),
-            r"\(-1, 1/2\] in plane stress",
-        ),
-        (lambda: Material(young_modulus=0.0, poisson_ratio=0.3), "young_modulus"),
-        (lambda: Material(young_modulus=math.nan, poisson_ratio=0.3), "young_modulus"),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=math.nan), "poisson_ratio"),
-        (lambda: contact("bottom", math.inf), "friction_bound"),
-        (lambda: Displacement(part="top", value=(math.nan, 0.0)), "value"),
-        (lambda: Displacement(part="top", value=(0.0,)), "value"),
-        (lambda: Traction(part="top"), "needs either value"),
-        (lambda: Traction(part="top", value=(0.0, 0.0), pressure=1.0), "needs either value"),
-        (lambda: Traction(part="top", value=("free", True)), "value"),
-    ],
-)
-def test_data_out_of_range_are_refused_in_one_line(make, message):
-    with pytest.raises(InputError, match=message) as caught:
-        make()
-    assert "\n" not in str(caught.value)

@@ -18,89 +18,79 @@ pytestmark = pytest.mark.usefixtures("unsampled")
 YOUNG, POISSON, DROP = 1000.0, 0.25, 0.002
 
 
+SECTIONS = """*MATERIAL, NAME=STEEL
+*ELASTIC
+1000.0, 0.25
+*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL
+*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL
+*SURFACE INTERACTION, NAME=RUB
+*FRICTION
+0.3,
+*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE
+HIGH, LOW
+*BOUNDARY"""
+LOADS = """*DFLUX
+UPPER, BF, 0.5
+*NODE PRINT
+*END STEP"""
+
+
 def stacked(d):
     """Two equal blocks, one on the other, rollers at the sides, the top lowered: p is that of
     one-dimensional strain."""
-    kind, counts = ("CPE4R", (4, 2)) if d == 2 else ("C3D8", (2, 2, 2))
-    up = d - 1
-    size = [2.0, 1.0] if d == 2 else [1.0, 1.0, 1.0]
-    bottom, lower = grid([0.0] * d, size, counts, 1, 1, kind, "LOWER")
-    raised = [0.0] * up + [1.0]
-    top, upper = grid(
-        raised,
-        [a + b for a, b in zip(size, raised, strict=True)],
-        counts,
-        1001,
-        1001,
-        kind,
-        "UPPER",
-    )
-    faces = ("S3", "S1") if d == 2 else ("S2", "S1")
+    kind, counts, size = ("CPE4R", (4, 2), (2, 1)) if d == 2 else ("C3D8", (2, 2, 2), (1, 1, 1))
+    up, foot = d - 1, [0.0] * (d - 1)
+    bottom, lower = grid([*foot, 0.0], size, counts, 1, 1, kind, "LOWER")
+    top, upper = grid([*foot, 1.0], [*size[:up], 2.0], counts, 1001, 1001, kind, "UPPER")
     text = ["*HEADING", "two blocks", "** a comment", *bottom, *top]
     text += [*sets("FOOT", lower, up, 0), *sets("HEAD", upper, up, counts[up])]
     for c in range(up):
         for name, nodes in (("A", lower), ("B", upper)):
             text += [*sets(f"{name}{c}0", nodes, c, 0), *sets(f"{name}{c}1", nodes, c, counts[c])]
-    first = [
-        k
-        for k, cell in enumerate(itertools.product(*(range(n) for n in counts)))
-        if cell[up] == counts[up] - 1
-    ]
-    last = [
-        k for k, cell in enumerate(itertools.product(*(range(n) for n in counts))) if cell[up] == 0
-    ]
-    text += [
-        "*ELSET, ELSET=UNDER",
-        ", ".join(str(1 + k) for k in first),
-        "*ELSET, ELSET=OVER",
-        ", ".join(str(1001 + k) for k in last),
-        "*SURFACE, NAME=LOW, TYPE=ELEMENT",
-        f"UNDER, {faces[0]}",
-        "*SURFACE, NAME=HIGH",
-        f"OVER, {faces[1]}",
-        "*MATERIAL, NAME=STEEL",
-        "*ELASTIC",
-        f"{YOUNG}, {POISSON}",
-        "*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL",
-        "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL",
-        "*SURFACE INTERACTION, NAME=RUB",
-        "*FRICTION",
-        "0.3,",
-        "*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE",
-        "HIGH, LOW",
-        "*BOUNDARY",
-        f"FOOT, 1, {d}, 0.",
-    ]
+    cells = [*itertools.product(*(range(n) for n in counts))]
+    under, over = (
+        ", ".join(str(first + k) for k, cell in enumerate(cells) if cell[up] == layer)
+        for first, layer in ((1, counts[up] - 1), (1001, 0))
+    )
+    text += ["*ELSET, ELSET=UNDER", under, "*ELSET, ELSET=OVER", over]
+    text += ["*SURFACE, NAME=LOW, TYPE=ELEMENT", "UNDER, S3" if d == 2 else "UNDER, S2"]
+    text += ["*SURFACE, NAME=HIGH", "OVER, S1", *SECTIONS.splitlines(), f"FOOT, 1, {d}, 0."]
     rollers = [
         f"{name}{c}{side}, {c + 1}, {c + 1}" for c in range(up) for name in "AB" for side in "01"
     ]
-    return [
-        *text,
-        "*BOUNDARY",
-        *rollers,
-        "*STEP, NAME=press",
-        "*STATIC",
-        "*BOUNDARY",
-        f"HEAD, {d}, {d}, {-DROP}",
-        "*DFLUX",
-        "UPPER, BF, 0.5",
-        "*NODE PRINT",
-        "*END STEP",
-    ]
+    text += ["*BOUNDARY", *rollers, "*STEP, NAME=press", "*STATIC", "*BOUNDARY"]
+    return [*text, f"HEAD, {d}, {d}, {-DROP}", *LOADS.splitlines()]
 
 
+def converted(text, folder, capsys):
+    """The problem of an input file, and the lines that name what was not taken."""
+    folder.mkdir(exist_ok=True)
+    (folder / "part.inp").write_text("\n".join(text))
+    assert main(f"init {folder}/own --from {folder}/part.inp".split()) == 0
+    return load(folder / "own.toml"), capsys.readouterr().err.splitlines()
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
-def test_two_blocks_are_pressed_as_theory_says(d, tmp_path, capsys):
-    (tmp_path / "part.inp").write_text("\n".join(stacked(d)))
-    assert main(["init", str(tmp_path / "own"), "--from", str(tmp_path / "part.inp")]) == 0
-    told = capsys.readouterr()
-    assert "*DFLUX: not taken" in told.err and told.err.count("\n") == 1
+def test_two_blocks_are_pressed_as_theory_says(d, clockwise, tmp_path, capsys):
+    """Elements that are numbered clockwise are taken as they lie; their faces keep the numbers that
+    they have in the file: the upper one is S1 then, of hexahedra still S2."""
+    text = stacked(d)
+    if clockwise:
+        start = text.index("*Element, type=" + ("CPE4R" if d == 2 else "C3D8") + ", elset=LOWER")
+        for k in range(start + 1, start + 9):
+            number, *nodes = text[k].split(", ")
+            text[k] = ", ".join([number, *nodes[:4][::-1], *nodes[4:][::-1]])
+        text = [line.replace("UNDER, S3", "UNDER, S1") for line in text]
+    problem, named = converted(text, tmp_path, capsys)
+    lie = "8 elements (1, 2, ...) numbered clockwise, or inside out; taken as they lie"
+    assert [lie in line for line in named] == [True] * clockwise + [False]
+    assert "*DFLUX: not taken" in named[-1]
     assert "# not taken: line" in (tmp_path / "own.toml").read_text()
-    problem = load(tmp_path / "own.toml")
     assert [body.name for body in problem.body] == ["body1", "body2"]
-    assert problem.contact[0].friction_coefficient == 0.3
-    assert problem.contact[0].secondary == "body2.HIGH"
-    assert problem.contact[0].primary == "body1.LOW"
+    (pair,) = problem.contact
+    assert pair.friction_coefficient == 0.3
+    assert (pair.secondary, pair.primary) == ("body2.HIGH", "body1.LOW")
     solution = solve(problem)
     assert solution.converged, solution.reason
     stiff = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
@@ -108,22 +98,19 @@ def test_two_blocks_are_pressed_as_theory_says(d, tmp_path, capsys):
 
 
 def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
-    text = stacked(2)
-    text = [line.replace("CPE4R", "CPS4") for line in text if not line.startswith("HEAD, 2")]
-    text = [
-        line.replace("*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE", "*TIE, NAME=T")
-        for line in text
-    ]
-    end = text.index("*DFLUX")
-    text[end : end + 2] = ["*DLOAD", "UPPER, GRAV, 9.81, 0., -1.", "LIFTED, P3, 2.0"]
-    text[-1:] = ["*END STEP", "*STEP", "*STATIC", "*DLOAD", "LIFTED, P3, 5.0", "*END STEP"]
-    place = text.index("*STEP, NAME=press")
-    text[place:place] = ["*ELSET, ELSET=LIFTED, GENERATE", "1002, 1008, 2", "*DENSITY", "7.8e-9"]
-    (tmp_path / "part.inp").write_text("\n".join(text))
-    assert main(["init", str(tmp_path / "own"), "--from", str(tmp_path / "part.inp")]) == 0, (
-        capsys.readouterr().err
-    )
-    problem = load(tmp_path / "own.toml")
+    text = "\n".join(line for line in stacked(2) if not line.startswith("HEAD, 2"))
+    pressed = "*DLOAD\nUPPER, GRAV, 9.81, 0., -1.\nLIFTED, P3, 2.0"
+    lifted = "*ELSET, ELSET=LIFTED, GENERATE\n1002, 1008, 2\n*DENSITY\n7.8e-9\n"
+    contact = "*CONTACT PAIR, INTERACTION=RUB, TYPE=SURFACE TO SURFACE"
+    for old, new in (
+        ("CPE4R", "CPS4"),
+        (contact, "*TIE, NAME=T"),
+        ("*DFLUX\nUPPER, BF, 0.5", pressed),
+        ("*STEP, NAME=press", f"{lifted}*STEP, NAME=press"),
+    ):
+        text = text.replace(old, new)
+    text += "\n*STEP\n*STATIC\n*DLOAD\nLIFTED, P3, 5.0\n*END STEP"
+    problem, _ = converted(text.splitlines(), tmp_path, capsys)
     pair, upper = problem.contact[0], problem.body[1]
     assert pair.normal == "bonded" and upper.material.plane == "stress"
     assert upper.material.density == 7.8e-9
@@ -132,10 +119,9 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     assert len(problem.step) == 2 and problem.step[1].boundary[0].pressure == 5.0
     solution = solve(problem)
     assert solution.converged, solution.reason
+    # the weight is next to nothing
     forces = [step.pairs["pair1"].force[1] for step in solution.steps]
-    assert forces[1] / forces[0] == pytest.approx(
-        2.5, rel=0.01
-    )  # pressed ×2.5; the weight is next to nothing
+    assert forces[1] / forces[0] == pytest.approx(2.5, rel=0.01)
 
 
 def test_a_displacement_that_a_later_step_changes_is_that_of_the_deck_in_each(tmp_path, capsys):
@@ -148,127 +134,51 @@ def test_a_displacement_that_a_later_step_changes_is_that_of_the_deck_in_each(tm
     assert [c.value for c in problem.step[1].boundary] == [(0.001, -0.005)]
 
 
-def converted(text, folder, capsys):
-    """The problem of an input file, and the lines that name what was not taken."""
-    folder.mkdir(exist_ok=True)
-    (folder / "part.inp").write_text("\n".join(text))
-    assert main(["init", str(folder / "own"), "--from", str(folder / "part.inp")]) == 0, (
-        capsys.readouterr().err
-    )
-    return load(folder / "own.toml"), capsys.readouterr().err.splitlines()
-
-
-@pytest.mark.parametrize("d", [2, 3])
-def test_elements_numbered_clockwise_are_taken_as_they_lie(d, tmp_path, capsys):
-    """Their faces keep the numbers that they have in the file: the upper one is S1 then, of
-    hexahedra still S2."""
-    text = stacked(d)
-    start = text.index("*Element, type=" + ("CPE4R" if d == 2 else "C3D8") + ", elset=LOWER")
-    for k in range(start + 1, start + 9):
-        number, *nodes = text[k].split(", ")
-        text[k] = ", ".join([number, *nodes[:4][::-1], *nodes[4:][::-1]])
-    text = [line.replace("UNDER, S3", "UNDER, S1") for line in text]
-    problem, named = converted(text, tmp_path, capsys)
-    assert any(
-        "8 elements (1, 2, ...) numbered clockwise, or inside out; taken as they lie" in line
-        for line in named
-    )
-    stiff = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
-    assert np.allclose(solve(problem).pairs["pair1"].pressure, stiff * DROP / 2.0, rtol=0.02)
-
-
-def test_a_part_without_contact_is_solved(tmp_path, capsys):
-    """The upper block alone, clamped below and pressed from above: E or so times its strain."""
-    text = [
-        line for line in stacked(2) if not line.startswith(("HIGH, LOW", "*CONTACT PAIR", "HEAD, "))
-    ]
-    lower, upper = text.index("*NODE"), text.index("*NODE", text.index("*NODE") + 1)
-    text = text[:lower] + text[upper:]
-    keep = [
-        k
-        for k, line in enumerate(text)
-        if not line.startswith(
-            ("FOOT", "A0", "A1", "UNDER", "UPPER, BF", "*SOLID SECTION, ELSET=LOWER")
-        )
-    ]
-    text = [text[k] for k in keep]
-    text = [line for line in text if line not in ("*SURFACE, NAME=LOW, TYPE=ELEMENT", "*DFLUX")]
-    text[-2:-2] = ["*BOUNDARY", "SEAT, 1, 2", "*DSLOAD", "LID, P, 3.0"]
-    place = text.index("*MATERIAL, NAME=STEEL")
-    text[place:place] = [
-        "*NSET, NSET=SEAT, GENERATE",
-        "1001, 1013, 3",
-        "*SURFACE, NAME=LID",
-        *(f"{number}, S3" for number in (1002, 1004, 1006, 1008)),
-    ]
-    problem, _ = converted(text, tmp_path, capsys)
-    solution = solve(problem)
-    assert solution.converged and not solution.pairs
-    assert solution.reactions()["SEAT"][1] == pytest.approx(6.0, rel=0.05)
-
-
 HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in contact; not taken"
+LOST = "without a face that is neither held nor in contact; not taken"
 
 
 @pytest.mark.parametrize(
     ("lines", "named"),
     [
-        (["*DLOAD", "77, P1, 2.0"], "*DLOAD: 77: 1 element (77) not there; not taken"),
+        ("*DLOAD/77, P1, 2.0", "*DLOAD: 77: 1 element (77) not there; not taken"),
         (
-            ["*DLOAD", "UPPER, P6, 2.0"],
-            "*DLOAD: UPPER: 8 elements (1001, 1002, ...) without a face P6; not taken",
+            "*DLOAD/UPPER, P6, 2.0",
+            "UPPER: 8 elements (1001, 1002, ...) without a face P6; not taken",
         ),
-        (["*DSLOAD", "LID, P, 2.0"], "*DSLOAD: load P on LID; not taken"),
-        (["*DLOAD", "1001, P2, 2.0"], HIDDEN),
-        (["*DLOAD", "1001, P1, 2.0"], HIDDEN),
+        ("*DSLOAD/LID, P, 2.0", "*DSLOAD: load P on LID; not taken"),
+        ("*DLOAD/1001, P2, 2.0", HIDDEN),
+        ("*DLOAD/1001, P1, 2.0", HIDDEN),
+        ("*SURFACE, NAME=HIGH/1001, S2", "HIGH: faces inside of 1 element (1001); not taken"),
+        ("*SURFACE, NAME=HIGH/9, S2", "*SURFACE: 9: 1 element (9) not there; not taken"),
+        ("*NSET, NSET=LOST/1, 500, 501, 502", "3 nodes (500, 501, ...) not there; not taken"),
+        ("*BOUNDARY, AMPLITUDE=UP/FOOT, 1", "*BOUNDARY: AMPLITUDE=UP; not taken"),
+        ("*BOUNDARY, OP=NEW/FOOT, 1", "*BOUNDARY: OP=NEW; not taken"),
+        ("*BOUNDARY, TYPE=VELOCITY/FOOT, 1", "*BOUNDARY: TYPE=VELOCITY; not taken"),
+        ("*CONTACT PAIR, INTERACTION=RUB/HIGH", "contact of a surface with itself; not taken"),
+        ("*FRICTION/0.3, 0.0/0.2, 1.0", "slip rate, pressure or temperature; the first is taken"),
+        ("*ELEMENT, TYPE=B31/99, 1, 2", "*ELEMENT, TYPE=B31: not taken"),
         (
-            ["*SURFACE, NAME=HIGH", "1001, S2"],
-            "*SURFACE HIGH: faces inside of 1 element (1001); not taken",
-        ),
-        (["*SURFACE, NAME=HIGH", "9, S2"], "*SURFACE: 9: 1 element (9) not there; not taken"),
-        (
-            ["*NSET, NSET=LOST", "1, 500, 501, 502"],
-            "*NSET LOST: 3 nodes (500, 501, ...) not there; not taken",
-        ),
-        (["*BOUNDARY, AMPLITUDE=UP", "FOOT, 1"], "*BOUNDARY: AMPLITUDE=UP; not taken"),
-        (["*BOUNDARY, OP=NEW", "FOOT, 1"], "*BOUNDARY: OP=NEW; not taken"),
-        (["*BOUNDARY, TYPE=VELOCITY", "FOOT, 1"], "*BOUNDARY: TYPE=VELOCITY; not taken"),
-        (
-            ["*CONTACT PAIR, INTERACTION=RUB", "HIGH"],
-            "*CONTACT PAIR: HIGH: contact of a surface with itself; not taken",
-        ),
-        (
-            ["*FRICTION", "0.3, 0.0", "0.2, 1.0"],
-            "depends on slip rate, pressure or temperature; the first is taken",
-        ),
-        (["*ELEMENT, TYPE=B31", "99, 1, 2"], "*ELEMENT, TYPE=B31: not taken"),
-        (
-            ["*SURFACE, NAME=MORE", "1001, S4", "*SURFACE, NAME=LESS, TYPE=NODE", "1"],
+            "*SURFACE, NAME=MORE/1001, S4/*SURFACE, NAME=LESS, TYPE=NODE/1",
             "*SURFACE MORE, LESS: in no contact pair or load; not taken",
         ),
-        (["*CLOAD", "A01, 4, 1.0"], "*CLOAD: A01: moments act on no node of a solid; not taken"),
+        ("*CLOAD/A01, 4, 1.0", "*CLOAD: A01: moments act on no node of a solid; not taken"),
+        ("*CLOAD/9, 2, 1.0", f"*CLOAD: 1 node (9) {LOST}"),
+        ("*CLEARANCE, MASTER=LOW/", "*CLEARANCE: not taken; MASTER, SLAVE and VALUE are read"),
         (
-            ["*CLOAD", "9, 2, 1.0"],
-            "*CLOAD: 1 node (9) without a face that is neither held nor in contact; not taken",
-        ),
-        (["*CLEARANCE, MASTER=LOW", ""], "*CLEARANCE: not taken; MASTER, SLAVE and VALUE are read"),
-        (
-            ["*SURFACE INTERACTION, NAME=S", "*FRICTION", "0.3, 5000."],
+            "*SURFACE INTERACTION, NAME=S/*FRICTION/0.3, 5000.",
             "*FRICTION: stick slope 5000; what sticks does not move here",
         ),
-        (["*MPC", "BEAM, 1, 2"], "*MPC: not taken"),
+        ("*MPC/BEAM, 1, 2", "*MPC: not taken"),
     ],
 )
 def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
     """And the rest of the file is: the problem is that without these lines."""
-    text = stacked(2)
+    text, more = stacked(2), lines.split("/")
     plain, before = converted(text, tmp_path, capsys)
-    place = (
-        text.index("*STEP, NAME=press")
-        if lines[0].startswith(("*NSET", "*SURFACE", "*ELEMENT"))
-        else len(text) - 1
-    )
-    problem, after = converted([*text[:place], *lines, *text[place:]], tmp_path / "more", capsys)
+    early = lines.startswith(("*NSET", "*SURFACE", "*ELEMENT"))
+    place = text.index("*STEP, NAME=press") if early else len(text) - 1
+    problem, after = converted([*text[:place], *more, *text[place:]], tmp_path / "more", capsys)
     assert len(after) == len(before) + 1 and any(line.endswith(named) for line in after), after
     assert [body.boundary for body in problem.body] == [body.boundary for body in plain.body]
     assert len(problem.contact) == 1
@@ -277,56 +187,40 @@ def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
 
 def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path, capsys):
     text = [line for line in stacked(2) if not line.startswith(("HEAD, 2", "*DFLUX", "UPPER, BF"))]
-    text[-1:] = [
-        "*DLOAD",
-        "1002, P3, 1.0",
-        "1004, P3, 3.0",
-        "*END STEP",
-        "*STEP",
-        "*STATIC",
-        "*DLOAD",
-        "1002, P3, 5.0",
-        "1004, P3, 5.0",
-        "*END STEP",
-    ]
-    problem, _ = converted(text, tmp_path, capsys)
+    first = ["*DLOAD", "1002, P3, 1.0", "1004, P3, 3.0", "*END STEP"]
+    second = ["*STEP", "*STATIC", "*DLOAD", "1002, P3, 5.0", "1004, P3, 5.0", "*END STEP"]
+    problem, _ = converted([*text[:-1], *first, *second], tmp_path, capsys)
     pressed = [c for c in problem.body[1].boundary if c.condition == "traction"]
     assert sorted(c.pressure for c in pressed) == [1.0, 3.0]
     assert [change.pressure for change in problem.step[1].boundary] == [5.0, 5.0]
 
 
+SECTION = "*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL"
+
+
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("old", "new", "line"),
     [
-        (("*HEADING", "*PART, NAME=P"), "line 1: \\*PART: parts and instances are not read"),
-        (
-            ("*ELASTIC", "*ELASTIC, TYPE=ORTHOTROPIC"),
-            "\\*ELASTIC: materials are isotropic; take the body as a superelement",
-        ),
-        (
-            ("*SOLID SECTION, ELSET=UPPER, MATERIAL=STEEL", "** none"),
-            "has no \\*SOLID SECTION with an \\*ELASTIC",
-        ),
-        (("UNDER, S3", "UNDERS, S3"), "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
-        (("FOOT, 1, 2, 0.", "FOOT, 1, 2, zero"), "\\*BOUNDARY: numbers are expected"),
-        (("*HEADING", "*INCLUDE, INPUT=other.inp"), "\\*INCLUDE: other files are not read"),
-        (("*HEADING", "*NODE, INPUT=nodes.txt"), "\\*NODE: other files are not read"),
-        (
-            ("*HEADING", "*NODE, SYSTEM=C"),
-            "\\*NODE: nodes in another system are not read; write them along the axes",
-        ),
-        (("1, 1, 4, 5, 2", "1, 1, 4, 5"), "\\*ELEMENT: 39 numbers are no multiple of 5"),
-        (("1, 1, 4, 5, 2", "1, 1, 5, 4, 2"), "element 1 is folded: its corners turn both ways"),
-        (("1, 1, 4, 5, 2", "1, 1, 4, 7, 10"), "element 1 has no area"),
-        (("1, 1, 4, 5, 2", "1, 1, 4, 4, 2"), "element 1 names a node twice"),
-        (("1, 1, 4, 5, 2", "2, 1, 4, 5, 2"), "\\*ELEMENT: number 2 is there already"),
-        (("2, 0, 0.5", "1, 0, 0.5"), "\\*NODE: number 1 is there already"),
+        ("*HEADING", "*PART, NAME=P", "line 1: *PART: parts and instances are not read"),
+        ("*ELASTIC", "*ELASTIC, TYPE=ORTHOTROPIC", "materials are isotropic; take the body as a"),
+        (SECTION, "** none", "has no *SOLID SECTION with an *ELASTIC"),
+        ("UNDER, S3", "UNDERS, S3", "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
+        ("FOOT, 1, 2, 0.", "FOOT, 1, 2, zero", "*BOUNDARY: numbers are expected"),
+        ("*HEADING", "*INCLUDE, INPUT=other.inp", "*INCLUDE: other files are not read"),
+        ("*HEADING", "*NODE, INPUT=nodes.txt", "*NODE: other files are not read"),
+        ("*HEADING", "*NODE, SYSTEM=C", "*NODE: nodes in another system are not read"),
+        ("1, 1, 4, 5, 2", "1, 1, 4, 5", "*ELEMENT: 39 numbers are no multiple of 5"),
+        ("1, 1, 4, 5, 2", "1, 1, 5, 4, 2", "element 1 is folded: its corners turn both ways"),
+        ("1, 1, 4, 5, 2", "1, 1, 4, 7, 10", "element 1 has no area"),
+        ("1, 1, 4, 5, 2", "1, 1, 4, 4, 2", "element 1 names a node twice"),
+        ("1, 1, 4, 5, 2", "2, 1, 4, 5, 2", "*ELEMENT: number 2 is there already"),
+        ("2, 0, 0.5", "1, 0, 0.5", "*NODE: number 1 is there already"),
     ],
 )
-def test_what_cannot_be_read_is_refused_in_one_line(change, told, tmp_path, capsys):
-    text = [change[1] if line == change[0] else line for line in stacked(2)]
+def test_what_cannot_be_read_is_refused_in_one_line(old, new, line, tmp_path, capsys):
+    text = [new if given == old else given for given in stacked(2)]
     (tmp_path / "part.inp").write_text("\n".join(text))
-    assert main(["init", str(tmp_path / "own"), "--from", str(tmp_path / "part.inp")]) == 2
+    assert main(f"init {tmp_path}/own --from {tmp_path}/part.inp".split()) == 2
     error = capsys.readouterr().err
-    assert error.count("\n") == 1 and __import__("re").search(told, error), error
+    assert error.count("\n") == 1 and line in error, error
     assert list(tmp_path.iterdir()) == [tmp_path / "part.inp"]

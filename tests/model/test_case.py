@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact import InputError, Material, Polygon, Problem, load
+from petcontact import InputError, Material, Polygon, Problem, Traction, load
 from petcontact.model.case import parse_problem
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
@@ -39,132 +39,61 @@ def message(content) -> str:
     return text.removeprefix("c.toml: ")
 
 
-def test_example_1_is_read():
+def test_a_case_is_read_changed_by_dotted_keys_and_survives_its_own_toml():
     case = load(EXAMPLE)
     assert case.material == Material(young_modulus=10_000.0, poisson_ratio=0.3)
-    assert [condition.condition for condition in case.boundary] == [
-        "contact",
-        "displacement",
-        "traction",
-        "traction",
-    ]
+    kinds = ["contact", "displacement", "traction", "traction"]
+    assert [condition.condition for condition in case.boundary] == kinds
     assert case.boundary[0].friction_bound == 150.0 and case.method.rule == "modified"
+    changes = {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'}
+    changes |= {"bem.mat_type": "dense", "boundary.0.friction_bound": "100 + x"}
+    case = load(EXAMPLE, changes)
+    assert (case.bem.mat_type, case.boundary[0].friction_bound) == ("dense", "100 + x")
+    assert parse_problem(tomllib.loads(case.toml()), "again", {}, Path()) == case
 
 
-def test_a_case_survives_its_own_toml():
-    case = load(
-        EXAMPLE, {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'}
-    )
-    again = parse_problem(tomllib.loads(case.toml()), "again", {}, Path())
-    assert again == case
+FINITE = "must be a finite number"
+TWO_NAMES = {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]}
 
 
 @pytest.mark.parametrize(
     ("key", "value", "wanted"),
     [
-        (
-            "boundary.0.friction_bound",
-            ["x", 1],
-            "boundary[0].friction_bound: must be a finite number or an expression",
-        ),
-        (
-            "boundary.0.friction_bound",
-            float("nan"),
-            "boundary[0].friction_bound: must be a finite number",
-        ),
+        ("boundary.0.friction_bound", ["x", 1], f"{FINITE} or an expression"),
+        ("boundary.0.friction_bound", float("nan"), f"boundary[0].friction_bound: {FINITE}"),
         ("boundary.0.friction_bound", True, "got True"),
-        (
-            "boundary.0.friction_bound",
-            10**400,
-            "boundary[0].friction_bound: must be a finite number",
-        ),
+        ("boundary.0.friction_bound", 10**400, f"boundary[0].friction_bound: {FINITE}"),
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
-        (
-            "boundary.0.friction_bund",
-            1,
-            "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?",
-        ),
-        (
-            "boundary.0.condition",
-            "contakt",
-            "boundary[0].condition: must be one of 'contact', 'displacement', 'periodic',"
-            " 'symmetry', 'traction', got 'contakt', did you mean 'contact'?",
-        ),
-        (
-            "boundary.0.condition",
-            ...,
-            "boundary[0].condition: this key is required, must be one of 'contact'",
-        ),
+        ("boundary.0.friction_bund", 1, "unknown key, did you mean 'friction_bound'?"),
+        ("boundary.0.condition", "contakt", "got 'contakt', did you mean 'contact'?"),
+        ("boundary.0.condition", ..., "this key is required, must be one of 'contact'"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
-        (
-            "boundary.1.value",
-            [0.0, 0.0, 0.0, 0.0],
-            "boundary[1].value: array must have at most 3 items",
-        ),
-        (
-            "boundary.1.value",
-            [0.0, float("inf")],
-            "boundary[1].value[1]: must be a finite number or an expression",
-        ),
+        ("boundary.1.value", [0.0] * 4, "boundary[1].value: array must have at most 3 items"),
+        ("boundary.1.value", [0.0, float("inf")], f"boundary[1].value[1]: {FINITE} or an"),
         ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
         ("boundary.1.value", 4.0, "a value for each component: [4.0, 0.0]"),
         ("boundary.2.pressure", 3.0, "either value = [tx, ty] or pressure = p, got both"),
         ("boundary.0.gap", 0.1, "boundary[0]: normal: this key is required beside a gap or"),
-        ("boundary.0.friction_coefficient", 0.1, "boundary[0]: normal: this key is required"),
-        ("boundary", {}, "boundary: must be an array"),
         ("boundary", [1], "boundary[0]: must be a table, got 1"),
         ("geometry.shape", "rectangel", "geometry.shape: must be one of "),
         ("geometry.lower_left", ["a", 0.0], "geometry.lower_left[0]: must be a number, got 'a'"),
-        (
-            "geometry.uper_right",
-            [1.0, 1.0],
-            "geometry.uper_right: unknown key, did you mean 'upper_right'?",
-        ),
-        (
-            "geometry",
-            {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]},
-            "geometry: 3 vertices need as many part names in parts, got 2",
-        ),
-        ("material.young_modulus", "10e3", "material.young_modulus: must be a number, got '10e3'"),
+        ("geometry", TWO_NAMES, "geometry: 3 vertices need as many part names in parts, got 2"),
         ("material.young_modulus", "1 MPa", "a number has no unit here: 1; [units] names units"),
         ("geometry.upper_right", [0.0, 0.0], "upper_right [0.0, 0.0]"),
-        (
-            "material.young_modulus",
-            -1.0,
-            "material.young_modulus: must be greater than 0, got -1.0",
-        ),
-        (
-            "material.young_modulus",
-            1e300,
-            "material.young_modulus: must be at most 1e+150, got 1e+300",
-        ),
-        (
-            "geometry.lower_left",
-            [-1e200, 0.0],
-            "geometry.lower_left[0]: must be greater than or equal to -1e+60",
-        ),
+        ("material.young_modulus", -1.0, "must be greater than 0, got -1.0"),
+        ("material.young_modulus", 1e300, "must be at most 1e+150, got 1e+300"),
+        ("geometry.lower_left", [-1e200, 0.0], "must be greater than or equal to -1e+60"),
         ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2), got 0.5"),
         ("material.nu", 0.3, "material.nu: unknown key, did you mean 'poisson_ratio'?"),
         ("plane", "stress", "plane: unknown key; it is a key of [material]"),
         ("material", 5, "material: must be a table, got 5"),
-        ("materiel", {}, "materiel: unknown key, did you mean 'material'?"),
-        ("method.rule", "modifed", "got 'modifed', did you mean 'modified'?"),
         ("method.omega", 2.0, "method.omega: must be less than 2, got 2.0"),
-        ("method.omega", True, "method.omega: must be a number, got True"),
-        ("method.rho", 0.0, "method.rho: must be greater than 0"),
         ("method.max_iterations", 1.5, "method.max_iterations: must be an integer, got 1.5"),
         ("method.max_iterations", 10**30, "method.max_iterations: must be less than"),
-        ("mesh.element_size", float("inf"), "mesh.element_size: must be a finite number, got inf"),
-        ("mesh.order", 6, "mesh.order: must be less than or equal to 5, got 6"),
         ("mesh.graded_points", [[1.0]], "mesh.graded_points[0]: has 1 entries, too few"),
-        (
-            "petsc",
-            {"ksp_type": ["lu"]},
-            "petsc.ksp_type: must be text, a number or true/false, got ['lu']",
-        ),
+        ("petsc", {"ksp_type": ["lu"]}, "must be text, a number or true/false, got ['lu']"),
         ("petsc", {"-ksp_type": "lu"}, "must be the name of a PETSc option without its dash"),
-        ("petsc", {"a b": 1}, "must be the name of a PETSc option without its dash"),
-        ("title", 5, "title: must be a string, got 5"),
+        ("title", [*range(100)], "..."),
         ("méthode\n", 5, r"'méthode\n': unknown key, did you mean 'method'?"),
     ],
 )
@@ -184,23 +113,19 @@ def test_several_mistakes_are_named():
 @pytest.mark.parametrize(
     ("build", "wanted"),
     [
-        (
-            lambda: Material(young_modulus=-1.0, poisson_ratio=0.3),
-            "young_modulus: must be greater than 0, got -1.0",
-        ),
-        (lambda: Material(young_modulus=1.0), "poisson_ratio: this key is required"),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, nu=1), "nu: unknown key"),
-        (
-            lambda: Polygon(vertices=[(0, 0), (1, 0)], parts=["a", "b"]),
-            "vertices: array must have at least 3 items",
-        ),
+        (lambda: Material(-1.0, 0.3), "young_modulus: must be greater than 0, got -1.0"),
+        (lambda: Material(1.0), "poisson_ratio: this key is required"),
+        (lambda: Material(1.0, 0.51, "stress"), "poisson_ratio must lie in (-1, 1/2] in plane"),
+        (lambda: Material(1.0, 0.3, nu=1), "nu: unknown key"),
+        (lambda: Traction("top"), "needs either value"),
+        (lambda: Polygon([(0, 0), (1, 0)], ["a", "b"]), "vertices: array must have at least 3"),
         (lambda: Problem(material=3), "material: must be a table, got 3"),
     ],
 )
 def test_the_same_lines_from_python(build, wanted):
     with pytest.raises(InputError) as caught:
         build()
-    assert str(caught.value).startswith(wanted) and "\n" not in str(caught.value)
+    assert wanted in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -264,18 +189,6 @@ def test_a_config_may_come_through_a_pipe():
         assert load(f"/dev/fd/{end}") == load(EXAMPLE)
     finally:
         os.close(end)
-
-
-def test_dotted_keys_make_tables_and_reach_into_arrays():
-    case = load(
-        EXAMPLE,
-        {"method.omega": 1.0, "bem.mat_type": "dense", "boundary.0.friction_bound": "100 + x"},
-    )
-    assert (case.method.omega, case.bem.mat_type, case.boundary[0].friction_bound) == (
-        1.0,
-        "dense",
-        "100 + x",
-    )
 
 
 @pytest.mark.parametrize(
