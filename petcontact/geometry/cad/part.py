@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import LONGEST_NAME, Array, Index
 from ...errors import InputError, OutputError
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
@@ -246,7 +246,13 @@ def _listed(file: str, stamp: int) -> dict[str, Any]:
     answer = ask(file)
     for solid in answer["solids"]:
         solid["faces"] = [
-            (face["number"], face["name"], face["kind"], face["area"], tuple(face["centre"]))
+            (
+                face["number"],
+                face["name"] if len(face["name"]) <= LONGEST_NAME else "",
+                face["kind"],
+                face["area"],
+                tuple(face["centre"]),
+            )
             for face in solid["faces"]
         ]
     return answer

@@ -18,8 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import LONGEST_NAME
-
 BREAKS = re.compile(rb"'[^']*'?|/\*.*?(?:\*/|\Z)|;", re.DOTALL)
 """A text, a comment, the end of a line of data: no character is looked at twice."""
 HEAD = re.compile(rb"\s*#(\d{1,18})\s*=\s*(\w{1,80})\s*\(")
@@ -105,12 +103,12 @@ def _references(values: bytes) -> Iterator[int]:
 
 
 def _name(values: bytes) -> str:
-    text = NAME.match(values[: 8 * LONGEST_NAME])
+    text = NAME.match(values[:2048])
     name = text[1].decode("latin-1").replace("''", "'") if text else ""
     name = WIDE.sub(
         lambda match: bytes.fromhex(match[1]).decode("utf-16-be", "replace"), name
     ).strip()
-    return "" if name in NAMELESS or len(name) > LONGEST_NAME or not name.isprintable() else name
+    return "" if name in NAMELESS or not name.isprintable() else name
 
 
 def _vertices(lines: Lines, face: bytes, left: list[int]) -> list[list[float]]:
