@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from petcontact import Problem
+from petcontact.model.base import parse
+
 
 def elastic(young_modulus: float, poisson_ratio: float) -> dict[str, float]:
     """A material."""
@@ -33,3 +36,14 @@ def drawn(part: str, value: Any) -> dict[str, Any]:
 def touching(name: str, secondary: str, primary: str, **more: Any) -> dict[str, Any]:
     """A pair of parts in contact."""
     return {"name": name, "secondary": secondary, "primary": primary, **more}
+
+
+def solid(name: str, geometry: dict[str, Any], *boundary: dict[str, Any], **more: Any) -> dict:
+    """A body; its material has the modulus 1 and the ratio 0.3 unless it is given."""
+    body = {"name": name, "material": elastic(1.0, 0.3), "geometry": geometry}
+    return {**body, "boundary": list(boundary), **more}
+
+
+def problem(**tables: Any) -> Problem:
+    """The problem of such tables."""
+    return parse(Problem, tables, "test")

@@ -12,23 +12,18 @@ import numpy as np
 import pytest
 from contact_lines import line_of
 from examples import example
-from random_bodies import random_case
 from shapes import elastic, rectangle, touching
 
 from petcontact import MeshOptions, Polygon, Problem, adapt, solve
 from petcontact.mesh.hp_grading import Grading, graded_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.adapt.loop import AdaptiveSolve
 from petcontact.pipeline.adapt.slip_ladder import (
     Slip,
-    contact_lines,
-    displacement_scale,
     estimated_error,
 )
 from petcontact.pipeline.judge.thickness import slenderness
 from petcontact.refinement.contact_line import (
     ContactLine,
-    difference,
     displacement,
     grading_points,
     transition,
@@ -36,7 +31,6 @@ from petcontact.refinement.contact_line import (
 )
 from petcontact.refinement.levels import REFINEMENT_LEVELS, SLIP_LADDER
 from petcontact.refinement.marks import GradedOutline, marks_for
-from petcontact.runtime.petsc import petsc
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or
 # better
@@ -90,13 +84,6 @@ def usual(comm):
     return adapt(example(1, **NEWTON), 1e-4, comm=comm)
 
 
-def test_displacement_between_nodes_is_as_good_as_at_them(best, usual):
-    line = line_of(usual)
-    s = np.linspace(0.001, 7.999, 997)
-    error = np.linalg.norm(displacement(line, s) - displacement(line_of(best[1]), s))
-    assert error < 2e-4 * np.linalg.norm(displacement(line_of(best[1]), s))
-
-
 def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     monkeypatch.setattr(Slip, "levels", REFINEMENT_LEVELS[:2])
     solution = adapt(example(1, **NEWTON), 1e-5, comm=comm)
@@ -106,19 +93,6 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     place = float(re.search(r"differ most on 'bottom' at s = ([\d.]+)", solution.reason)[1])
     assert min(abs(place - at) for at in TRANSITIONS[1]) < 0.5
     assert "1e-05 was wanted" in " ".join(solution.verdict().split())
-
-
-@pytest.mark.slow
-def test_a_mesh_that_is_left_open_is_found(comm):
-    """Newton, or the method that the case names; the error is reported."""
-    newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
-    assert newton.converged and newton.accuracy.error <= newton.accuracy.wanted == 1e-3
-    paper = solve(example(1, mesh=MeshOptions(accuracy=1e-3), rule="modified"), comm=comm)
-    assert paper.converged and paper.provenance.method == "projection"
-    assert "estimated" in paper.verdict()
-    assert paper.contact.u_t == pytest.approx(
-        newton.contact.u_t, abs=1e-5 * np.abs(newton.contact.u_t).max()
-    )
 
 
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, usual):
@@ -181,15 +155,10 @@ def test_the_estimate_is_the_last_difference_and_claims_no_gain():
     sharp = [1e-3, 1e-5, 1e-7, 1e-9]
     assert estimated_error([3e-3], sharp[:2]) == math.inf
     assert estimated_error([3e-3, 2e-4], sharp[:3]) == pytest.approx(2e-4)
-    # alike by chance
+    # levels that are alike by chance, or because corners got no finer elements, are no proof
     assert estimated_error([3e-3, 1e-9], sharp[:3]) == pytest.approx(3e-3 / SLIP_LADDER.most_gain)
-
-
-def test_levels_that_are_alike_because_corners_got_no_finer_elements_are_no_proof():
     assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(1e-2)
-
-
-def test_round_off_that_grows_is_no_error():
+    # round-off that grows is no error
     assert estimated_error([0.0, 1e-14], [1e-3, 1e-5, 1e-7]) < 1e-13
     assert estimated_error([1e-27, 3e-14, 2e-13], [1e-3, 1e-5, 1e-7, 1e-9]) < 1e-12
     assert estimated_error([1e-27, 1e-5], [1e-3, 1e-5, 1e-7]) > 1.0
@@ -219,34 +188,6 @@ def test_nothing_that_slips_needs_no_mesh_for_its_round_off(comm):
     solution = adapt(case, 1e-5, comm=comm)
     assert solution.converged and solution.mesh.n_nodes < 500
     assert np.abs(solution.contact.u_t).max() <= 1e-7 * np.abs(solution.u).max()
-
-
-@pytest.mark.slow
-def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
-    # number 191: a slip zone of 7e-5 of its side, of which two levels had copies: 2.3e-5 estimated
-    # at 1e-4, 1.6e-4 true
-    case = random_case(1, 191)
-    work = AdaptiveSolve(case, petsc().COMM_WORLD, None, None)
-    shown, observe = [], work.strategy.mark
-
-    def recorded(solution, level):
-        again = observe(solution, level)
-        shown.append(
-            (
-                contact_lines(
-                    GradedOutline.from_body(case.body[0], case.geometry.outline()), solution
-                ),
-                work.strategy.estimate,
-            )
-        )
-        return again
-
-    work.strategy.mark = recorded
-    work.climb(1e-5)
-    best, scale = shown[-1][0], displacement_scale(work.solutions[-1])
-    assert shown[-1][1] <= 1e-5
-    for lines, estimate in shown[2:]:
-        assert difference(lines, best) / scale <= estimate
 
 
 def test_elements_in_a_narrow_zone_shrink_from_level_to_level():
@@ -342,10 +283,10 @@ def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
     assert mesh.length.sum() == pytest.approx(82.0)
 
 
-@pytest.mark.parametrize("height", [1.06, 0.35], ids=["15 degrees", "5 degrees"])
-def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them(height):
-    """But for those at its tip; they were 41 times as long, and the default mesh was refused."""
-    wedge = Polygon(vertices=((0, 0), (4, 0), (4, height)), parts=("bottom", "right", "top"))
+def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them():
+    """But for those at its tip of 5 degrees; they were 41 times as long, and the default mesh was
+    refused."""
+    wedge = Polygon(vertices=((0, 0), (4, 0), (4, 0.35)), parts=("bottom", "right", "top"))
     case = example(1).model_copy(update={"geometry": wedge})
     body, grading = GradedOutline.from_body(case.body[0], wedge.outline()), Grading(2, 0.3)
     mesh = graded_mesh(body.outline, marks_for(body, grading, 1e-3, None), grading, [np.inf] * 3)
@@ -353,20 +294,13 @@ def test_elements_of_a_sharp_wedge_are_no_longer_than_it_is_thick_behind_them(he
     assert over.any() and np.bincount(mesh.element, mesh.measure)[over].sum() < 0.01
 
 
-@pytest.mark.parametrize("number", [1, 2])
-@pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
+@pytest.mark.parametrize(("number", "accuracy"), [(1, 1e-6), (2, 1e-4)])
 def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accuracy, best, comm):
     points = tuple((x, 0.0) for x in TRANSITIONS[number])
     mesh = MeshOptions(accuracy=accuracy, graded_points=points)
     contact = solve(example(number, mesh=mesh, **NEWTON), comm=comm).contact
     exact = displacement(line_of(best[number]), contact.arc_length)
     assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < accuracy * NORM[number]
-
-
-def test_points_of_the_config_are_graded(comm):
-    case = example(1, mesh=MeshOptions(graded_points=((2.0, 0.0),)))
-    body = GradedOutline.from_body(case.body[0], case.geometry.outline())
-    assert 2.0 in marks_for(body, Grading(3, 0.3), 1e-4, None)[0].position
 
 
 def test_a_monitor_that_says_stop_ends_the_climb(comm):

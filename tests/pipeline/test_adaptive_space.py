@@ -8,10 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from facets import box as facet_box
 from marks import slow
 from prepared import compressed_from
-from shapes import cuboid, drawn, elastic, touching
+from shapes import cuboid, drawn, elastic, moved, touching
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.panelling import box_mesh
@@ -20,9 +19,7 @@ from petcontact.pipeline.adapt import budget, first_mesh, level_solver
 from petcontact.pipeline.adapt.budget import Budget
 from petcontact.pipeline.adapt.first_mesh import FirstMeshes
 from petcontact.pipeline.adapt.surfaces import PanelTails
-from petcontact.pipeline.pose.discretise import discretise
 from petcontact.pipeline.pose.interfaces import body_alone
-from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
@@ -113,75 +110,6 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
         assert solution.converged and any(said in text for text in solution.warnings)
 
 
-@pytest.mark.slow
-def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
-    monkeypatch.setattr(first_mesh, "FIRST", 9)
-    monkeypatch.setattr(budget, "BUDGETS", {True: Budget(700, 10.0)})
-
-    def block(name, low, high, *conditions):
-        return {
-            "name": name,
-            "material": SOFT,
-            "boundary": list(conditions),
-            "geometry": cuboid(low, high),
-        }
-
-    def held(part, value):
-        return {"part": part, "condition": "displacement", "value": value}
-
-    data = {
-        "body": [
-            block("base", [-1.0, -1.0, -1.0], [2.0, 2.0, 0.0], held("bottom", [0.0] * 3)),
-            block("block", [0.0, 0.0, 0.0], [1.0, 1.0, 0.5], held("top", [0.0, 0.0, -0.02])),
-        ],
-        "contact": [touching("pair", "block.bottom", "base.top", friction_coefficient=0.3)],
-        "step": [
-            {},
-            {"boundary": [{"body": "block", "part": "top", "value": [0.004, 0.0, -0.02]}]},
-        ],
-    }
-    solution = adapt(parse(Problem, data, "blocks"), 0.01)
-    assert len(solution.accuracy.elements) > 1 and len(solution.steps) == 2
-    assert "700" in solution.reason
-    assert not any("match" in text for text in solution.warnings)
-    assert max(step.pairs["pair"].imbalance for step in solution.steps) < 1e-11
-
-
-@pytest.mark.slow
-def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
-    file = facet_box(tmp_path / "box.msh", (0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (4, 2, 2))
-    free = [
-        drawn(part, [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3)
-        for part in ("left", "right", "front", "back")
-    ]
-    data = {
-        "material": elastic(100.0, 0.3),
-        "geometry": {"shape": "gmsh", "file": file},
-        "boundary": [
-            {"part": "bottom", "condition": "contact", "friction_bound": 0.4},
-            {"part": "top", "condition": "displacement", "value": [0.0] * 3},
-            *free,
-        ],
-    }
-    plain = solve(parse(Problem, data, "facets"))
-    assert plain.accuracy.wanted is None and plain.mesh.n_elements == 80
-    wanted = 0.4 * plain.accuracy.error  # on the way tails alone stand for it
-    finer = solve(parse(Problem, {**data, "mesh": {"accuracy": wanted}}, "facets"))
-    assert finer.converged and finer.accuracy.error <= wanted and finer.mesh.n_elements > 80
-
-
-@pytest.mark.slow
-def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
-    """A sphere that touches where the first panels have no nodes: the mesh is cut until they see
-    it."""
-    data = hertz()
-    data["contact"][0]["gap"] = "1.5*(x**2 + y**2)"
-    data["obstacle"] = [{"name": "sphere", "displacement": [0.0, 0.0, -0.02]}]
-    solution = adapt(parse(Problem, data, "sphere"), 0.9)
-    assert solution.converged and len(solution.accuracy.elements) > 1
-    assert solution.pairs["pair"].pressure.max() > 0.0
-
-
 def failing(monkeypatch, number, status, **residuals):
     """The solve on a mesh by number, from 1 on, is not accepted; the numbers of those that were."""
     count, true_run = [], level_solver.unreported
@@ -224,42 +152,27 @@ def test_a_mesh_that_is_not_solved_on_leaves_the_solution_of_the_one_before(monk
     assert solution.pairs["pair"].pressure.max() > 0.9 and solution.accuracy.error < 0.5
 
 
-def ball_on_block(**ball):
-    """Without meshes: a sphere of radius 1 pressed on a block, the gap from the geometry."""
-    fixed = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
-    down = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}]
-    return {
-        "body": [
-            {
-                "name": "block",
-                "material": SOFT,
-                "boundary": fixed,
-                "geometry": cuboid([-1.0] * 3, [1.0, 1.0, 0.0]),
-            },
-            {
-                "name": "ball",
-                "material": SOFT,
-                "boundary": down,
-                "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-                **ball,
-            },
-        ],
-        "contact": [touching("pair", "ball.bottom", "block.top", gap="geometry")],
-    }
-
-
-@pytest.fixture(scope="module")
-def ball():
-    """On three meshes, the first one of few panels."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(first_mesh, "FIRST", 16)
-        patch.setattr(first_mesh, "ROUND", 9)
-        return adapt(parse(Problem, ball_on_block(), "ball"), 0.3)
-
-
 @pytest.mark.slow
-def test_a_ball_adapts_itself_and_stays_a_ball(ball):
-    assert adapts_itself(parse(Problem, ball_on_block(), "ball")) and ball.converged
+def test_a_ball_adapts_itself_and_stays_a_ball(monkeypatch):
+    """A sphere of radius 1 pressed on a block on three meshes, the first one of few panels."""
+    monkeypatch.setattr(first_mesh, "FIRST", 16)
+    monkeypatch.setattr(first_mesh, "ROUND", 9)
+    block = {
+        "name": "block",
+        "material": SOFT,
+        "geometry": cuboid([-1.0] * 3, [1.0, 1.0, 0.0]),
+        "boundary": [moved("bottom", [0.0] * 3)],
+    }
+    sphere = {
+        "name": "ball",
+        "material": SOFT,
+        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+        "boundary": [moved("top", [0.0, 0.0, -0.05])],
+    }
+    contact = [touching("pair", "ball.bottom", "block.top", gap="geometry")]
+    problem = parse(Problem, {"body": [block, sphere], "contact": contact}, "ball")
+    ball = adapt(problem, 0.3)
+    assert adapts_itself(problem) and ball.converged
     mesh = ball.meshes["ball"]
     points = np.concatenate([mesh.corners, mesh.middles], axis=1)
     off = np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)
@@ -274,122 +187,12 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     assert pair.pressure.max() * area / (pair.weight @ pair.pressure) == pytest.approx(1.5, abs=0.2)
 
 
-@pytest.mark.slow
-def test_a_turned_half_circle_is_the_ball(ball):
-    """The same ball as a body of revolution adapts itself, and is pressed alike: its halves are
-    held, not sixths."""
-    profile = [("bottom", (1.0, 0.0), 1.0), ("top", (0.0, 1.0), 1.0), ("axis", (0.0, -1.0), None)]
-    sides = [{"part": part, "to": to, "radius": radius} for part, to, radius in profile]
-    data = ball_on_block()
-    data["body"][1]["geometry"] = {"shape": "revolved", "loops": [sides], "centre": [0.0, 0.0, 1.0]}
-    problem = parse(Problem, data, "ball")
-    assert adapts_itself(problem)
-    solution = adapt(problem, 0.5)
-    mesh = solution.meshes["ball"]
-    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
-    assert solution.converged and len(solution.accuracy.elements) > 1
-    off = np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)
-    assert np.nanmedian(off) < 1e-14 and np.nanmax(off) < 5e-4
-    assert solution.pairs["pair"].force[2] == pytest.approx(ball.pairs["pair"].force[2], rel=0.2)
-
-
-@pytest.mark.slow
-def test_cut_curved_panels_on_compressed_operators(ball):
-    """The same meshes by H-matrices: the same pressure."""
-    meshes = list(ball.meshes.values())
-    data = ball_on_block() | {"bem": {"mat_type": "hmatrix", "hmatrix_tol": 2e-5}}
-    found = discretise(parse(Problem, data, "ball"), lambda number, one, boundary: meshes[number])
-    prepared = prepare(found.problem, None, found)
-    try:
-        solution = run(prepared)
-    finally:
-        prepared.close()
-    old, new = ball.pairs["pair"], solution.pairs["pair"]
-    assert solution.converged and "hmatrix" in solution.provenance.solver
-    assert np.abs(new.pressure - old.pressure).max() < 1e-3 * old.pressure.max()
-    assert new.force == pytest.approx(old.force, rel=1e-4, abs=1e-4 * np.abs(old.force).max())
-
-
-@pytest.mark.slow
-def test_a_post_on_cut_panels_stands_by_its_weight():
-    """A cylinder without any support but a block: contact carries its weight on each mesh, and rims
-    stay circles."""
-    post = {
-        "name": "post",
-        "material": SOFT | {"density": 0.01},
-        "loads": {"acceleration": [0.0, 0.0, -1.0]},
-        "geometry": {"shape": "cylinder", "from": [0.0] * 3, "to": [0.0, 0.0, 1.0], "radius": 0.5},
-    }
-    data = ball_on_block() | {
-        "contact": [touching("pair", "post.bottom", "block.top", friction_coefficient=0.5)]
-    }
-    data["body"][1] = post
-    solution = adapt(parse(Problem, data, "post"), 0.4)
-    mesh, force = solution.meshes["post"], solution.pairs["pair"].force
-    assert len(solution.accuracy.elements) > 1
-    assert force[2] == pytest.approx(0.01 * np.pi * 0.25, rel=1e-3)
-    assert np.abs(force[:2]).max() < 1e-5 * force[2]
-    points = np.concatenate([mesh.corners, mesh.middles], axis=1)[
-        mesh.part == mesh.part_names.index("side")
-    ]
-    assert np.abs(np.hypot(points[..., 0], points[..., 1]) - 0.5).max() < 1e-15
-    disc = mesh.nodes_of("bottom")
-    assert mesh.weight[disc].sum() == pytest.approx(np.pi * 0.25, rel=1e-4)
-
-
 def test_a_large_error_is_warned_of():
     data = hertz()
     data["body"][0]["mesh"] = {"element_size": 0.5, "order": 1}
     solution = solve(parse(Problem, data, "hertz"))
     assert solution.converged and solution.accuracy.error > 0.1
     assert any("the error is estimated to be" in text for text in solution.warnings)
-
-
-@pytest.mark.slow
-def test_the_error_of_slip_is_seen_from_other_faces_too():
-    """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as
-    coarsely."""
-
-    def solved(size, order, beside):
-        mesh = {
-            "element_size": beside * size,
-            "element_sizes": {"bottom": size},
-            "order": order,
-            "exponent": 1.0,
-        }
-        sides = [
-            drawn(part, [1.0 if part == "left" else 0.0, 0.5, 0.0])
-            for part in ("left", "front", "back", "top")
-        ]
-        return solve(
-            parse(
-                Problem,
-                {
-                    "material": SOFT,
-                    "mesh": mesh,
-                    "geometry": cuboid([0.0] * 3, [1.5, 1.0, 1.0]),
-                    "boundary": [
-                        {"part": "bottom", "condition": "contact", "friction_bound": 0.2},
-                        *sides,
-                        {"part": "right", "condition": "displacement", "value": [0.0] * 3},
-                    ],
-                },
-                "block",
-            )
-        )
-
-    coarse, fine = solved(0.5, 2, 2), solved(0.3, 2, 1)
-    numbers, faces = coarse.mesh.faces("bottom")
-    x = fine.contact.x
-    hits = faces.cast(x - [0.0, 0.0, 1.0], np.tile([0.0, 0.0, 1.0], (len(x), 1)))
-    u = coarse.mesh.basis_at(numbers[hits.face], hits.place) @ coarse.u
-    apart = np.einsum("mc,mtc->mt", u, fine.contact.tangent) - fine.contact.u_t
-    true = np.sqrt(
-        fine.contact.weight
-        @ np.sum(apart**2, axis=1)
-        / (fine.contact.weight @ np.sum(fine.contact.u_t**2, axis=1))
-    )
-    assert 0.9 < coarse.accuracy.error / true < 4.0
 
 
 def test_few_panels_have_no_small_error():
@@ -539,55 +342,6 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
     solution = solve(parse(Problem, data, "small ball"))
     assert solution.status == "not converged"
     assert "overlap between nodes: pair 'pair'" in solution.reason
-
-
-@pytest.mark.slow
-def test_a_ball_that_nothing_but_its_weight_presses_on_a_smooth_floor():
-    """Quadrature of the weight on curved panels of several sizes leaves 1e-7 of it along the floor,
-    which nothing holds."""
-    ball = {
-        "name": "ball",
-        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3, "density": 1.0},
-        "geometry": {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0},
-        "loads": {"acceleration": [0, 0, -2]},
-    }
-    pair = touching("pair", "ball.bottom", "floor", gap="z + 1", direction=[0, 0, -1])
-    solution = adapt(
-        parse(
-            Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [pair]}, "ball"
-        ),
-        0.1,
-    )
-    assert solution.status == "converged" and len(solution.accuracy.elements) > 1
-    assert solution.last.pairs["pair"].force == pytest.approx([0, 0, 8.3776], abs=2e-3)
-    assert solution.last.pairs["pair"].pressure.max() == pytest.approx(
-        125.07, rel=0.01
-    )  # by axisymmetric elements
-
-
-@pytest.mark.slow
-def test_the_first_mesh_of_a_thin_shell_is_fine_enough_to_be_solved():
-    """A hemispherical shell of thickness .2, moved by .01 on a rigid plane; 1.4272 by axisymmetric
-    elements of order 2."""
-    arcs = [
-        {"part": "outer", "to": [0, -1], "through": [0.5**0.5, -(0.5**0.5)]},
-        {"part": "axis", "to": [0, -0.8]},
-        {"part": "inner", "to": [0.8, 0], "through": [0.8 * 0.5**0.5, -0.8 * 0.5**0.5]},
-        {"part": "rim", "to": [1, 0]},
-    ]
-    shell = {
-        "name": "shell",
-        "material": elastic(1000.0, 0.3),
-        "geometry": {"shape": "revolved", "loops": [arcs]},
-        "boundary": [{"part": "rim", "condition": "displacement", "value": [0, 0, -0.02]}],
-    }
-    pair = touching("pair", "shell.outer", "floor", gap="z + 1", direction=[0, 0, -1])
-    problem = parse(
-        Problem, {"body": [shell], "obstacle": [{"name": "floor"}], "contact": [pair]}, "shell"
-    )
-    solution = adapt(problem, 0.2)
-    assert solution.status == "converged" and not any("thick" in each for each in solution.warnings)
-    assert solution.last.pairs["pair"].force[2] == pytest.approx(1.4272, rel=0.02)
 
 
 @pytest.mark.parametrize(

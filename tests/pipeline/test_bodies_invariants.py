@@ -82,35 +82,6 @@ def test_a_far_larger_friction_than_needed_is_bonding():
         assert np.allclose(a, b, atol=1e-9 * np.abs(a).max())
 
 
-def test_bonded_blocks_are_one_block():
-    """Two halves of one material, bonded, against the exact field of uniaxial compression with
-    lateral sliding."""
-    text = block(
-        "a", [0, 0], [3, 1], 10.0, 0.25, "element_size = 0.5, order = 2", bottom=["free", 0.0]
-    )
-    text += block(
-        "b",
-        [0, 1],
-        [3, 2],
-        10.0,
-        0.25,
-        "element_size = 0.4, order = 1",
-        top=("traction", [0.0, -2.0]),
-    )
-    text += (
-        '[[contact]]\nname = "glue"\nsecondary = "a.top"\nprimary = "b.bottom"\nnormal = "bonded"\n'
-    )
-    solution = solve(posed(text))
-    assert solution.converged and solution.provenance.motions == {"a": 1, "b": 3}
-    pair = solution.last.pairs["glue"]
-    assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
-    u = solution.last.bodies["b"].u
-    # plane strain under p: ε_yy = -p (1-ν²)/E
-    assert np.allclose(
-        u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9
-    )
-
-
 BASE = block("base", [-1, -1], [1, 0], 500.0, 0.3, "element_size = 0.2, order = 1", bottom=[0, 0])
 STAMP = (
     BASE
@@ -174,14 +145,7 @@ def test_a_couple_is_stated_once(second):
         posed(text)
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        'normal = "bonded"',
-        'normal = "bilateral"\nfriction_bound = 5.0',
-        "friction_coefficient = 0.9",
-    ],
-)
+@pytest.mark.parametrize("law", ['normal = "bonded"', "friction_coefficient = 0.9"])
 def test_a_free_obstacle_may_stick_everywhere(law):
     """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement
     is."""
@@ -200,7 +164,7 @@ def test_a_path_of_constant_pressure_does_not_depend_on_its_increments():
     assert np.allclose(once.sigma_t, often.sigma_t, atol=2e-3 * np.abs(once.sigma_t).max())
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_loads_and_coefficients(seed):
     """Laws hold at every node, and both sides feel the same force, whatever the data."""
     rng = np.random.default_rng(seed)
@@ -317,30 +281,3 @@ def test_a_point_force_beside_its_body_is_refused(shape, at):
     )
     with pytest.raises(InputError, match=r"point_force\[0\].at: .* does not lie inside the body"):
         solve(problem)
-
-
-def test_a_body_that_is_lifted_lies_as_far_apart_as_it_was_moved():
-    """Not as far as it lay before."""
-    solution = solve(
-        parse(
-            Problem,
-            {
-                "material": elastic(1.0, 0.3),
-                "mesh": {"element_size": 0.5, "order": 1},
-                "geometry": rectangle([0.0, 0.0], [1.0, 1.0]),
-                "boundary": [
-                    {"part": "bottom", "condition": "contact", "normal": "unilateral"},
-                    {"part": "top", "condition": "displacement", "value": [0.0, 0.25]},
-                    *(
-                        {"part": part, "condition": "traction", "pressure": 0.0}
-                        for part in ("left", "right")
-                    ),
-                ],
-            },
-            "lifted",
-        )
-    )
-    assert solution.converged
-    assert "no contact anywhere (pair 'bottom' lies 0.25 apart)" in " ".join(
-        solution.verdict().split()
-    )

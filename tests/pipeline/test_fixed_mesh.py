@@ -21,7 +21,7 @@ from petcontact.errors import PetcontactError, SolverError
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.adapt import fixed_mesh
-from petcontact.pipeline.adapt.fixed_mesh import FEW, joined, with_estimate
+from petcontact.pipeline.adapt.fixed_mesh import joined, with_estimate
 from petcontact.pipeline.adapt.level_solver import LevelSolver
 from petcontact.results.report import Accuracy
 
@@ -40,12 +40,6 @@ def test_error_of_constant_elements(number, h, comm, request):
     true = np.sqrt(weight @ (solution.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
     assert 0.4 < true / solution.accuracy.error < 1.5
     assert "against half as many elements" in solution.verdict()
-
-
-@pytest.mark.slow
-def test_large_meshes_are_left_alone(comm):
-    large = solve(example(1, mesh=MeshOptions(element_size=0.019)), comm=comm)
-    assert large.mesh.n_nodes > FEW and not with_estimate(large, comm).accuracy.is_known
 
 
 def test_pairs_are_joined_from_both_ends_and_what_is_odd_lies_in_the_middle():

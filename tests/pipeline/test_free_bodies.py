@@ -78,48 +78,6 @@ def test_discs_in_a_column_with_little_friction_are_solved_in_few_iterations():
     assert forces[0] > 0.0
 
 
-@pytest.mark.slow
-def test_balls_that_no_race_loads_are_accepted_without_tractions():
-    """Three balls between two races; the outer one moves down onto the two upper ones, so that the
-    lower one is free."""
-    size, ball, race, shaft = 0.09, 0.4, 1.2, 0.6
-    outer = race + 2.0 * ball
-
-    def ring(name, hole, rim, loops, displacement):
-        arcs = [
-            [
-                {"part": part, "to": [way * radius, 0.0], "through": [0.0, -way * radius]}
-                for way in (-1.0, 1.0)
-            ]
-            for part, radius in zip((rim, hole), loops, strict=True)
-        ]
-        moved = {"part": "held", "condition": "displacement", "value": displacement}
-        return {
-            "name": name,
-            "material": SOFT,
-            "geometry": {"shape": "outline", "loops": arcs},
-            "mesh": {"element_size": size, "order": 1},
-            "boundary": [moved],
-        }
-
-    bodies = [
-        ring("inner", "held", "race", (race, shaft), [0.0, 0.0]),
-        ring("outer", "race", "held", (2.5, outer), [0.0, -0.02]),
-    ]
-    contact = []
-    for number, angle in enumerate((-90.0, 30.0, 150.0)):
-        way = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
-        bodies.append(disc(f"ball {number}", (race + ball) * way, ball, angle, size))
-        contact += [
-            pair(f"{side} {number}", f"ball {number}.{part}", f"{side}.race", 0.1)
-            for side, part in (("outer", "far"), ("inner", "near"))
-        ]
-    solution = solve(parse(Problem, {"body": bodies, "contact": contact}, "bearing"))
-    assert solution.converged
-    pressed = [float(np.linalg.norm(each.force)) for each in solution.pairs.values()]
-    assert pressed == pytest.approx([0.0, 0.0] + [pressed[2]] * 4, rel=1e-6) and pressed[2] > 1e-3
-
-
 def test_a_free_cylinder_between_two_plates_that_meet_it_between_nodes_only_is_not_overlooked():
     """It could yield to one plate, and no node meets the other: that was taken for no contact."""
     shape = {"shape": "cylinder", "from": [0.0, -4.0, 5.0], "to": [0.0, 4.0, 5.0], "radius": 5.0}

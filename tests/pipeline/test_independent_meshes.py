@@ -104,30 +104,6 @@ def test_bonded_cubes_under_an_even_pressure(tmp_path):
     assert "better" not in str(told) and "do not match" in str(told)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("small", ["secondary", "primary"])
-def test_a_sandwich_that_only_contact_holds(tmp_path, small):
-    """A small block between two large ones, all free: whichever side is the secondary, and with
-    nodes that face nothing."""
-    lower, upper = blocks(tmp_path)
-    upper["geometry"]["file"] = facets.box(
-        tmp_path / "over.msh", (0, 0, 1.4), (2, 2, 2.4), (6, 7, 3), power=1.2
-    )
-    middle = body(
-        "middle", facets.box(tmp_path / "middle.msh", (0.5, 0.5, 1), (1.5, 1.5, 1.4), (3, 3, 2))
-    )
-    large = "primary" if small == "secondary" else "secondary"
-    contacts = [
-        {"name": "below", small: "middle.bottom", large: "lower.top", "friction_coefficient": 0.3},
-        {"name": "above", small: "middle.top", large: "upper.bottom"},
-    ]
-    solution = solved([lower, middle, upper], *contacts)
-    sign = 1.0 if small == "secondary" else -1.0
-    for contact, way in zip(contacts, (sign, -sign), strict=True):
-        assert balances(solution, contact) == pytest.approx([0.0, 0.0, way * 0.04], abs=1e-9)
-    assert not any("cannot be held" in warning for warning in solution.warnings)
-
-
 @pytest.mark.parametrize(
     ("dim", "law"),
     [(2, {"normal": "bonded"}), (3, {"normal": "bilateral", "friction_bound": 0.02})],
@@ -159,68 +135,6 @@ def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
     bare = ~np.isfinite(pair.gap)
     assert bare.any() and not pair.sigma_t[bare].any() and np.abs(pair.slip[bare]).min() > 0.0
     balances(solution, contact)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), ("outer.inner", 0.3)])
-def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, ripple):
-    """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side
-    is the secondary."""
-    found = {}
-    for count in (16, 21):
-        inner = facets.ring(tmp_path / f"i{count}.msh", (0.6, 1.0), 0.6, (16, 2, 1))
-        outer = facets.ring(
-            tmp_path / f"o{count}.msh", (1.0, 1.6), 0.6, (count, 2, 1), turn=0.05 * (count > 16)
-        )
-        primary = "outer.inner" if secondary == "inner.outer" else "inner.outer"
-        contact = touching("fit", secondary, primary, gap="-0.02")
-        solution = solved([body("inner", inner), body("outer", outer)], contact)
-        assert np.abs(balances(solution, contact)).max() < 1e-10
-        pair = solution.last.pairs["fit"]
-        found[count] = pair.weight @ pair.pressure / pair.weight.sum()
-        assert np.ptp(pair.pressure) < ripple * found[count]
-    assert found[21] == pytest.approx(found[16], rel=0.02)
-
-
-@pytest.mark.slow
-def test_a_pin_in_a_lug(tmp_path):
-    """Radius .99 in 1, facets of .3: the same force on both, near that of the plane solver, on
-    arcs."""
-    file = facets.ring(tmp_path / "pin.msh", (0.4, 0.99), 0.6, (21, 2, 2), turn=0.1)
-    other = facets.ring(tmp_path / "lug.msh", (1.0, 2.0), 0.6, (24, 1, 3))
-    flat = held("free", "free", 0.0)
-    contact = touching("fit", "pin.outer", "lug.inner")
-    solution = solved(
-        [
-            body("pin", file, inner=held(0.05, 0.0, 0.0), bottom=flat, top=flat),
-            body("lug", other, outer=held(0.0, 0.0, 0.0), bottom=flat, top=flat),
-        ],
-        contact,
-    )
-    force = balances(solution, contact)[0] / 0.6
-
-    def ring(name, radii, part, value):
-        loops = [
-            {"part": part, "center": [0, 0], "radius": r}
-            for part, r in zip(("outer", "inner"), radii, strict=True)
-        ]
-        return {
-            "name": name,
-            "material": SOFT,
-            "geometry": {"shape": "outline", "loops": loops},
-            "mesh": {"element_size": 0.2, "order": 2},
-            "boundary": [{"part": part, **held(*value)}],
-        }
-
-    plane = solved(
-        [
-            ring("pin", (0.99, 0.4), "inner", (0.05, 0.0)),
-            ring("lug", (2.0, 1.0), "outer", (0.0, 0.0)),
-        ],
-        contact,
-    )
-    assert force == pytest.approx(plane.last.pairs["fit"].force[0], rel=0.03)
-    assert plane.last.pairs["fit"].force[0] == pytest.approx(-0.05280, rel=1e-3)
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import re
 import subprocess
@@ -10,37 +9,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from examples import example
 
-from petcontact import MeshOptions, solve
+from petcontact import MeshOptions
 
 ROOT = Path(__file__).parents[2]
 MESH = MeshOptions(element_size=0.4)
-
-
-def resident() -> int:
-    """Resident memory of this process [bytes]."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-@pytest.mark.slow
-def test_70_cases_in_flat_memory(comm):
-    def batch(count):
-        for k in range(count):
-            formulation = ("condensed", "full")[k % 2]
-            options = {"ksp_type": "gmres", "pc_type": "jacobi"} if k % 3 == 0 else {}
-            solve(
-                example(1 + k % 2, mesh=MESH, formulation=formulation, max_iterations=6),
-                comm=comm,
-                petsc_options=options,
-            )
-        gc.collect()
-        return resident()
-
-    start = batch(20)  # caches and arenas fill
-    end = batch(50)
-    # an elastic matrix has 115 kB: if every second case lost one, that would be 2.9 MB
-    assert end - start < 1_500_000
 
 
 PROGRAM = """

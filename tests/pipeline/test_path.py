@@ -7,12 +7,11 @@ import functools
 import numpy as np
 import pytest
 from marks import slow
-from shapes import cuboid, drawn, elastic, moved, touching
+from shapes import drawn, elastic, moved, touching
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
 from petcontact.pipeline.adapt import loop
-from petcontact.pipeline.judge.findings import new_finding
 from petcontact.refinement.levels import LEAST_GAIN
 from petcontact.results.number_errors import path_errors
 
@@ -134,31 +133,6 @@ def test_few_increments_after_bodies_touch_are_compared_with_others():
 )
 def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
-
-
-@pytest.mark.slow
-def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
-    looked = []
-    monkeypatch.setattr(
-        loop,
-        "with_paths",
-        lambda problem, solution, wanted: (
-            looked.append(problem) or solution.with_findings([new_finding("path", "looked at")])
-        ),
-    )
-    data = {
-        "material": SOFT,
-        "geometry": cuboid([-1.0, -1.0, -1.0], [1.0, 1.0, 0.0]),
-        "mesh": {"accuracy": 0.35},
-        "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
-        "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
-        "contact": [touching("pair", "top", "tool", gap="x**2 + y**2", friction_coefficient=0.3)],
-    }
-    free = [drawn(part, [0.0] * 3) for part in ("left", "right", "front", "back")]
-    solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
-    assert len(solution.accuracy.elements) > 1 and solution.warnings.count("looked at") == 1
-    ((mesh,), (last,)) = solution.meshes.values(), looked
-    assert last.discrete.meshes[0] is mesh
 
 
 def test_the_error_of_an_energy_counts_its_increments_once():

@@ -21,8 +21,6 @@ from petcontact import (
     solve,
 )
 from petcontact.mesh.approximation import sampled
-from petcontact.pipeline.adapt.surface_errors import TailErrors
-from petcontact.pipeline.adapt.surfaces import PanelTails
 from petcontact.pipeline.pose.load_states import known_function
 from petcontact.refinement.meshes import mesh_of
 
@@ -101,22 +99,3 @@ def test_a_bump_between_open_nodes_is_not_overlooked():
     assert not found.converged and "overlap between nodes" in found.reason
     place = [float(each) for each in re.findall(r"[\d.e+-]+", found.reason.split(" at (")[1])[:3]]
     assert place == pytest.approx([0.83, 0.83, 0.0], abs=5e-3)
-
-
-@pytest.mark.slow
-def test_rings_wait_until_a_second_contact_that_no_node_sees_is_cut_to(monkeypatch):
-    """An adaptive solve set new rings around the first contact for six meshes."""
-    first = "(x-.5)**2 + (y-.5)**2"
-    alone, both = (
-        solve(pressed(gap, 0.25, free=False))
-        for gap in (first, f"min({first}, 0.004 + 4000*((x-1.47)**2 + (y-1.44)**2))")
-    )
-    seen = TailErrors(both).off_contact()
-    assert seen > 0.5 > 100.0 * TailErrors(alone).off_contact()
-    strategy = PanelTails(both.problem)
-    monkeypatch.setattr(PanelTails, "_follows", lambda *_: pytest.fail("rings"))
-    monkeypatch.setattr(TailErrors, "error", lambda _: (1.2 * seen, 0.0))
-    strategy.mark(both, 0)
-    box = both.problem.boundaries[0]
-    (mesh,) = both.meshes.values()
-    assert strategy.refine(0, lambda: both.problem, box, 1).mesh.n_elements > mesh.n_elements

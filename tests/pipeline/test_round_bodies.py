@@ -200,42 +200,6 @@ def test_blocks_that_just_touch_carry_nothing():
 
 
 @pytest.mark.slow
-def test_a_bonded_ball_is_not_cut_without_end():
-    """Panels of faces that stay together need not follow these more closely than their errors
-    ask."""
-    half = 0.5**1.5
-    skin = [
-        {"part": "skin", "to": [0.5, 0], "through": [half, -half]},
-        {"part": "skin", "to": [0, 0.5], "through": [half, half]},
-        {"part": "axis", "to": [0, -0.5]},
-    ]
-    hole = [
-        {"part": "bottom", "to": [1, -1]},
-        {"part": "side", "to": [1, 1]},
-        {"part": "top", "to": [0, 1]},
-        {"part": "axis", "to": [0, 0.5]},
-        {"part": "hole", "to": [0.5, 0], "through": [half, half]},
-        {"part": "hole", "to": [0, -0.5], "through": [half, -half]},
-        {"part": "axis", "to": [0, -1]},
-    ]
-    bodies = [
-        {
-            "name": "ball",
-            "material": {**STEEL, "young_modulus": 5.0},
-            "geometry": {"shape": "revolved", "loops": [skin]},
-        },
-        {
-            "name": "matrix",
-            "material": STEEL,
-            "geometry": {"shape": "revolved", "loops": [hole]},
-            "boundary": [held("bottom", 0, 0, 0), held("top", 0, 0, 0.01)],
-        },
-    ]
-    pair = touching("c", "ball.skin", "matrix.hole", normal="bonded")
-    assert adapt(parse(Problem, {"body": bodies, "contact": [pair]}, "bonded"), 0.5).converged
-
-
-@pytest.mark.slow
 def test_what_thin_bodies_bend_too_little_is_in_the_estimate():
     """A ring of thickness 2 and panels of 20: an error of forces by the square of size over
     thickness."""

@@ -6,7 +6,6 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
-import h5py
 import meshio
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from petcontact.geometry.rotation import MOTIONS
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
-from petcontact.results.hdf5 import write_solution
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -78,31 +76,26 @@ PUNCHED = (
     + load_step()
     + load_step(ball={"displacement": [0.03, 0.01, -0.1]})
 )
-STACK = """
-[[body]]
-name = "base"
-material = { young_modulus = 200.0, poisson_ratio = 0.25 }
-geometry = { shape = "box", lower = [-1.0, -1.0, -1.0], upper = [3.0, 2.0, 0.0] }
-mesh = { element_size = 1.0, order = 2 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0, 0.0]
-[[body]]
-name = "block"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "box", lower = [0.0, 0.0, 0.0], upper = [2.0, 1.0, 1.0] }
-mesh = { element_size = 0.5, order = 1 }
-[[body.boundary]]
-part = "top"
-condition = "traction"
-value = [0.15, 0.1, -1.0]
-[[contact]]
-name = "pair"
-secondary = "block.bottom"
-primary = "base.top"
-friction_coefficient = 0.3
-"""
+STACK = (
+    block(
+        "base",
+        [-1.0, -1.0, -1.0],
+        [3.0, 2.0, 0.0],
+        200.0,
+        0.25,
+        "element_size = 1.0, order = 2",
+        bottom=[0.0, 0.0, 0.0],
+    )
+    + block(
+        "block",
+        [0.0, 0.0, 0.0],
+        [2.0, 1.0, 1.0],
+        100.0,
+        mesh="element_size = 0.5, order = 1",
+        top=("traction", [0.15, 0.1, -1.0]),
+    )
+    + contact_pair("pair", "block.bottom", "base.top", 0.3)
+)
 
 
 SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]}
@@ -166,24 +159,7 @@ def test_a_block_on_the_floor_held_by_friction():
     assert np.allclose(pair.sigma_t, mirrored.sigma_t[place] * [-1.0, 1.0], atol=1e-4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("value", "why"),
-    [
-        (
-            [0.288, 0.119, -1.0],
-            "cannot be held",
-        ),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
-        (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
-    ],
-)
-def test_loads_that_nothing_holds_are_named(value, why):
-    solution = solved(BLOCK, step__1__boundary__0__value=value)
-    assert solution.status == "not converged" and why in solution.reason
-    assert "beyond what contact and friction allow" in solution.reason
-
-
-@pytest.mark.parametrize("angle", [0.0, 11.25, 22.5, 33.0])
+@pytest.mark.parametrize("angle", [0.0, 22.5])
 def test_polygons_get_the_sides_that_are_asked_for(angle):
     """A plate on the floor slides at µN in every direction, to 0.1 %."""
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
@@ -311,70 +287,7 @@ def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
     assert np.allclose(moved, ball.displacement, atol=1e-10 * np.abs(moved).max())
 
 
-@pytest.mark.slow
-def test_what_to_look_at_is_told():
-    """Motions that nothing holds, parts that do not face each other, overlaps, contact of a few
-    nodes."""
-    smooth = solved(
-        STACK, contact__0__friction_coefficient=0.0, body__1__boundary__0__value=[0.0, 0.0, -1.0]
-    )
-    assert smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.warnings[0]
-    apart = solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top")
-    assert not apart.converged and "never touch" in apart.warnings[0]
-    with pytest.raises(
-        InputError, match=r"contact\[0\]: no node .* faces of a bilateral contact must meet"
-    ):
-        solved(
-            STACK,
-            contact__0__secondary="block.left",
-            contact__0__primary="base.top",
-            contact__0__normal="bilateral",
-        )
-    inside = solved(STACK, body__1__geometry__lower=[0.0, 0.0, -0.5])
-    assert "overlaps by 0.5, far for the theory of small displacements" in " ".join(
-        inside.verdict().split()
-    )
-    few = solved(PUNCHED, obstacle__0__displacement=[0.0, 0.0, -0.012], step=[])
-    assert "ONLY 4 of 64 nodes closed" in " ".join(few.verdict().split())
-
-
-@pytest.mark.slow
-def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
-    solution = solved(BLOCK)
-    write_solution(tmp_path / "block.h5", solution)
-    with h5py.File(tmp_path / "block.h5") as file:
-        contact, m = file["contact"], len(solution.last.pairs["bottom"].x)
-        assert contact["u_t"].shape == contact["sigma_t"].shape == (m, 2)
-        assert contact["tangent"].shape == (m, 2, 3)
-        u = file["boundary/u"][()][contact["nodes"][()]]
-        assert np.allclose(contact["u_t"], np.einsum("md,mtd->mt", u, contact["tangent"]))
-    later = solved(BLOCK, method__start=f"{tmp_path / 'block.h5'}:1")
-    assert later.converged and len(later.steps) == 2
-    assert np.allclose(
-        later.last.pairs["bottom"].sigma_t, solution.last.pairs["bottom"].sigma_t, atol=1e-5
-    )
-
-
-@pytest.mark.slow
-def test_gaps_are_distances_along_the_direction():
-    """A block above the base, pushed down by more than the distance, along its normal or an oblique
-    direction."""
-    lifted = {
-        "body__1__geometry__lower": [0.0, 0.0, 0.1],
-        "body__1__geometry__upper": [2.0, 1.0, 1.1],
-        "body__1__boundary": [
-            {"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.11]}
-        ],
-    }
-    straight = solved(STACK, **lifted)
-    assert straight.converged and straight.provenance.distance["pair"] == pytest.approx(0.1)
-    assert straight.last.pairs["pair"].force[2] > 0.5
-    oblique = solved(STACK, **lifted, contact__0__direction=[0.0, 0.6, -0.8])
-    assert oblique.converged and oblique.provenance.distance["pair"] == pytest.approx(0.125)
-    assert all("apart" in text for text in oblique.warnings)
-
-
-@pytest.mark.parametrize("seed", [0, *map(slow, range(1, 12))])
+@pytest.mark.parametrize("seed", [0, *map(slow, range(1, 4))])
 def test_random_problems_obey_the_law(seed):
     """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every
     node, step by step."""
@@ -406,29 +319,14 @@ def test_random_problems_obey_the_law(seed):
     [
         (
             PUNCHED,
-            {"obstacle__0__displacement": [0.0, -0.1]},
-            "obstacle 'ball': displacement: needs 3 components",
-        ),
-        (
-            PUNCHED,
             {"obstacle__0__rotation": 0.1},
             "obstacle 'ball': rotation: needs 3 components here, got 0.1",
         ),
         (PUNCHED, {"obstacle__0__centre": [0.0, 0.0]}, "centre: needs 3 components"),
         (
             PUNCHED,
-            {"obstacle__0__force": "strong"},
-            r"obstacle\[0\].force: must be a finite number or an array",
-        ),
-        (
-            PUNCHED,
             {"contact__0__direction": [0.0, 1.0]},
             r"contact\[0\].direction: the body has 3 dimensions",
-        ),
-        (
-            PUNCHED,
-            {"contact__0__direction": [1.0, 0.0, 0.0]},
-            r"contact\[0\].direction: must point out of part 'top'",
         ),
         (
             PUNCHED,
@@ -442,11 +340,6 @@ def test_random_problems_obey_the_law(seed):
             "must be >= 0, is -1 at x = .*, y = .*, z = 0",
         ),
         (
-            PUNCHED,
-            {"contact__0__normal": "bonded"},
-            "friction_coefficient: bonded parts do not slip",
-        ),
-        (
             STACK,
             {"body__0__boundary__0__value": [0.0, 0.0]},
             "body 'base': bottom.*: the body has 3 dimensions, got 2",
@@ -457,7 +350,6 @@ def test_random_problems_obey_the_law(seed):
             {"body__1__point_force": [{"at": [1.0, 1.0], "force": [0.0, 0.0, 1.0]}]},
             "at: the body has 3 dimensions",
         ),
-        (STACK, {"contact__0__primary": "base.tip"}, "no part 'tip', did you mean 'top'"),
         (
             BLOCK,
             {"step__1__boundary__0__value": [0.1, 0.2]},

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from shapes import cuboid, drawn, elastic, moved, rectangle, touching
 
 from petcontact import Problem, solve
-from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.model.base import parse
-from petcontact.pipeline.run import prepare
 from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps.increment import HALVINGS, Increment
-from petcontact.pipeline.steps.load_steps import first_increment
 
 
 def block(gap="y", **changes):
@@ -144,62 +139,6 @@ def test_a_body_that_only_expands(gap):
     assert np.abs(u).max() < 2.0 * 1.3e-3
     assert np.ptp(u, axis=0) == pytest.approx([2.6e-3, 1.3e-3], rel=0.1)
     assert solution.warnings[0].startswith("step 'load': nothing holds 3 motions of body 'block'")
-
-
-def test_a_bound_that_falls_to_zero_where_contact_opens_may_leave_no_solution():
-    """Near the limit of a block of four constant elements none of the 4^4 sets of stick, slip
-    either way and open is one."""
-    top = drawn("top", [0.45, -1.0])
-    data = block(boundary=[top], mesh={"element_size": 0.5})
-    data["contact"][0] = {**data["contact"][0], "gap": 0.0, "friction_bound": 0.05}
-    del data["contact"][0]["friction_coefficient"]
-    increment = first_increment(prepare(parse(Problem, data, "test"))).ending_at(0.1)
-    outcome = increment.solved()
-    assert not outcome.converged
-    assert unbalanced_load(increment.system.modes, increment.problem.discrete.law) is None
-    compliance = np.array(
-        [increment.system.apply(one.reshape(4, 2)).ravel() for one in np.eye(8)]
-    ).T
-    for factor, count in ((0.05, 1), (0.1, 0)):
-        system = increment.ending_at(factor).system
-        assert (
-            sum(
-                solves(system, compliance, 0.05, sets)
-                for sets in itertools.product(range(4), repeat=4)
-            )
-            == count
-        )
-
-
-def solves(system, compliance, bound, sets):
-    """Whether the equations of sets (0 stick, 1 and 2 slip, 3 open at each node) have a solution
-    within their limits."""
-    m, sets = len(sets), np.array(sets)
-    motion, resultant = (
-        a.reshape(2 * m, -1)
-        for a in (system.modes.motion, np.moveaxis(system.modes.resultant, 0, -1))
-    )
-    held = np.column_stack([sets == 0, sets != 3]).ravel()
-    given = np.column_stack([bound * ((sets == 1) * 1.0 - (sets == 2)), np.zeros(m)]).ravel()
-    rows = np.block(
-        [
-            [compliance[np.ix_(held, held)], motion[held]],
-            [resultant[held].T, np.zeros((motion.shape[1],) * 2)],
-        ]
-    )
-    at_rest = system.u_0.ravel() + compliance @ given
-    right = -np.concatenate([at_rest[held], system.modes.load + resultant.T @ given])
-    found = np.linalg.lstsq(rows, right, rcond=None)[0]
-    if np.abs(rows @ found - right).max() > 1e-9 * np.abs(right).max():
-        return False
-    n, sigma = np.count_nonzero(held), given.copy()
-    sigma[held] += found[:n]
-    v = (system.u_0.ravel() + compliance @ sigma + motion @ found[n:]).reshape(m, 2)
-    sigma, (tiny_v, tiny) = sigma.reshape(m, 2), (1e-9 * np.abs(part).max() for part in (v, sigma))
-    slips = ((sets == 1) & (v[:, 0] > tiny_v)) | ((sets == 2) & (v[:, 0] < -tiny_v))
-    return not np.any(
-        slips | (v[:, 1] > tiny_v) | (sigma[:, 1] > tiny) | (np.abs(sigma[:, 0]) > bound + tiny)
-    )
 
 
 @pytest.mark.parametrize(("beside", "held"), [(0.9, True), (1.1, False)])

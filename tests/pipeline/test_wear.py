@@ -7,14 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from marks import slow
 from shapes import drawn, elastic, moved, touching
 
 from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
-from petcontact.pipeline.run import prepare, run
-from petcontact.sweep.problems import run_case
-from petcontact.sweep.quantities import row_of
 
 pytestmark = pytest.mark.usefixtures("unestimated", "unsampled")
 
@@ -72,11 +68,6 @@ def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
         changes,
         Path(),
     )
-
-
-def gross_slip(jumps, size=0.06, order=0):
-    """k s = 0.5 in so many jumps."""
-    return parabola(size, order, 0.25 / jumps / STROKE, {"count": jumps, "jump": 1})
 
 
 @functools.cache
@@ -150,17 +141,6 @@ def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
     )
 
 
-@pytest.mark.slow
-def test_gross_slip_in_few_jumps():
-    """p_0 of an explicit scheme in 400 jumps; five jumps against twenty in L2."""
-    few, more = (solve(gross_slip(jumps)) for jumps in (5, 20))
-    assert middle(few) == pytest.approx([0.6382, 0.6113, 0.5863, 0.5635, 0.5416], rel=1e-3)
-    apart = few.wear.pressure["c"][-1] - more.wear.pressure["c"][-1]
-    assert np.linalg.norm(apart) < 2e-3 * np.linalg.norm(more.wear.pressure["c"][-1])
-    # the explicit scheme would have had to take 2.2 λ_min here, and is off by 39 %
-    assert volume(few) == pytest.approx(0.1 * LOAD * few.wear.cycle, rel=1e-4)
-
-
 TABLE = {
     1: (0.68336, 0.02965),
     2: (0.70164, 0.06291),
@@ -170,17 +150,6 @@ TABLE = {
     20: (0.75817, 0.17380),
 }
 """p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("jump", ["auto", slow(50)])
-def test_partial_slip_over_cycles(jump):
-    solution = partial_slip(0.03, 0, 10_000, jump, 0.03)
-    assert solution.converged and (jump != "auto" or len(solution.wear.cycle) < 100)
-    done = solution.wear.cycle * 20.0 / 10_000
-    for cycles, (pressure, worn) in TABLE.items():
-        assert np.interp(cycles, done, middle(solution)) == pytest.approx(pressure, rel=1e-2)
-        assert np.interp(cycles, done, volume(solution)) == pytest.approx(worn, rel=3e-2)
 
 
 @pytest.mark.slow
@@ -197,24 +166,6 @@ def test_the_limit_of_partial_slip():
     assert middle(solution)[-1] == pytest.approx(0.75455, rel=3e-3)
     assert volume(solution)[-1] == pytest.approx(0.16862, rel=1e-2)
     assert x[depth > 1e-3].max() == pytest.approx(1.2457, abs=0.06) and depth[x < c].max() < 1e-4
-
-
-@pytest.mark.slow
-def test_jumps_that_explicit_schemes_do_not_survive():
-    """k N = 2, forty times λ_min: no p that jumps from node to node, and the same end."""
-    far = partial_slip(0.1, 0, 10, 1)
-    near = partial_slip(0.1, 0, 10_000, "auto", 0.1)
-    assert volume(far)[-1] == pytest.approx(volume(near)[-1], rel=1e-2)
-    order = np.argsort(far.pairs["c"].x[:, 0])
-    for pressure in far.wear.pressure["c"][1:, order]:
-        bends = np.diff(pressure, 2)
-        alternating = (
-            (bends[1:] * bends[:-1] < 0.0)
-            & (np.abs(bends[1:]) > 0.05)
-            & (np.abs(bends[:-1]) > 0.05)
-        )
-        # the two edges of the stick zone only
-        assert np.count_nonzero(alternating[1:] & alternating[:-1]) <= 4
 
 
 @pytest.mark.slow
@@ -274,18 +225,3 @@ def test_a_jump_that_fails_keeps_what_was_before():
     assert solution.status == "failed" and solution.reason.startswith("enough")
     assert "cycle" in calls[-1]
     assert solution.last.cycle == solution.wear.cycle[-1] > 1
-
-
-@pytest.mark.slow
-def test_a_sweep_over_wear_shares_the_elimination():
-    problem = confined(1e-2)
-    prepared = prepare(problem)
-    try:
-        found = run_case(prepared, confined(3e-2, 40))
-        assert volume(run(prepared))[-1] == pytest.approx(1e-2 * 0.3 * 20, rel=1e-12)
-    finally:
-        prepared.close()
-    row = row_of("a", {}, found)
-    assert row["worn_volume"] == pytest.approx(3e-2 * 0.3 * 40, rel=1e-12)
-    assert row["max_pressure"] == pytest.approx(0.25)
-    assert row["worn_depth"] == pytest.approx(0.5 * row["worn_volume"], rel=1e-12)

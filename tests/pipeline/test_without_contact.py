@@ -3,12 +3,9 @@ on every storage."""
 
 from __future__ import annotations
 
-import csv
-
 import numpy as np
 import pytest
 from marks import slow
-from mpi.launch import run
 
 import petcontact
 from petcontact import (
@@ -24,7 +21,6 @@ from petcontact import (
     Traction,
     solve,
 )
-from petcontact.commands.main import main
 from petcontact.errors import InputError
 from petcontact.model.load_steps import BoundaryChange
 
@@ -113,48 +109,3 @@ def test_what_needs_contact_is_refused():
     problem = Problem(body=[bar(2)], method={"formulation": "full"})
     with pytest.raises(InputError, match=r"method\.formulation"):
         solve(problem)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("d", [2, 3])
-def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())
-    assert main(["solve", "bar.toml"]) == 0
-    figures = {"bar-deformed.png", "bar-hoop.png"} if d == 2 else {"bar-surface.png"}
-    assert {path.name for path in tmp_path.glob("*.png")} == figures | {"bar-stress.png"}
-    kept = petcontact.read_result("bar.h5")
-    assert np.allclose(kept.u, stretched(kept.mesh.x), atol=1e-9)
-    assert main(["export", "bar.h5", "--csv", "tables"]) == 0
-    with open("tables/boundary.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert all(abs(float(row["sigma_xx"]) - PULL) < 1e-6 for row in rows)
-    assert main(["export", "bar.h5", "--csv", "pairs.csv", "--table", "pairs"]) == 2
-    assert "which has no pairs" in capsys.readouterr().err
-    (tmp_path / "sweep.toml").write_text(
-        'problems = ["bar.toml"]\n[cross]\n"body.0.mesh.element_size" = [0.5, 1.0]\n'
-    )
-    assert main(["sweep", "sweep.toml", "-o", "out"]) == 0
-
-
-@pytest.mark.mpi
-@pytest.mark.slow
-@pytest.mark.parametrize(("d", "storage"), [(2, "dense"), (2, "hodlr"), (3, "hmatrix")])
-def test_two_ranks_stretch_it_alike(d, storage, tmp_path):
-    (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())
-    done = run(
-        2,
-        "-m",
-        "petcontact",
-        "solve",
-        "bar.toml",
-        "--no-figures",
-        "-bem_mat_type",
-        storage,
-        cwd=tmp_path,
-        timeout=300.0,
-    )
-    assert done.returncode == 0, done.stderr
-    kept = petcontact.read_result(tmp_path / "bar.h5")
-    exact = stretched(kept.mesh.x)
-    assert np.abs(kept.u - exact).max() < 1e-4 * np.abs(exact).max()

@@ -5,11 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline.adapt.loop import adapt
 from petcontact.reference import persson
 
 E, NU = 100.0, 0.3
@@ -55,16 +53,6 @@ def error(solution, angle):
     pair = solution.last.pairs["fit"]
     exact = persson.pressure(np.arctan2(pair.x[:, 0], -pair.x[:, 1]), angle)
     return float(np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("degrees", [20.0, *(slow(angle) for angle in (60.0, 84.0))])
-def test_pressure_and_angle_are_found(degrees):
-    angle = np.radians(degrees)
-    solution = adapt(pin(angle), 1e-5)
-    assert solution.converged and error(solution, angle) < min(2e-6, solution.accuracy.error)
-    edges = np.degrees(solution.accuracy.edges["fit"])
-    assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
 
 from petcontact import (
     Bem,
@@ -240,31 +239,6 @@ def test_a_quadratic_temperature_between_walls(plane):
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("width", "away"), [(1.0, 0.0), slow(0.1, 1e5)])
-def test_a_steep_temperature_between_walls(width, away):
-    """A plate, and a thin one far away: tanh is followed to 1e-5 by a polynomial of degree 40."""
-    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
-    loads, height = VolumeLoads(temperature=f"100*tanh(5*(y - {away + 1.0}))"), 2.0
-    solution = solve(
-        Problem(
-            material=steel(),
-            geometry=Rectangle((away, away), (away + width, away + height)),
-            mesh=MeshOptions(element_size=0.1, order=3),
-            boundary=boundary,
-            loads=loads,
-        )
-    )
-    assert solution.converged
-    points = np.array([[0.3, 0.2], [0.5, 0.5], [0.7, 0.55], [0.5, 0.9]]) * [width, height] + away
-    heat = 100.0 * np.tanh(5.0 * (points[:, 1] - away - 1.0))
-    sideways = -steel().thermal_stress * heat * (1.0 - NU / (1.0 - NU))
-    assert (
-        np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max()
-        < 3e-5 * np.abs(sideways).max()
-    )
-
-
 def test_a_pipe_that_conducts_heat(plane="strain"):
     """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
     a, b = 1.0, 2.0
@@ -436,15 +410,6 @@ def test_half_a_problem_at_30_degrees_is_the_whole():
     assert np.abs(ours.pressure - theirs.pressure[nearest]).max() < 1e-4 * theirs.pressure.max()
     across = half.traction[half.mesh.nodes_of("middle")] @ (turn @ [0.0, 1.0])
     assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
-
-
-@pytest.mark.slow
-def test_a_temperature_that_no_polynomial_follows_is_reported_with_its_error():
-    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
-    notes = heated(Rectangle((0, 0), (2, 1)), "where(x < 1, 0, 5)", boundary).warnings
-    assert any("loads.temperature" in note and "misses it by" in note for note in notes)
-    smooth = heated(Rectangle((0, 0), (2, 1)), "exp(x)", boundary).warnings
-    assert not any("misses it by" in note for note in smooth)
 
 
 @pytest.mark.parametrize(

@@ -91,34 +91,6 @@ def test_lame_with_orders_beyond_those_of_flat_panels(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_compressed_operator_of_curved_panels(tmp_path: Path) -> None:
-    dense = lame(tmp_path, 1).last.bodies["shell"]
-    compressed = lame(tmp_path, 1, mat_type="hmatrix", hmatrix_tol=1e-6).last.bodies["shell"]
-    assert np.abs(dense.u - compressed.u).max() < 1e-5 * np.abs(dense.u).max()
-    assert np.abs(dense.traction - compressed.traction).max() < 1e-4 * np.abs(dense.traction).max()
-
-
-@pytest.mark.slow
-def test_fields_next_to_a_curved_boundary(tmp_path: Path) -> None:
-    """Radial stress at a hundredth of the thickness under the surface and in the middle."""
-    solution = lame(tmp_path, 2)
-    away = np.array([[0.6, 0.64, 0.48], [0.0, 0.6, -0.8]])
-    for radius in (1.5, 1.99):
-        x = radius * away
-        found, material = solution.last.bodies["shell"], solution.problem.body[0].material
-        u, stress = petcontact.field_at(
-            solution.meshes["shell"], found.u, found.traction, material, x
-        )
-        full = stress[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
-        exact = WHOLE.stress(np.array([radius]))[0][0]
-        assert np.abs(np.einsum("ni,nij,nj->n", away, full, away) - exact).max() < 2e-2
-        assert (
-            np.abs(np.sum(u * away, axis=1) / WHOLE.displacement(np.array([radius])) - 1.0).max()
-            < 4e-3
-        )
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.4, 0.0])
 def test_shells_in_contact(tmp_path: Path, turn: float, comm: Any) -> None:
     """A hollow sphere in another one, as if they were one: pressure between them on meshes that
@@ -196,44 +168,6 @@ def test_cavities_of_curved_cells_point_inward() -> None:
     outward = np.sum(mesh.normal * mesh.x, axis=1)
     assert np.all(outward[mesh.nodes_of("inner")] < 0.0)
     assert np.all(outward[mesh.nodes_of("outer")] > 0.0)
-
-
-@pytest.mark.slow
-def test_results_keep_curved_panels(tmp_path: Path) -> None:
-    solution = lame(tmp_path, 1)
-    petcontact.write_solution(tmp_path / "r.h5", solution)
-    mesh = solution.meshes["shell"]
-    again = petcontact.read_result(tmp_path / "r.h5").meshes["shell"]
-    assert np.array_equal(mesh.middles, again.middles, equal_nan=True)
-    assert np.allclose(mesh.x, again.x, atol=1e-15)
-
-
-@pytest.mark.slow
-def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
-    """Hertz: a ball whose upper half is moved down on a rigid plane, gap from the geometry."""
-    ball = {
-        "name": "ball",
-        "material": MATERIAL,
-        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-        "mesh": {"element_size": 0.4, "order": 2},
-        "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}],
-    }
-    contact = touching("foot", "ball.bottom", "ground", gap="z")
-    problem = {
-        "body": [ball],
-        "obstacle": [{"name": "ground"}],
-        "contact": [contact],
-        "bem": {"mat_type": "dense"},
-    }
-    solution = solve(parse(Problem, problem, "test"))
-    mesh, pair = solution.meshes["ball"], solution.pairs["foot"]
-    assert solution.converged and mesh.n_elements == 96
-    assert abs(mesh.weight.sum() / (4.0 * np.pi) - 1.0) < 1e-4
-    pressed = pair.pressure > 0.0
-    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35)
-    assert np.count_nonzero(pressed) >= 4
-    resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
-    assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)
 
 
 def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
