@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from marks import slow
 from prepared import compressed_from
-from shapes import cuboid, drawn, elastic, moved, touching
+from shapes import cuboid, drawn, elastic, moved, problem, solid, touching
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.panelling import box_mesh
@@ -46,13 +46,8 @@ def hertz(exact=False):
 
     parts = ("left", "right", "front", "back", "bottom") if exact else ("bottom",)
     value = [component(c) if exact else 0.0 for c in range(3)]
-    sides = [{"part": part, "condition": "displacement", "value": value} for part in parts]
-    block = {
-        "name": "block",
-        "material": SOFT,
-        "boundary": sides,
-        "geometry": cuboid([-1.5] * 3, [1.5, 1.5, 0.0]),
-    }
+    sides = [moved(part, value) for part in parts]
+    block = solid("block", cuboid([-1.5] * 3, [1.5, 1.5, 0.0]), *sides)
     gap = f"{0.25 * np.pi * (1.0 - 0.3**2)}*(x**2 + y**2 - 2)"
     return {
         "body": [block],
@@ -95,19 +90,16 @@ def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact()
 @pytest.mark.parametrize("asked", [False, True])
 def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
     monkeypatch.setattr(budget, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
-    problem = parse(Problem, hertz(), "hertz")
-    solution = adapt(problem, 0.05) if asked else solve(problem)
+    posed = problem(**hertz())
+    solution = adapt(posed, 0.05) if asked else solve(posed)
     assert solution.accuracy.error > 0.05
     said = "is 300 nodes and 10 s of processor time; "
-    said += (
-        "a [mesh] of your own may have more"
-        if asked
-        else "--accuracy 0.02 goes on, to at most 300 nodes"
-    )
     if asked:
-        assert solution.status == "not converged" and said in solution.reason
+        assert solution.status == "not converged"
+        assert f"{said}a [mesh] of your own may have more" in solution.reason
     else:
-        assert solution.converged and any(said in text for text in solution.warnings)
+        told = f"{said}--accuracy 0.02 goes on, to at most 300 nodes"
+        assert solution.converged and any(told in text for text in solution.warnings)
 
 
 def failing(monkeypatch, number, status, **residuals):
@@ -157,22 +149,13 @@ def test_a_ball_adapts_itself_and_stays_a_ball(monkeypatch):
     """A sphere of radius 1 pressed on a block on three meshes, the first one of few panels."""
     monkeypatch.setattr(first_mesh, "FIRST", 16)
     monkeypatch.setattr(first_mesh, "ROUND", 9)
-    block = {
-        "name": "block",
-        "material": SOFT,
-        "geometry": cuboid([-1.0] * 3, [1.0, 1.0, 0.0]),
-        "boundary": [moved("bottom", [0.0] * 3)],
-    }
-    sphere = {
-        "name": "ball",
-        "material": SOFT,
-        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
-        "boundary": [moved("top", [0.0, 0.0, -0.05])],
-    }
+    block = solid("block", cuboid([-1.0] * 3, [1.0, 1.0, 0.0]), moved("bottom", [0.0] * 3))
+    sphere = {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}
+    body = [block, solid("ball", sphere, moved("top", [0.0, 0.0, -0.05]))]
     contact = [touching("pair", "ball.bottom", "block.top", gap="geometry")]
-    problem = parse(Problem, {"body": [block, sphere], "contact": contact}, "ball")
-    ball = adapt(problem, 0.3)
-    assert adapts_itself(problem) and ball.converged
+    posed = problem(body=body, contact=contact)
+    ball = adapt(posed, 0.3)
+    assert adapts_itself(posed) and ball.converged
     mesh = ball.meshes["ball"]
     points = np.concatenate([mesh.corners, mesh.middles], axis=1)
     off = np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)
@@ -232,16 +215,10 @@ def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monk
     of the first mesh."""
     monkeypatch.setattr(budget, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
     top = drawn("top", [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)])
-    ball = {
-        "name": "ball",
-        "material": elastic(210e3, 0.3),
-        "boundary": [top],
-        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0},
-    }
+    sphere = {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0}
+    ball = solid("ball", sphere, top, material=elastic(210e3, 0.3))
     contact = touching("pair", "ball.bottom", "floor", gap="z", direction=[0.0, 0.0, -1.0])
-    solution = solve(
-        parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, "")
-    )
+    solution = solve(problem(body=[ball], obstacle=[{"name": "floor"}], contact=[contact]))
     radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
     assert solution.converged and solution.accuracy.estimates[0] > 0.7
     assert solution.accuracy.estimates[1] < 0.3
@@ -253,18 +230,13 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     """As of one whose gap is the smaller one; compressed surfaces, which do not take it, are not
     chosen for it."""
     compressed_from(10, "hmatrix", monkeypatch)
-    block = {
-        "name": "block",
-        "material": SOFT,
-        "geometry": cuboid([0.0] * 3, [1.0] * 3),
-        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
-        "mesh": {"element_size": 0.5, "order": 1},
-    }
+    held, mesh = moved("bottom", [0.0] * 3), {"element_size": 0.5, "order": 1}
+    block = solid("block", cuboid([0.0] * 3, [1.0] * 3), held, mesh=mesh)
     gaps = {"0": "x**2 - 0.02", "1": "(x - 1)**2 - 0.02", "both": "(0.5 - abs(x - 0.5))**2 - 0.02"}
     contact = {name: touching(name, "block.top", name, gap=gap) for name, gap in gaps.items()}
     data = {"body": [block], "obstacle": [{"name": name} for name in gaps]}
     one, two = (
-        solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
+        solve(problem(**data, contact=[contact[name] for name in names]))
         for names in (["both"], ["0", "1"])
     )
     assert "hmatrix" in one.provenance.solver and "hmatrix" not in two.provenance.solver
@@ -273,37 +245,28 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     assert both.max() > 0.0
 
 
-def pressed_fit(pin, hole, height=10.0):
-    """A solid pin in a ring, both held along the axis only, on their ends."""
-    steel = elastic(200_000.0, 0.3)
-    ring = [
-        {"part": "bottom", "to": [10.0, 0.0]},
-        {"part": "outside", "to": [10.0, height]},
-        {"part": "top", "to": [hole, height]},
-        {"part": "bore", "to": [hole, 0.0]},
-    ]
-    pin = {"shape": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, height], "radius": pin}
-    held = [{"part": "bottom", "condition": "symmetry"}]
-    return {
-        "body": [
-            {"name": "pin", "material": steel, "geometry": pin, "boundary": held},
-            {
-                "name": "ring",
-                "material": steel,
-                "geometry": {"shape": "revolved", "loops": [ring]},
-                "boundary": held,
-            },
-        ],
-        "contact": [touching("fit", "pin.side", "ring.bore")],
-    }
-
-
 @pytest.mark.slow
 def test_a_press_fit_has_an_even_pressure_on_adaptive_panels():
-    """Lamé, plane stress: p = E δ (1/b - b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose
-    middles are not half way left the cylinder beside panels of other sizes: p scattered by a half,
-    and by more the finer the panels were."""
-    solution = adapt(parse(Problem, pressed_fit(5.0, 4.99), "fit"), 0.02)
+    """A solid pin in a ring, both held along the axis only. Lamé, plane stress: p = E δ (1/b -
+    b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose middles are not half way left the
+    cylinder beside panels of other sizes: p scattered by a half, more on finer panels."""
+    corners = {"bottom": [10, 0], "outside": [10, 10], "top": [4.99, 10], "bore": [4.99, 0]}
+    ring = {
+        "shape": "revolved",
+        "loops": [[{"part": part, "to": to} for part, to in corners.items()]],
+    }
+    pin = {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 10], "radius": 5.0}
+    bodies = [
+        solid(
+            name,
+            shape,
+            {"part": "bottom", "condition": "symmetry"},
+            material=elastic(200_000.0, 0.3),
+        )
+        for name, shape in (("pin", pin), ("ring", ring))
+    ]
+    fit = touching("fit", "pin.side", "ring.bore")
+    solution = adapt(problem(body=bodies, contact=[fit]), 0.02)
     pair, b, c = solution.pairs["fit"], 5.0, 10.0
     exact = 200_000.0 * 0.01 * (c**2 - b**2) / (2.0 * b * c**2)
     mean = pair.weight @ pair.pressure / pair.weight.sum()
@@ -319,27 +282,16 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
         {"part": "axis", "to": [0.0, 0.0]},
         {"part": "ball", "to": [0.5, 0.5], "radius": 0.5},
     ]
-    steel, still = elastic(1.0, 0.3), [0.0, 0.0, 0.0]
     shaft = {"shape": "cylinder", "from": [-2.0, 0.0, -2.0], "to": [2.0, 0.0, -2.0], "radius": 2.0}
-    held = [
-        {"part": part, "condition": "displacement", "value": still} for part in ("bottom", "top")
+    held = [moved(part, [0.0, 0.0, 0.0]) for part in ("bottom", "top")]
+    pressed = moved("top", [0.0, 0.0, -0.005])
+    ball = {"shape": "revolved", "loops": [ball]}
+    bodies = [
+        solid("shaft", shaft, *held, mesh={"element_size": 2.0, "order": 1}),
+        solid("ball", ball, pressed, mesh={"element_size": 0.5, "order": 1}),
     ]
-    moved = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.005]}]
-    data = {
-        "body": [
-            {"name": "shaft", "material": steel, "geometry": shaft, "boundary": held},
-            {
-                "name": "ball",
-                "material": steel,
-                "geometry": {"shape": "revolved", "loops": [ball]},
-                "boundary": moved,
-            },
-        ],
-        "contact": [touching("pair", "shaft.side", "ball.ball")],
-    }
-    for body, size in zip(data["body"], (2.0, 0.5), strict=True):
-        body["mesh"] = {"element_size": size, "order": 1}
-    solution = solve(parse(Problem, data, "small ball"))
+    pair = touching("pair", "shaft.side", "ball.ball")
+    solution = solve(problem(body=bodies, contact=[pair]))
     assert solution.status == "not converged"
     assert "overlap between nodes: pair 'pair'" in solution.reason
 
@@ -351,15 +303,10 @@ def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
 def test_first_panels_of_a_body_that_bends_have_order_two(length, height, held, order):
     """A cantilever on linear panels as long as it is thick had an estimate of 1 and cycling
     sets."""
-    beam = {
-        "name": "beam",
-        "material": elastic(1.0, 0.3),
-        "geometry": cuboid([0, -1, -height], [length, 1, 0]),
-        "boundary": [{"part": held, "condition": "displacement", "value": [0, 0, 0]}],
-    }
+    beam = solid("beam", cuboid([0, -1, -height], [length, 1, 0]), moved(held, [0, 0, 0]))
     pair = touching("c", "beam.top", "ball", gap=f"((x-{0.9 * length})**2 + y**2)/20")
     ball = {"name": "ball", "displacement": [0, 0, -0.2]}
-    problem = parse(Problem, {"body": [beam], "obstacle": [ball], "contact": [pair]}, "beam")
-    (surface,) = problem.boundaries
-    body = body_alone(problem, 0, surface)
-    assert set(FirstMeshes(problem).mesh(0, body, surface, 4000).order) == {order}
+    posed = problem(body=[beam], obstacle=[ball], contact=[pair])
+    (surface,) = posed.boundaries
+    body = body_alone(posed, 0, surface)
+    assert set(FirstMeshes(posed).mesh(0, body, surface, 4000).order) == {order}

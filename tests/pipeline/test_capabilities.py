@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from shapes import elastic, touching
 from sweep_files import quietly
 
 from petcontact import InputError, Solution, read_result, solve
-from petcontact.commands.main import main
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.rho_rules import SelfAdaptive
 from petcontact.model.case import parse_problem
@@ -192,73 +190,8 @@ def compressed_operators(case, tmp_path):
     assert_alike(case.solution, solution, 1e-6)
 
 
-def monitor_of_the_command_line(case, tmp_path, capsys):
-    (tmp_path / "case.toml").write_text(case.problem().toml())
-    assert (
-        main(
-            [
-                "solve",
-                str(tmp_path / "case.toml"),
-                "--monitor",
-                "--no-figures",
-                "-o",
-                str(tmp_path / "r.h5"),
-            ]
-        )
-        == 0
-    )
-    lines = [line for line in capsys.readouterr().out.splitlines() if ": change " in line]
-    assert len(lines) == read_result(tmp_path / "r.h5").iterations
-    for where in () if case.single else ("step 1 (press)", "step 2 (push)"):
-        assert any(where in line for line in lines)
-
-
 def monitor_ends_the_solve(case, tmp_path):
     assert solve(case.problem(), monitor=lambda state: "enough").reason.startswith("enough")
-
-
-def pictures_and_tables(case, tmp_path):
-    axes = Figure().add_subplot(projection="3d" if case.kind.dim == 3 else None)
-    assert case.solution.plot(axes) is axes and axes.get_xlabel() == "x"
-    assert len(case.solution.to_dataframe()) == sum(
-        len(pair.x) for pair in case.solution.pairs.values()
-    )
-    assert case.solution._repr_html_().startswith("<pre>")
-
-
-def fields(case, tmp_path):
-    case.solution.save(tmp_path / "r.h5")
-    words = [
-        "-o",
-        tmp_path / "r.vtu",
-        "--boundary",
-        tmp_path / "b.vtu",
-        "--figure",
-        tmp_path / "f.png",
-    ]
-    assert (
-        main(
-            [
-                "field",
-                str(tmp_path / "r.h5"),
-                "--grid",
-                "x".join(["3"] * case.kind.dim),
-                *map(str, words),
-            ]
-        )
-        == 0
-    )
-    assert (tmp_path / "f.png").exists()
-    assert len(list(tmp_path.glob("b*.vtu"))) == len(case.solution.meshes)
-
-
-def von_mises_in_a_sweep(case, tmp_path):
-    point = case.kind.point(1.0, 0.5, 0.5)
-    table = case.swept(tmp_path, case.problem(), f"von_mises = [{point}]")
-    if "failed" in table.status:
-        raise InputError(str(table.values("reason")[0]))
-    wanted = case.solution.von_mises_at([point], None if case.single else "block")
-    assert table.numbers("von_mises_1") == pytest.approx([wanted[0]] * 2, rel=1e-4)
 
 
 def rule_of_ones_own(case, tmp_path):
@@ -336,14 +269,6 @@ def full_formulation(case, tmp_path):
     assert_alike(case.solution, solution, 1e-6)
 
 
-def files(case, tmp_path):
-    case.solution.save(tmp_path / "r.h5")
-    again = read_result(tmp_path / "r.h5")
-    assert again.verdict() == case.solution.verdict() and again.problem == case.solution.problem
-    for key, values in case.solution.columns().items():
-        assert np.array_equal(again.columns()[key], values), key
-
-
 def restart(case, tmp_path):
     case.solution.save(tmp_path / "r.h5")
     again = solve(case.problem(method__start=f"{tmp_path / 'r.h5'}{'' if case.single else ':1'}"))
@@ -384,23 +309,17 @@ def wear(case, tmp_path):
 
 CAPABILITIES = (
     compressed_operators,
-    monitor_of_the_command_line,
     monitor_ends_the_solve,
-    pictures_and_tables,
-    fields,
-    von_mises_in_a_sweep,
     rule_of_ones_own,
     law_of_ones_own,
     method_of_ones_own,
     held_by_friction_only,
     frictionless_start,
     full_formulation,
-    files,
     restart,
     wear,
 )
 YET_TO_COME = {
-    **{(von_mises_in_a_sweep, kind): "von_mises: of one body only" for kind in STEPPED},
     **{
         (wear, kind): "wear opens a gap, and bilateral parts have none"
         for kind in KINDS
@@ -419,19 +338,15 @@ YET_TO_COME = {
         for kind in STEPPED
     },
 }
-"""What is refused, with what it is refused by: points of a sweep name no body; the paper's
-formulation is for its own problem; contact that cannot open does not wear."""
+"""What is refused, with what it is refused by: the paper's formulation is for its own problem;
+contact that cannot open does not wear."""
 
 
-SLOW = {
-    (capability, kind)
-    for capability in (wear, rule_of_ones_own, fields, monitor_of_the_command_line)
-    for kind in STEPPED
-}
+SLOW = {(capability, kind) for capability in (wear, rule_of_ones_own) for kind in STEPPED}
 SLOW |= {
     (capability, "space, bodies and steps")
     for capability in CAPABILITIES
-    if capability not in (held_by_friction_only, von_mises_in_a_sweep, monitor_ends_the_solve)
+    if capability not in (held_by_friction_only, monitor_ends_the_solve)
 }
 """In space nearly all are; what they have in common is left."""
 
@@ -450,17 +365,11 @@ SLOW |= {
     ],
     indirect=["case"],
 )
-def test_every_kind_of_problem(case, capability, tmp_path, request, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    more = (
-        {"capsys": request.getfixturevalue("capsys")}
-        if capability is monitor_of_the_command_line
-        else {}
-    )
+def test_every_kind_of_problem(case, capability, tmp_path):
     refusal = YET_TO_COME.get((capability, case.name))
     if refusal is None:
-        capability(case, tmp_path, **more)
+        capability(case, tmp_path)
         return
     with pytest.raises(InputError, match=refusal) as caught:
-        capability(case, tmp_path, **more)
+        capability(case, tmp_path)
     assert "\n" not in str(caught.value)

@@ -36,7 +36,6 @@ GRADED = {"order": 3, "grading": 0.5, "levels": 30}
         (BOX, {"element_size": 0.025}, False),  # 960 nodes
         (BOX, {"element_size": 0.015}, True),  # 1600
         (PLATE, {"element_size": 0.03}, False),  # 1440: 1.2 s compressed, 0.5 s dense
-        (PLATE, {"element_size": 0.01}, True),  # 4300
         (
             Rectangle(lower_left=(0, 0), upper_right=(400, 30)),
             {"element_size": 1.0, "order": 2},
@@ -114,11 +113,9 @@ def test_surfaces_are_compressed_by_predicted_cost():
 
 
 MEASURED = [
-    ((9000,), 1e-4, 1, 0, 13.0),
     ((5760,), 1e-6, 1, 0, 15.3),
     ((1485, 1485), 1e-4, 2, 0, 4.7),
     ((3753, 3753), 1e-3, 2, 6, 21.4),
-    ((8253, 8253), 1e-3, 2, 0, 25.5),
     ((930, 696, 756), 1e-4, 2, 3, 7.9),
 ]
 """Nodes of bodies, tolerance, increments, motions that only contact holds, processor seconds of one

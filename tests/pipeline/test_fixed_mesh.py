@@ -108,7 +108,7 @@ def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
     assert solution.converged and said in solution.accuracy.unknown
 
 
-@pytest.mark.parametrize(("estimate", "told"), [(0.0, 0.0), (0.4, 0.4), (0.91, 1.0), (3.0, 3.0)])
+@pytest.mark.parametrize(("estimate", "told"), [(0.4, 0.4), (0.91, 1.0)])
 def test_an_error_of_half_the_norm_is_not_known(estimate, told):
     """The true norm may be that much smaller."""
     solution = solve(example(1, mesh=MeshOptions(element_size=1.0)))

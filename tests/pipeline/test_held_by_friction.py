@@ -42,12 +42,7 @@ def block(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("method", "pressure"),
     # where nearly all of it slips the projection method needs more than its 1000 iterations
-    [
-        ("semismooth-newton", 30.0),
-        ("semismooth-newton", 97.0),
-        ("operator-robin", 97.0),
-        ("projection", 30.0),
-    ],
+    [("semismooth-newton", 97.0), ("operator-robin", 97.0), ("projection", 30.0)],
 )
 def test_friction_that_can_carry_the_load_does(block, method, pressure):
     """Capacity 8·50 = 400, load 4·pressure."""
@@ -65,7 +60,6 @@ def test_friction_that_cannot_is_told_with_the_load_that_it_could(block):
     assert status == 3 and reached == pytest.approx(400.0 / 440.0, abs=0.01)
 
 
-@pytest.mark.parametrize("setting", ["method.name=semismooth-newton", "method.rule=modified"])
-def test_without_friction_the_body_is_refused(block, setting):
-    status, out, _ = block("boundary.0.friction_bound=0.0", setting)
+def test_without_friction_the_body_is_refused(block):
+    status, out, _ = block("boundary.0.friction_bound=0.0", "method.rule=modified")
     assert status == 3 and "cannot be held: the load pushes it along +x" in out

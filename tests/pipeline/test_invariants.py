@@ -58,7 +58,7 @@ def solved(number, order):
 
 @pytest.mark.parametrize(("number", "order"), [(1, 0), (2, 2)])
 @pytest.mark.parametrize("rule", RULES)
-@pytest.mark.parametrize("rho, omega", [(1.0, 1.8), (1e3, 1.0), (1e6, 1.95)])
+@pytest.mark.parametrize("rho, omega", [(1.0, 1.8), (1e6, 1.95)])
 def test_3_5_in_every_iteration(number, order, rule, rho, omega):
     prepared, exact = solved(number, order)
     weight = prepared.system.weight
@@ -72,15 +72,10 @@ def test_3_5_in_every_iteration(number, order, rule, rho, omega):
         assert after <= before - 2.0 * omega * rho_k * work + ROUND_OFF * size
 
 
-@pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize(
-    "mesh",
-    [
-        MeshOptions(element_size=0.1),
-        MeshOptions(element_size=0.4, order=2),
-        MeshOptions(order=3, levels=8),
-    ],
-    ids=["constant", "order 2", "graded"],
+    ("number", "mesh"),
+    [(1, MeshOptions(element_size=0.1)), (2, MeshOptions(order=3, levels=8))],
+    ids=["constant", "graded"],
 )
 def test_3_6_the_weighted_s_is_positive(number, mesh, comm):
     prepared = prepare(example(number, mesh=mesh), comm)

@@ -52,15 +52,11 @@ def warned(problem):
     return [text for text in found.warnings if "misses" in text]
 
 
-def test_a_narrow_load_between_the_nodes_is_named():
+def test_a_narrow_load_between_the_nodes_and_a_pole_that_none_meets_are_named():
     assert warned(block(SMOOTH)) == []
-    (text,) = warned(block(NARROW))
-    assert "of the traction on left" in text
-
-
-def test_a_pole_is_named_though_no_node_meets_it():
-    (text,) = warned(block("1/(y - 0.5)"))
-    assert "of the traction on left" in text
+    for load in (NARROW, "1/(y - 0.5)"):
+        (text,) = warned(block(load))
+        assert "of the traction on left" in text
 
 
 def test_functions_bounds_and_steps_are_looked_at():

@@ -9,8 +9,6 @@ from examples import example
 
 from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Problem, Traction, solve
 from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.law_protocol import bound_excess
-from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.model.base import parse
 
 pytestmark = pytest.mark.usefixtures("unestimated")
@@ -29,8 +27,10 @@ def exact(comm):
     return solve(example(1, mesh=COARSE, name="semismooth-newton", rule=None), comm=comm).contact
 
 
-@pytest.mark.parametrize("rho", [1e3, 1e-300])
-@pytest.mark.parametrize("rule", ["fixed", "self-adaptive", "modified", "modified-safeguarded"])
+@pytest.mark.parametrize(
+    ("rho", "rule"),
+    [(1e-300, "fixed"), (1e-300, "self-adaptive"), (1e-300, "modified"), (1e3, "modified")],
+)
 def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
     """Squares of σ_t underflow: all norms were zero, and nothing seemed to change. A ρ that is
     chosen well converges."""
@@ -43,8 +43,10 @@ def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
     assert solution.history.change[0] > 0.0
 
 
-@pytest.mark.parametrize("unit", [1e-170, 1e140])
-@pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin"])
+@pytest.mark.parametrize(
+    ("unit", "name"),
+    [(1e-170, "projection"), (1e140, "semismooth-newton"), (1e-170, "operator-robin")],
+)
 def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
     case, stiffness = (
         example(1, mesh=COARSE),
@@ -67,11 +69,10 @@ def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
     assert np.allclose(u_t, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
 
 
-@pytest.mark.parametrize("modulus", [1e-12, 1e-300])
-def test_displacements_beyond_all_sizes_are_not_accepted(modulus, recwarn, comm):
+def test_displacements_beyond_all_sizes_are_not_accepted(recwarn, comm):
     """One line, whatever overflows on the way."""
     case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
-    material = case.material.model_copy(update={"young_modulus": modulus})
+    material = case.material.model_copy(update={"young_modulus": 1e-300})
     solution = solve(case.model_copy(update={"material": material}), comm=comm)
     assert not solution.converged and "times its size, at most 1e+09 is accepted" in solution.reason
     assert not recwarn.list
@@ -80,7 +81,7 @@ def test_displacements_beyond_all_sizes_are_not_accepted(modulus, recwarn, comm)
 @pytest.mark.parametrize(
     ("mesh", "name"),
     [
-        *((COARSE, name) for name in ("projection", "semismooth-newton", "operator-robin", "tao")),
+        (COARSE, "tao"),
         (MeshOptions(element_size=0.4, order=2), "projection"),
         # cond(S) is 1e6 there: no scalar ρ gets there in reasonable time
         (MeshOptions(order=3, levels=8), "semismooth-newton"),
@@ -95,20 +96,6 @@ def test_full_stick_is_a_solution(mesh, name, comm):
     assert not solution.contact.state.any() and [zone.name for zone in solution.zones] == ["stick"]
     assert np.abs(solution.contact.u_t).max() < 1e-5 * np.abs(solution.u).max()
     assert solution.relative_residual < 1e-3
-
-
-def test_excess_is_what_no_displacement_allows():
-    tresca = Tresca(np.array([1.0, 2.0]))
-    assert bound_excess(tresca, np.array([[1.0], [-2.0]])) == 0.0
-    assert bound_excess(tresca, np.array([[1.5], [-2.0]])) == pytest.approx(0.5)
-    coulomb = SignoriniCoulomb(np.full(2, 0.5), np.full(2, np.inf), np.array([True, True]), 3)
-    assert bound_excess(coulomb, np.array([[0.3, 0.4, -1.0], [0.0, 0.0, 0.0]])) == pytest.approx(
-        0.0, abs=1e-15
-    )
-    assert bound_excess(coulomb, np.array([[0.3, 0.4, -0.5], [0.0, 0.0, 0.0]])) == pytest.approx(
-        1.0
-    )
-    assert bound_excess(coulomb, np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("shift", [1e8, 1e12])

@@ -64,22 +64,18 @@ def test_the_integral_of_a_load_is_right_on_any_panels(load, exact):
     assert found.pairs["c"].force[2] == pytest.approx(-exact, rel=2e-2)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "square", "panels"),
-    [(0.9, 1.1, 0.09, 10), (0.6, 0.7, 0.05, 10), (1.0, 1.0, 0.09, 5)],
-)
-def test_the_integral_over_a_disc_is_known_to_what_the_samples_doubt(x, y, square, panels):
+def test_the_integral_over_a_disc_is_known_to_what_the_samples_doubt():
     """Cells that the rim of the disc crosses had integrals that agreed with those of their halves
-    by chance: the first one missed 2.3e-3."""
+    by chance: it missed 2.3e-3."""
     box = Box((0.0, 0.0, 0.0), (2.0, 2.0, 2.0))
-    load = f"where((x-{x})**2+(y-{y})**2 < {square}, 1.0, 0.0)"
-    options = MeshOptions(2.0 / panels, order=1, exponent=1.0)
+    load = "where((x-0.9)**2+(y-1.1)**2 < 0.09, 1.0, 0.0)"
+    options = MeshOptions(0.2, order=1, exponent=1.0)
     block = Problem(
         material=SOFT, geometry=box, mesh=options, boundary=[Traction("top", (0, 0, 1))]
     )
     mesh, traction = mesh_of(block, box.outline()), Traction("top", (0.0, 0.0, load))
     samples = sampled(mesh, "top", known_function(traction, mesh, "top"), traction)
-    exact = math.pi * square
+    exact = math.pi * 0.09
     assert samples.weight @ samples.values[:, 2] == pytest.approx(exact, abs=samples.doubt)
     assert samples.doubt < 1e-3 * exact
 

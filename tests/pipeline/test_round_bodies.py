@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from marks import slow
-from shapes import cuboid, elastic, moved, touching
+from shapes import cuboid, elastic, moved, problem, solid, touching
 
 from petcontact import Problem, solve
 from petcontact.errors import InputError
@@ -21,41 +20,20 @@ from petcontact.refinement.panels.axes import sides
 from petcontact.refinement.panels.marks import LONGER, facing
 
 STEEL = elastic(1.0, 0.3)
-COARSE = {"element_size": 5.0, "order": 1}
-
-
-def held(part, *value):
-    return moved(part, list(value))
-
-
-def crossed(push):
-    """Cylinders of radius 10, one above the other, that touch in a point, the upper one moved by
-    `push`."""
-    lower = {"shape": "cylinder", "from": [-10, 0, -10], "to": [10, 0, -10], "radius": 10}
-    upper = {"shape": "cylinder", "from": [0, -10, 10], "to": [0, 10, 10], "radius": 10}
-    bodies = [
-        {
-            "name": "lower",
-            "material": STEEL,
-            "geometry": lower,
-            "mesh": COARSE,
-            "boundary": [held("bottom", 0, 0, 0)],
-        },
-        {
-            "name": "upper",
-            "material": STEEL,
-            "geometry": upper,
-            "mesh": COARSE,
-            "boundary": [held("bottom", 0, 0, push), held("top", 0, 0, push)],
-        },
-    ]
-    return {"body": bodies, "contact": [touching("cross", "upper.side", "lower.side")]}
 
 
 def test_sides_that_go_round_do_not_meet_through_the_bodies():
-    """A line along a generator touches the other cylinder where one of its panels turns away: that
-    was an overlap of 30."""
-    solution = solve(parse(Problem, crossed(0.5), "crossed"))
+    """Cylinders of radius 10, one above the other, that touch in a point. A line along a generator
+    touches the other one where one of its panels turns away: that was an overlap of 30."""
+    mesh = {"element_size": 5.0, "order": 1}
+    lower = {"shape": "cylinder", "from": [-10, 0, -10], "to": [10, 0, -10], "radius": 10}
+    upper = {"shape": "cylinder", "from": [0, -10, 10], "to": [0, 10, 10], "radius": 10}
+    bodies = [
+        solid("lower", lower, moved("bottom", [0, 0, 0]), mesh=mesh),
+        solid("upper", upper, *(moved(part, [0, 0, 0.5]) for part in ("bottom", "top")), mesh=mesh),
+    ]
+    pair = touching("cross", "upper.side", "lower.side")
+    solution = solve(problem(body=bodies, contact=[pair]))
     assert solution.converged and not solution.last.pairs["cross"].pressure.any()
 
 
@@ -91,39 +69,26 @@ def test_a_shrink_fit_that_turns_is_in_equilibrium_by_itself():
     assert np.abs(solution.last.pairs["fit"].force).max() < 1e-6
 
 
-def cup(friction):
-    """A ball pressed into a cup by its weight."""
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [None, 0.3])
+def test_a_ball_in_a_smooth_cup_is_not_turned_by_the_roughness_of_its_panels(friction):
+    """It is pressed into the cup by its weight."""
     ball = [
         {"part": "skin", "to": [1, 0], "through": [0.5**0.5, -(0.5**0.5)]},
         {"part": "top", "to": [0, 0]},
         {"part": "axis", "to": [0, -1]},
     ]
-    data = {
-        "body": [
-            {
-                "name": "ball",
-                "material": {**STEEL, "density": 1.0},
-                "loads": {"acceleration": [0, 0, -1e-3]},
-                "geometry": {"shape": "revolved", "loops": [ball]},
-                "mesh": {"element_size": 0.4, "order": 2},
-            }
-        ],
-        "obstacle": [{"name": "cup"}],
-        "contact": [
-            touching("joint", "ball.skin", "cup", gap="1.002 - sqrt(x**2 + y**2 + (z - .002)**2)")
-        ],
-    }
-    return (
-        data
-        if friction is None
-        else data | {"contact": [data["contact"][0] | {"friction_coefficient": friction}]}
+    body = solid(
+        "ball",
+        {"shape": "revolved", "loops": [ball]},
+        material={**STEEL, "density": 1.0},
+        loads={"acceleration": [0, 0, -1e-3]},
+        mesh={"element_size": 0.4, "order": 2},
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("friction", [slow(None), 0.3])
-def test_a_ball_in_a_smooth_cup_is_not_turned_by_the_roughness_of_its_panels(friction):
-    solution = solve(parse(Problem, cup(friction), "cup"))
+    law = {} if friction is None else {"friction_coefficient": friction}
+    gap = "1.002 - sqrt(x**2 + y**2 + (z - .002)**2)"
+    pair = touching("joint", "ball.skin", "cup", gap=gap, **law)
+    solution = solve(problem(body=[body], obstacle=[{"name": "cup"}], contact=[pair]))
     told = [text for text in solution.warnings if "nothing holds 3 motions" in text]
     assert solution.converged and bool(told) == (friction is None)
 
@@ -173,28 +138,14 @@ def test_what_turns_a_ball_without_friction_is_held_by_nothing():
 
 def test_blocks_that_just_touch_carry_nothing():
     """A gap of .01, closed by .01: what round-off leaves is neither contact nor overlap."""
-    box = cuboid([-1, -1, -1], [1, 1, 0])
-    other = cuboid([-0.7, -0.7, 0.01], [0.7, 0.7, 1])
-    data = {
-        "body": [
-            {
-                "name": "a",
-                "material": STEEL,
-                "geometry": box,
-                "mesh": {"element_size": 0.7, "order": 1},
-                "boundary": [held("bottom", 0, 0, 0)],
-            },
-            {
-                "name": "b",
-                "material": STEEL,
-                "geometry": other,
-                "mesh": {"element_size": 0.5, "order": 1},
-                "boundary": [held("top", 0, 0, -0.01)],
-            },
-        ],
-        "contact": [touching("c", "b.bottom", "a.top", friction_coefficient=0.2)],
-    }
-    solution = solve(parse(Problem, data, "touch"))
+    box, other = cuboid([-1, -1, -1], [1, 1, 0]), cuboid([-0.7, -0.7, 0.01], [0.7, 0.7, 1])
+    still, pressed = moved("bottom", [0, 0, 0]), moved("top", [0, 0, -0.01])
+    bodies = [
+        solid("a", box, still, mesh={"element_size": 0.7, "order": 1}),
+        solid("b", other, pressed, mesh={"element_size": 0.5, "order": 1}),
+    ]
+    pair = touching("c", "b.bottom", "a.top", friction_coefficient=0.2)
+    solution = solve(problem(body=bodies, contact=[pair]))
     assert solution.converged and not carries_something(solution)
     assert any("touches without pressure" in text for text in solution.warnings)
 
@@ -218,9 +169,8 @@ def test_what_thin_bodies_bend_too_little_is_in_the_estimate():
 @pytest.mark.parametrize("change", [{"radius": 1e-200}, {"centre": [1e18, 0.0, 0.0]}])
 def test_bodies_without_digits_are_refused(change):
     ball = {"shape": "sphere", "centre": [0, 0, 0], "radius": 1.0, **change}
-    body = {"material": STEEL, "geometry": ball, "boundary": [held("top", 0, 0, 0)]}
     with pytest.raises(InputError, match="too little for 16 digits"):
-        solve(parse(Problem, body, "ball"))
+        solve(problem(body=[solid("ball", ball, moved("top", [0, 0, 0]))]))
 
 
 @pytest.mark.slow
@@ -228,24 +178,12 @@ def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on
     """A steel punch on rubber: with larger ones sets of contact cycled, with tractions of 1e5."""
     pad = {"shape": "cylinder", "from": [0, 0, -15], "to": [0, 0, 0], "radius": 20}
     punch = {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 8], "radius": 8}
-    data = {
-        "body": [
-            {
-                "name": "punch",
-                "material": elastic(2.1e5, 0.3),
-                "geometry": punch,
-                "boundary": [held("top", 0, 0, -0.2)],
-            },
-            {
-                "name": "pad",
-                "material": elastic(8.0, 0.45),
-                "geometry": pad,
-                "boundary": [held("bottom", 0, 0, 0)],
-            },
-        ],
-        "contact": [touching("c", "punch.bottom", "pad.top")],
-    }
-    solution = adapt(parse(Problem, data, "punch"), 0.9)
+    bodies = [
+        solid("punch", punch, moved("top", [0, 0, -0.2]), material=elastic(2.1e5, 0.3)),
+        solid("pad", pad, moved("bottom", [0, 0, 0]), material=elastic(8.0, 0.45)),
+    ]
+    pair = touching("c", "punch.bottom", "pad.top")
+    solution = adapt(problem(body=bodies, contact=[pair]), 0.9)
     punch, pad = solution.meshes["punch"], solution.meshes["pad"]
     lengths = [np.linalg.norm(sides(mesh), axis=2).max(axis=1) for mesh in (punch, pad)]
     own, other = facing((punch, "bottom"), (pad, "top"), None)

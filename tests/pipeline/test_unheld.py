@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shapes import cuboid, drawn, elastic, moved, rectangle, touching
+from shapes import cuboid, drawn, elastic, moved, problem, rectangle, solid, touching
 
-from petcontact import Problem, solve
-from petcontact.model.base import parse
+from petcontact import solve
 from petcontact.pipeline.steps import load_steps
 from petcontact.pipeline.steps.increment import HALVINGS, Increment
 
@@ -26,7 +25,7 @@ def block(gap="y", **changes):
 
 
 def solved(data, **more):
-    return solve(parse(Problem, {**data, **more}, "test"))
+    return solve(problem(**{**data, **more}))
 
 
 @pytest.mark.parametrize(
@@ -70,12 +69,11 @@ def test_an_increment_that_failed_is_not_solved_again_to_be_told(monkeypatch):
     assert len(tried) == len(set(tried)) == 1 + HALVINGS
 
 
-@pytest.mark.parametrize("pull", [1e-7, 1e-5])
-def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium(pull, unestimated):
+def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium(unestimated):
     """All of its narrow contact slides outwards and balances but for a little pull. Where one node
     sticks in place of sliding the pressures tilt, which adds more to the pull than the node holds:
     the bodies come to rest against it."""
-    young, deep = 30e9, 0.25
+    young, deep, pull = 30e9, 0.25, 1e-5
     slab = {
         "material": {
             "young_modulus": young,
@@ -108,13 +106,8 @@ def test_a_slab_that_curls_and_would_rather_tip_than_slide_finds_its_equilibrium
 def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
     """A plate pressed by a given displacement, so that no linear program sees a limit of the
     torque: what is said is no proof."""
-    body = {
-        "name": "block",
-        "material": elastic(1.0, 0.3),
-        "mesh": {"element_size": 0.5},
-        "geometry": cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]),
-        "boundary": [moved("bottom", [0.0, 0.0, 0.0])],
-    }
+    cube, held = cuboid([0.0, 0.0, 0.0], [1.0, 1.0, 1.0]), moved("bottom", [0.0, 0.0, 0.0])
+    body = solid("block", cube, held, mesh={"element_size": 0.5})
     punch = {
         "name": "punch",
         "displacement": [0.0, 0.0, -0.01],
@@ -159,28 +152,20 @@ def test_what_an_element_holds_and_its_nodes_do_not_is_not_said_to_tip(beside, h
 def pulled(kind, pull, storage):
     """A bar, a box or a ring that only loads act on: they pull at its ends with `pull` and 1."""
     shapes = {
-        "bar": ({"shape": "rectangle", "lower_left": [0, 0], "upper_right": [2, 1]}, "left right"),
-        "ring": ({"shape": "rectangle", "lower_left": [1, 0], "upper_right": [2, 2]}, "bottom top"),
-        "box": ({"shape": "box", "lower": [0, 0, 0], "upper": [2, 1, 1]}, "left right"),
+        "bar": (rectangle([0, 0], [2, 1]), "left right"),
+        "ring": (rectangle([1, 0], [2, 2]), "bottom top"),
+        "box": (cuboid([0, 0, 0], [2, 1, 1]), "left right"),
     }
     shape, ends = shapes[kind]
     along = np.eye(3 if kind == "box" else 2)[1 if kind == "ring" else 0]
     loads = [
-        {"part": part, "condition": "traction", "value": list(size * along)}
+        drawn(part, list(size * along))
         for part, size in zip(ends.split(), (-pull, 1.0), strict=True)
     ]
-    body = {
-        "name": "b",
-        "material": {"young_modulus": 1e3, "poisson_ratio": 0.3, "plane": "stress"},
-        "geometry": shape,
-        "mesh": {"element_size": 1.0, "order": 2},
-        "boundary": loads,
-    }
-    if kind != "bar":
-        del body["material"]["plane"]
-    return {"body": [body], "petsc": {"bem_mat_type": storage}} | (
-        {"symmetry": "axial"} if kind == "ring" else {}
-    )
+    material = elastic(1e3, 0.3) | ({"plane": "stress"} if kind == "bar" else {})
+    body = solid("b", shape, *loads, material=material, mesh={"element_size": 1.0, "order": 2})
+    more = {"symmetry": "axial"} if kind == "ring" else {}
+    return {"body": [body], "petsc": {"bem_mat_type": storage}, **more}
 
 
 @pytest.mark.parametrize(
@@ -224,17 +209,13 @@ def test_a_slender_beam_is_in_equilibrium_beside_its_large_displacement(unestima
     end. The load q = 4e-6 bends it onto z = kx², k = .002, up to c: q(10 - c)²/2 = 2kEI/(1 - ν²),
     and q(10 - c) is carried at c."""
     c = 10.0 - (0.008 * 0.5**3 / 12.0 / 0.91 / 4e-6) ** 0.5
-    part = {"condition": "symmetry"}
-    body = {
-        "name": "beam",
-        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
-        "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [10, 1, 0.5]},
-        "mesh": {"element_size": 1.0, "order": 2, "exponent": 1.0},
-        "boundary": [
-            *({**part, "part": name} for name in ("left", "front", "back")),
-            {"part": "top", "condition": "traction", "value": [0.0, 0.0, -4e-6]},
-        ],
-    }
+    body = solid(
+        "beam",
+        cuboid([0, 0, 0], [10, 1, 0.5]),
+        *({"part": name, "condition": "symmetry"} for name in ("left", "front", "back")),
+        drawn("top", [0.0, 0.0, -4e-6]),
+        mesh={"element_size": 1.0, "order": 2, "exponent": 1.0},
+    )
     pair = {"name": "c", "secondary": "beam.bottom", "primary": "floor", "gap": "0.002*x**2"}
     data = {"body": [body], "obstacle": [{"name": "floor"}], "contact": [pair]}
     solution = solved(data, petsc={"bem_mat_type": "hmatrix"}, method={"max_iterations": 30})
